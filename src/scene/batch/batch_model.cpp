@@ -69,7 +69,7 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const ShapeRefPair& pair = candidates[i];
     const auto [a, b] = std::minmax({volumes->of(pair.a), volumes->of(pair.b)});
-    visits.push_back({-std::numeric_limits<double>::infinity(), static_cast<int>(i), a, b, paddings.of(pair)});
+    visits.push_back({{a, b}, -std::numeric_limits<double>::infinity(), static_cast<int>(i), paddings.of(pair)});
   }
   lanes = std::make_shared<const LaneModel>(*model, *volumes);
   order = pairOrder(robot, lanes);

@@ -16,8 +16,8 @@ class PairMemory {
 
   /// nullptr for a pair that is not in the table.
   const Value* find(int a, int b) const {
-    for (std::size_t i = 0; i < kWindow; ++i) {
-      const Entry& entry = entries_[place(a, b, i)];
+    for (std::size_t place = firstPlace(a, b), end = place + kWindow; place != end; ++place) {
+      const Entry& entry = entries_[inTable(place)];
       if (entry.a == a && entry.b == b) return &entry.value;
     }
     return nullptr;
@@ -42,12 +42,13 @@ class PairMemory {
   /// The value of a pair; a new Value if the pair is not in the table.
   Value& of(int a, int b) {
     Entry* free = nullptr;
-    for (std::size_t i = 0; i < kWindow; ++i) {
-      Entry& entry = entries_[place(a, b, i)];
+    const std::size_t first = firstPlace(a, b);
+    for (std::size_t place = first; place != first + kWindow; ++place) {
+      Entry& entry = entries_[inTable(place)];
       if (entry.a == a && entry.b == b) return entry.value;
       if (!free && entry.a < 0) free = &entry;
     }
-    if (!free) free = &entries_[place(a, b, 0)];
+    if (!free) free = &entries_[inTable(first)];
     *free = {a, b, Value()};
     return free->value;
   }
@@ -66,14 +67,15 @@ class PairMemory {
     Value value;
   };
 
-  /// The i-th place at which a pair may be.
-  std::size_t place(int a, int b, std::size_t i) const {
+  /// The first of the places where a pair may be. They lie side by side, and go on at the begin of the table.
+  static std::size_t firstPlace(int a, int b) {
     // The golden ratio and a prime as multipliers spread neighbours (Knuth, TAOCP 3, 6.4); the high bits are mixed
     // best.
     const std::size_t key =
         static_cast<std::size_t>(a) * 0x9E3779B97F4A7C15u + static_cast<std::size_t>(b) * 0xC2B2AE3D27D4EB4Fu;
-    return ((key >> 32) + i) & (entries_.size() - 1);
+    return key >> 32;
   }
+  std::size_t inTable(std::size_t place) const { return place & (entries_.size() - 1); }
 
   std::vector<Entry> entries_;
 };

@@ -8,6 +8,11 @@
 
 namespace proximity_server::scene {
 
+/// Two parts by their numbers, see PlacedRobot; or a volume of each of two parts.
+struct PartPair {
+  int a, b;
+};
+
 /// The geometry of a link, of a <collision> or of an object, in the frame of its body: volumes over convex pieces, and
 /// the half-spaces of an object.
 struct Part {
@@ -26,6 +31,9 @@ struct Part {
   /// True if it has half-spaces. Then its bounds are infinite, and it must be the second part of a pair.
   bool isUnbounded() const { return object && object->isUnbounded(); }
   const std::vector<PlacedHalfSpace>& halfSpaces() const { return object->geometry->halfSpaces(); }
+
+  /// The shape of the object that a half-space belongs to, counted from 1.
+  int shapeNumber(int half_space) const { return 1 + halfSpaces()[half_space].shape; }
 
   /// True if it is an object that no link holds.
   bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }

@@ -135,10 +135,9 @@ const Part& PlacedRobot::existing(int object) const {
   return (*this)[object];
 }
 
-int PlacedRobot::collisionNumber(int part, int leaf) const {
-  const Part& here = (*this)[part];
-  const Piece& piece = here.pieces[here[leaf].piece];
-  return here.object ? 1 + piece.collision : model_.collisionOf(piece).number;
+int PlacedRobot::collisionNumber(const Part& part, int leaf) const {
+  const Piece& piece = part.pieces[part[leaf].piece];
+  return part.object ? 1 + piece.collision : model_.collisionOf(piece).number;
 }
 
 PlacedRobot::Sphere PlacedRobot::sphereAround(int part) const {

@@ -88,10 +88,8 @@ class PlacedRobot {
 
   const Part& operator[](int part) const { return parts_[static_cast<std::size_t>(part)]; }
 
-  /// The number of the <collision> of the link, or of the shape of the object, that a leaf or a half-space belongs to;
-  /// counted from 1.
-  int collisionNumber(int part, int leaf) const;
-  int shapeNumber(int object, int half_space) const { return 1 + (*this)[object].halfSpaces()[half_space].shape; }
+  /// The <collision> of the link, or the shape of the object, that a leaf belongs to; counted from 1.
+  int collisionNumber(const Part& part, int leaf) const;
 
   /// The pose of part b's body in the frame of part a's body.
   RelativePose relative(int a, int b) const;

@@ -3,17 +3,17 @@
 #include <limits>
 
 #include "scene/bounds/heap.h"
+#include "scene/parts/part.h"
 
 namespace proximity_server::scene {
 
-/// A pair of volumes that may have to be examined, see Volumes.
-struct Visit {
+/// A pair that may have to be examined.
+struct Visit : PartPair {
   /// How the lower bound was found. Only a Sphere bound can be improved without computing the pair.
   enum class Bound : unsigned char { Sphere, Box, Motion, Rest };
   double lower_bound;  ///< [m] of their signed distance minus the padding
   int number;          ///< decides between equal bounds
-  int a, b;
-  double padding;  ///< [m]
+  double padding;      ///< [m]
   Bound bound = Bound::Sphere;
   double threshold = 0.0;  ///< [m] the threshold of the pair, which is added to that of the question
 

@@ -112,7 +112,7 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   const auto isBeyondIt = [&](const Visit& leaves) {
     return isBeyond(distance({leaves.a, leaves.b}, pair, a_T_b, options), limit);
   };
-  if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({-kInfinity, 0, a_.root, b_.root, pair.padding});
+  if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({{a_.root, b_.root}, -kInfinity, 0, pair.padding});
   for (begin(pair, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
@@ -151,12 +151,12 @@ void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double lim
     const LeafBoxes &a = robot_.volumes().leavesOf(pair.a), &b = robot_.volumes().leavesOf(pair.b);
     if (LeafGaps::areFew(a, b, a_T_b)) {
       for (const LeafGaps::Gap& gap : gaps_.between(a, b, a_T_b, pair.padding, limit))
-        queue_.push({gap.lower_bound, visits_++, gap.a, gap.b, pair.padding, Visit::Bound::Box});
+        queue_.push({{gap.a, gap.b}, gap.lower_bound, visits_++, pair.padding, Visit::Bound::Box});
       left_out_ = gaps_.smallestOfOthers();
       return;
     }
   }
-  split({-kInfinity, 0, a_.root, b_.root, pair.padding}, a_T_b, limit);
+  split({{a_.root, b_.root}, -kInfinity, 0, pair.padding}, a_T_b, limit);
 }
 
 /// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst(). Pairs beyond the limit [m]
@@ -165,7 +165,7 @@ void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b, double li
   const Volume &a = a_[visit.a], &b = b_[visit.b];
   const bool split_a = splitsFirst(a, b);
   for (const int part : split_a ? a.parts : b.parts) {
-    Visit next{-kInfinity, visits_++, split_a ? part : visit.a, split_a ? visit.b : part, visit.padding};
+    Visit next{{split_a ? part : visit.a, split_a ? visit.b : part}, -kInfinity, visits_++, visit.padding};
     // A bound of a whole also holds for its parts.
     if (skipping_ == Skipping::On)
       next.lower_bound =

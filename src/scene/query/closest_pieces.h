@@ -23,7 +23,6 @@ struct LeafPair {
   int a = -1, b = -1;
   int half_space = -1;  ///< takes the place of b
 
-  static LeafPair withHalfSpace(int a, int half_space) { return {a, -1, half_space}; }
   bool hasHalfSpace() const { return half_space >= 0; }
   bool areLeaves() const { return b >= 0; }
   bool operator==(const LeafPair& other) const {

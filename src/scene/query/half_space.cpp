@@ -37,35 +37,36 @@ class HalfSpaceSearch {
         skipping_(skipping) {}
 
   ClosestPieces run() {
-    for (int i = 0; i < static_cast<int>(half_spaces_.size()); ++i) visit(a_.root, i, gap(a_.root, i));
+    for (; half_space_ < static_cast<int>(half_spaces_.size()); ++half_space_) visit(a_.root, gap(a_.root));
     return closest_;
   }
 
  private:
-  const PlacedHalfSpace& at(int half_space) const { return half_spaces_[static_cast<std::size_t>(half_space)]; }
-  double gap(int volume, int half_space) const {
-    return halfSpaceGap(a_[volume], at(half_space), a_T_b_, rounding_) - padding_;
-  }
+  const PlacedHalfSpace& halfSpace() const { return half_spaces_[static_cast<std::size_t>(half_space_)]; }
+  double gap(int volume) const { return halfSpaceGap(a_[volume], halfSpace(), a_T_b_, rounding_) - padding_; }
 
-  void visit(int volume, int half_space, double lower_bound) {
+  void visit(int volume, double lower_bound) {
     if (skipping_ == Skipping::On && lower_bound > closest_.limit(limit_, question_)) {
       closest_.leaveOut(lower_bound);
       return;
     }
     const Volume& here = a_[volume];
     if (here.isLeaf()) {
-      const SignedDistance result = halfSpaceDistance(a_.pieces[here.piece], at(half_space), a_T_b_, rounding_,
+      const SignedDistance result = halfSpaceDistance(a_.pieces[here.piece], halfSpace(), a_T_b_, rounding_,
                                                       narrowphase::usableTolerance(question_.tolerance));
-      closest_.offer(LeafPair::withHalfSpace(volume, half_space), padded(result, padding_), limit_);
+      LeafPair leaves;
+      leaves.a = volume;
+      leaves.half_space = half_space_;
+      closest_.offer(leaves, padded(result, padding_), limit_);
       return;
     }
     std::array<int, 2> parts = here.parts;
-    std::array<double, 2> gaps{gap(parts[0], half_space), gap(parts[1], half_space)};
+    std::array<double, 2> gaps{gap(parts[0]), gap(parts[1])};
     if (gaps[1] < gaps[0]) {
       std::swap(parts[0], parts[1]);
       std::swap(gaps[0], gaps[1]);
     }
-    for (std::size_t i = 0; i < 2; ++i) visit(parts[i], half_space, gaps[i]);
+    for (std::size_t i = 0; i < 2; ++i) visit(parts[i], gaps[i]);
   }
 
   const Part& a_;
@@ -74,6 +75,7 @@ class HalfSpaceSearch {
   const double rounding_, limit_, padding_;
   const Question& question_;
   const Skipping skipping_;
+  int half_space_ = 0;  ///< the one that is looked at
   ClosestPieces closest_;
 };
 

@@ -62,13 +62,20 @@ class InteriorSearch {
   void visitOuter(int volume) {
     const Volume& here = outer()[volume];
     if (!here.has_interior) return;
-    if (here.isLeaf()) return visitInner(volume, inner().root);
-    for (const int part : here.parts) visitOuter(part);
+    if (!here.isLeaf()) {
+      for (const int part : here.parts) visitOuter(part);
+      return;
+    }
+    outer_leaf_ = volume;
+    visitInner(inner().root);
   }
 
-  /// Maps a point from the frame of the body of the inner part to the frame of the mesh.
-  Vector3d inMesh(const Piece& outer, const Vector3d& p) const {
-    return outer.body_T_piece.inverse(Eigen::Isometry) * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
+  /// The piece whose interior is looked at.
+  const Piece& solid() const { return outer().pieces[outer()[outer_leaf_].piece]; }
+
+  /// A point of the body of the inner one in the frame of the mesh.
+  Vector3d inMesh(const Vector3d& p) const {
+    return solid().body_T_piece.inverse(Eigen::Isometry) * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
   }
 
   /// True if something with this lower bound [m], without padding, cannot change the answer.
@@ -79,24 +86,22 @@ class InteriorSearch {
     return true;
   }
 
-  void visitInner(int leaf, int volume) {
+  void visitInner(int volume) {
     const Volume& here = inner()[volume];
     if (!here.has_anchor) return;
-    const Piece& outer_piece = outer().pieces[outer()[leaf].piece];
-    const Eigen::AlignedBox3d& box = outer_piece.interior->box();
-    const Vector3d centre = inMesh(outer_piece, here.bounds.centre);
-    if (isLeftOut(signedDistance(box, centre) - here.bounds.radius - outer_piece.shape.margin() - rounding_)) return;
-    if (here.isLeaf()) return measure(leaf, volume);
-    for (const int part : here.parts) visitInner(leaf, part);
+    const Eigen::AlignedBox3d& box = solid().interior->box();
+    const Vector3d centre = inMesh(here.bounds.centre);
+    if (isLeftOut(signedDistance(box, centre) - here.bounds.radius - solid().shape.margin() - rounding_)) return;
+    if (here.isLeaf()) return measure(volume);
+    for (const int part : here.parts) visitInner(part);
   }
 
-  void measure(int outer_leaf, int inner_leaf) {
-    const Piece& solid = outer().pieces[outer()[outer_leaf].piece];
+  void measure(int inner_leaf) {
     const Piece& anchor = inner().pieces[inner()[inner_leaf].piece];
-    const Vector3d centre = inMesh(solid, anchor.body_T_piece * anchor.shape.centre());
-    const double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid.shape.margin();
-    if (isLeftOut(signedDistance(solid.interior->box(), centre) - radius - rounding_)) return;
-    const Interior::Place place = solid.interior->placeOf(centre, radius + within_);
+    const Vector3d centre = inMesh(anchor.body_T_piece * anchor.shape.centre());
+    const double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid().shape.margin();
+    if (isLeftOut(signedDistance(solid().interior->box(), centre) - radius - rounding_)) return;
+    const Interior::Place place = solid().interior->placeOf(centre, radius + within_);
     SignedDistance result;
     result.lower_bound = place.lower_bound - radius - rounding_;
     result.upper_bound = place.upper_bound - radius + rounding_;
@@ -104,17 +109,16 @@ class InteriorSearch {
     if (!(result.distance < within_)) return;
     const bool is_narrow = result.upper_bound - result.lower_bound <= narrowphase::usableTolerance(question_.tolerance);
     result.status = is_narrow ? Status::Converged : Status::Degenerate;
-    place_ = {outer_leaf, inner_leaf};
-    offer(place, solid, result);
+    offer(place, inner_leaf, result);
   }
 
   /// Adds points and normal to a result, and offers it.
-  void offer(const Interior::Place& place, const Piece& solid, SignedDistance result) {
-    const Vector3d outwards = (solid.body_T_piece.linear() * place.outwards).normalized();
-    const Vector3d on_solid = solid.body_T_piece * place.nearest + solid.shape.margin() * outwards;
+  void offer(const Interior::Place& place, int inner_leaf, SignedDistance result) {
+    const Vector3d outwards = (solid().body_T_piece.linear() * place.outwards).normalized();
+    const Vector3d on_solid = solid().body_T_piece * place.nearest + solid().shape.margin() * outwards;
     result.has_points = true;
     result.unique = false;
-    LeafPair leaves = place_;
+    LeafPair leaves{outer_leaf_, inner_leaf};
     if (outer_ == Outer::A) {
       result.normal = outwards;
       result.point_a = on_solid;
@@ -136,7 +140,7 @@ class InteriorSearch {
   ClosestPieces& closest_;
   RelativePose outer_T_inner_;
   Outer outer_ = Outer::A;
-  LeafPair place_;
+  int outer_leaf_ = -1;  ///< the leaf of the solid
 };
 
 }  // namespace

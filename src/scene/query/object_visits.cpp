@@ -36,8 +36,8 @@ void ObjectVisits::fit(const PlacedRobot& robot) {
 void ObjectVisits::addWalker(const PlacedRobot& robot, int part) {
   if (!robot.isPlaced(part)) return;
   const bool is_unbounded = robot[part].isUnbounded();
-  walkers_.push_back({static_cast<int>(walkers_.size()), part, robot.refOf(part), is_unbounded,
-                      is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(part)});
+  walkers_.push_back(
+      {part, robot.refOf(part), is_unbounded, is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(part)});
 }
 
 /// Fits the boxes of moving objects. An object without a pose gets an empty box, so that nothing is near it.

@@ -39,7 +39,7 @@ class ObjectVisits {
       if (walker.is_unbounded) continue;
       for (const Tree tree : {Tree::Fixed, Tree::Moving})
         if (const BoxTree& boxes = treeOf(tree, robot); !boxes.empty())
-          push({boxGap(walker.box, boxes[0].box), walker.index, 0, tree}, limit);
+          push({boxGap(walker.box, boxes[0].box), &walker, 0, tree}, limit);
     }
   }
 
@@ -68,7 +68,7 @@ class ObjectVisits {
   void open(const PlacedRobot& robot, double limit, const Enter& enter) {
     NodeVisit visit = queue_.pop();
     const BoxTree& boxes = treeOf(visit.tree, robot);
-    const Walker& walker = walkers_[static_cast<std::size_t>(visit.walker)];
+    const Walker& walker = *visit.walker;
     while (!boxes[visit.node].isLeaf()) {
       NodeVisit near = visit, far = visit;
       near.node = boxes[visit.node].parts[0];
@@ -90,7 +90,6 @@ class ObjectVisits {
   enum class Tree : unsigned char { Fixed, Moving };
 
   struct Walker {
-    int index;  ///< of this walker
     int part;
     ShapeRef ref;
     bool is_unbounded;
@@ -99,7 +98,8 @@ class ObjectVisits {
 
   struct NodeVisit {
     double lower_bound;  ///< [m]
-    int walker, node;
+    const Walker* walker;
+    int node;
     Tree tree;
     bool operator<(const NodeVisit& other) const {
       if (lower_bound != other.lower_bound) return lower_bound > other.lower_bound;

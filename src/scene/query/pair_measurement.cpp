@@ -73,13 +73,14 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
 }
 
-/// The part with half-spaces becomes the second one.
-std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, int a, int b, int number) const {
+/// What has half-spaces becomes the second.
+std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, PartPair parts, int number) const {
+  auto& [a, b] = parts;
   if (b < a) std::swap(a, b);
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
   if (robot_[a].isUnbounded()) std::swap(a, b);
   if (robot_[a].isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
-  Visit visit{-kInfinity, number, a, b, paddings_.of(pair)};
+  Visit visit{parts, -kInfinity, number, paddings_.of(pair)};
   if (skipping_ == Skipping::On) visit.lower_bound = robot_.sphereGap(a, b) - visit.padding;
   return visit;
 }
@@ -164,12 +165,11 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   if (!closest.empty()) {
     const LeafPair& leaves = closest.leaves;
     const bool is_plane = leaves.hasHalfSpace();  // a half-space is exact
-    proximity.collision_a = robot_.collisionNumber(visit.a, leaves.a);
-    proximity.collision_b =
-        is_plane ? robot_.shapeNumber(visit.b, leaves.half_space) : robot_.collisionNumber(visit.b, leaves.b);
-    proximity.representation = robot_[visit.a][leaves.a].representation;
-    if (!is_plane)
-      proximity.representation = std::max(proximity.representation, robot_[visit.b][leaves.b].representation);
+    const Part &a = robot_[visit.a], &b = robot_[visit.b];
+    proximity.collision_a = robot_.collisionNumber(a, leaves.a);
+    proximity.collision_b = is_plane ? b.shapeNumber(leaves.half_space) : robot_.collisionNumber(b, leaves.b);
+    proximity.representation = a[leaves.a].representation;
+    if (!is_plane) proximity.representation = std::max(proximity.representation, b[leaves.b].representation);
     const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);
     if (closest.result.status == narrowphase::Status::Converged && too_wide)
       proximity.result.status = closest.lower_bound_status;

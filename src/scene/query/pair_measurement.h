@@ -50,11 +50,11 @@ class PairMeasurement {
   /// between equal bounds. The visit may have the two in the opposite order: the numbers are the same, in whichever
   /// order a pair is asked.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const {
-    return visitOf(pair, robot_.numberOf(pair.a), robot_.numberOf(pair.b), number);
+    return visitOf(pair, {robot_.numberOf(pair.a), robot_.numberOf(pair.b)}, number);
   }
 
-  /// Like the other visitOf(), with the numbers of the two parts in any order.
-  std::optional<Visit> visitOf(const ShapeRefPair& pair, int a, int b, int number) const;
+  /// The same by the two parts, in any order.
+  std::optional<Visit> visitOf(const ShapeRefPair& pair, PartPair parts, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
   Visit refined(Visit visit, double limit) const;

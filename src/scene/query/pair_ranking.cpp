@@ -24,7 +24,24 @@ double rankOf(const narrowphase::SignedDistance& result, const Question& questio
 /// times at 124,251. Smaller numbers were not measured.
 constexpr std::size_t kManyPairs = 500;
 
+/// [m] The most that a pair of a kind adds to the threshold.
+double largestThreshold(const Question& question, PairKind kind) {
+  return question.thresholds ? question.thresholds->range(kind).largest : 0.0;
+}
+
 }  // namespace
+
+PairRanking::Search::Search(const Pairs& of_pairs, std::size_t most, Goal of_search, const Question& asked,
+                            const Objects* objects)
+    : pairs(of_pairs),
+      with_links(pairs.includeLinks()),
+      with_objects(pairs.includeObjects(objects)),
+      total((with_links ? pairs.size() : 0) + (with_objects ? static_cast<std::size_t>(objects->pairCount()) : 0)),
+      k(std::min(most, total)),
+      goal(of_search),
+      question(asked),
+      of_links(largestThreshold(question, PairKind::OfLinks)),
+      with_object(largestThreshold(question, PairKind::WithObject)) {}
 
 PairRanking::PairRanking(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
     : skipping_(skipping),
@@ -83,7 +100,7 @@ double PairRanking::limit(const Search& search) const {
 
 PairRanking::AskedPair PairRanking::inList(int number, const Search& search) const {
   const ShapeRefPair& pair = search.pairs.list()[static_cast<std::size_t>(number)];
-  return {number, measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)};
+  return {{measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)}, number};
 }
 
 ShapeRefPair PairRanking::refsOf(const AskedPair& pair, const Search& search) const {
@@ -95,14 +112,14 @@ ShapeRefPair PairRanking::refsOf(const AskedPair& pair, const Search& search) co
 /// The visit of a pair, with the threshold of the pair.
 std::optional<Visit> PairRanking::visitOf(const AskedPair& pair, const Search& search) const {
   const ShapeRefPair refs = refsOf(pair, search);
-  std::optional<Visit> visit = measurement_.visitOf(refs, pair.a, pair.b, pair.number);
+  std::optional<Visit> visit = measurement_.visitOf(refs, pair, pair.number);
   if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(refs);
   return visit;
 }
 
 /// Measures a pair, and ranks it if it is one of the nearest so far.
 void PairRanking::consider(const Visit& visit, const Search& search) {
-  const ShapeRefPair pair = refsOf({visit.number, visit.a, visit.b}, search);
+  const ShapeRefPair pair = refsOf({visit, visit.number}, search);
   const double limit_of_pair = limit(search) + visit.threshold;
   const PairProximity proximity = measurement_.measure(pair, visit, limit_of_pair, search.question);
   if (proximity.result.status == narrowphase::Status::Unknown || isBeyond(proximity.result, limit_of_pair)) return;
@@ -151,7 +168,7 @@ void PairRanking::enterOthers(const Search& search) {
 void PairRanking::enterObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
-  const auto enter_pair = [&](int a, int b) { enter({kNotInList, a, b}, search); };
+  const auto enter_pair = [&](int a, int b) { enter({{a, b}, kNotInList}, search); };
   if (skipping_ == Skipping::Off)
     return objects_->forEachCheckedPair(
         [&](const ShapeRef& a, const ShapeRef& b) { enter_pair(robot.numberOf(a), robot.numberOf(b)); });
@@ -167,7 +184,7 @@ void PairRanking::openNearby(const Search& search) {
   while (!object_visits_.empty() &&
          !(object_visits_.lowestBound() > std::min(queue_.lowestBound(), limit(search)) + search.with_object))
     object_visits_.open(measurement_.robot(), limit(search) + search.with_object, [&](int a, int b) {
-      enter({kNotInList, a, b}, search);
+      enter({{a, b}, kNotInList}, search);
     });
 }
 
@@ -247,26 +264,14 @@ void PairRanking::keepLikely(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   for (const Ranked& ranked : nearest_.all()) {
     const ShapeRefPair& refs = ranked.proximity.asked;
-    likely_.push_back({ranked.number, robot.numberOf(refs.a), robot.numberOf(refs.b)});
+    likely_.push_back({{robot.numberOf(refs.a), robot.numberOf(refs.b)}, ranked.number});
   }
   std::sort(likely_.begin(), likely_.end());
 }
 
 const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::size_t k, Goal goal,
                                                        const Question& question) {
-  const bool with_links = pairs.includeLinks(), with_objects = pairs.includeObjects(objects_.get());
-  std::size_t total = with_links ? pairs.size() : 0;
-  if (with_objects) total += static_cast<std::size_t>(objects_->pairCount());
-  const PairDistances* const thresholds = question.thresholds;
-  const Search search{pairs,
-                      with_links,
-                      with_objects,
-                      total,
-                      std::min(k, total),
-                      goal,
-                      question,
-                      thresholds ? thresholds->range(PairKind::OfLinks).largest : 0.0,
-                      thresholds ? thresholds->range(PairKind::WithObject).largest : 0.0};
+  const Search search(pairs, k, goal, question, objects_.get());
   measurement_.counts() = {};
   below_ = 0;
   nearest_.clear();

@@ -63,19 +63,20 @@ class PairRanking {
  private:
   /// The arguments of closest().
   struct Search {
+    Search(const Pairs& pairs, std::size_t k, Goal goal, const Question& question, const Objects* objects);
+
     const Pairs& pairs;
     const bool with_links, with_objects;
     const std::size_t total;  ///< the number of all pairs
-    const std::size_t k;
+    const std::size_t k;      ///< at most all
     const Goal goal;
     const Question& question;
     const double of_links, with_object;  ///< [m] the largest threshold of a pair of links, and of a pair with an object
   };
 
   /// A pair that the question is about: one of the list, by its place there, or a candidate with an object.
-  struct AskedPair {
-    int number;  ///< the place in the list; kNotInList for a candidate with an object
-    int a, b;    ///< the two parts, see PlacedRobot; a < b for a candidate with an object
+  struct AskedPair : PartPair {  // of a candidate with an object a < b
+    int number;                  ///< in the list; kNotInList of a candidate with an object
     bool isInList() const { return number != kNotInList; }
     bool operator<(const AskedPair& other) const {
       return std::tie(number, a, b) < std::tie(other.number, other.a, other.b);

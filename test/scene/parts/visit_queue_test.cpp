@@ -5,7 +5,7 @@
 
 namespace proximity_server::scene::visit_queue_test {
 
-Visit visitOf(double lower_bound, int number) { return {lower_bound, number, 0, 0, 0.0}; }
+Visit visitOf(double lower_bound, int number) { return {{0, 0}, lower_bound, number, 0.0}; }
 
 std::vector<int> numbersInOrder(VisitQueue& queue) {
   std::vector<int> numbers;
