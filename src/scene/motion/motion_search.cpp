@@ -104,14 +104,14 @@ std::int64_t MotionSearch::unknownPairsWithObjects() {
 /// Puts all pairs that one bound for the whole motion does not settle into the queue.
 void MotionSearch::enterAll(double limit) {
   for (int i = 0; i < pairs_.size(); ++i) {
-    const IntervalVisit visit = withSpheres({-kInfinity, i, pairs_[i].a.root, pairs_[i].b.root, 1, 0.0});
+    const IntervalVisit visit = withSpheres(wholeMotionOf(i));
     if (!isSettled(visit, limit)) push(visit);
   }
 }
 
 void MotionSearch::push(IntervalVisit visit) {
   movingPairOf(visit).is_examined = true;
-  visit.earliest = order_ == Order::Earliest ? MovingBodies::Interval(visit.interval).begin : 0.0;
+  visit.earliest = order_ == Order::Earliest ? visit.interval.begin : 0.0;
   queue_.push(visit);
 }
 
@@ -152,7 +152,7 @@ void MotionSearch::enter(IntervalVisit visit, double limit) {
 
 void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
   IntervalVisit part = visit;
-  for (const int half : {2 * visit.interval, 2 * visit.interval + 1}) {
+  for (const MovingBodies::Interval& half : visit.interval.halves()) {
     part.interval = half;
     enter(part, limit);
   }
@@ -164,7 +164,7 @@ void MotionSearch::split(const IntervalVisit& visit, double limit) {
   if (!moving.isOfShapes()) return splitFixedObjects(visit, limit);
   const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
   const bool split_a = splitsFirst(a, b);
-  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval < 1 << kMaxLevels)
+  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval.isLongerThan(kMaxLevels))
     return enterHalves(visit, limit);
   IntervalVisit part = visit;
   for (const int volume : split_a ? a.parts : b.parts) {
@@ -178,13 +178,13 @@ void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
   const BoxTree::Node& node = pairs_.tree()[visit.b];
   IntervalVisit part = visit;
   if (node.isLeaf()) {
-    part.pair = pairs_.pairAt(visit.pair, node.item);
+    part.pair = pairs_.pairAt(visit.pair, node);
     if (part.pair < 0) return;
     part.a = movingPairOf(part).a.root;
     part.b = movingPairOf(part).b.root;
     return enter(part, limit);
   }
-  if (visit.travel > 0.5 * node.box.diagonal().norm() && visit.interval < 1 << kMaxLevels)
+  if (visit.travel > 0.5 * node.box.diagonal().norm() && visit.interval.isLongerThan(kMaxLevels))
     return enterHalves(visit, limit);
   for (const int next : node.parts) {
     part.b = next;
@@ -195,13 +195,12 @@ void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
 narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                    double latest) {
   const PairInMotion& moving = movingPairOf(visit);
-  const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
   options.contact_distance = moving.contact_distance + moving.padding + moving.error;
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
-  options.begin = interval.begin;
-  options.end = std::min(interval.end, latest);
+  options.begin = visit.interval.begin;
+  options.end = std::min(visit.interval.end, latest);
   // 256 queries take about a millisecond, so that two pieces never delay a question with a deadline for longer.
   constexpr int kQueriesBetweenLooksAtTheClock = 256;
   if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
@@ -212,12 +211,11 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
 narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                        double upper_bound) {
   const PairInMotion& moving = movingPairOf(visit);
-  const MovingBodies::Interval interval(visit.interval);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::MinimumOptions options;
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
-  options.begin = interval.begin;
-  options.end = interval.end;
+  options.begin = visit.interval.begin;
+  options.end = visit.interval.end;
   options.stop_above = upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.padding + moving.error;
   narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
                                                            moving.bodies.chainOfB(b.body_T_piece), options);
@@ -235,7 +233,7 @@ RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& m
   considerStart(pairs, question, bounds, answer);
   while (!queue_.empty()) {
     const IntervalVisit visit = queue_.pop();
-    const double time = MovingBodies::Interval(visit.interval).begin;
+    const double time = visit.interval.begin;
     if (answer.contact && !(time < bounds.latest)) break;
     ++answer.counts.intervals;
     if (isOver(question)) {
@@ -288,7 +286,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
     const double rounding = pairs_.roundingOf(moving.asked, 0.0);
     const double contact_distance = moving.contact_distance;
-    const bool may_get_inside = !(withSpheres({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}).lower_bound > 0.0);
+    const bool may_get_inside = !(withSpheres(wholeMotionOf(i)).lower_bound > 0.0);
     if (inside.upper + rounding <= contact_distance + narrowphase::usableTolerance(question.tolerance)) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
@@ -400,7 +398,24 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   const bool has_states = considerStates(pairs, answer);
   enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
-  double proven = kInfinity;  // [m] the smallest lower bound of all pieces that were measured
+  const double proven = searchPieces(question, answer);
+  answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
+  if (answer.time >= 0.0) {
+    answer.pair = ofAllPieces(answer.pair, answer.time);
+    takeUpperBound(answer.upper_bound, answer);
+  }
+  const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
+  answer.lower_bound = std::min({proven, open, answer.upper_bound});
+  // Without the state at the start, what is inside from the start on has not been seen.
+  if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
+  leaveOpenIfWide(answer.pair, question);
+  return answer;
+}
+
+/// Takes the nearest visits from the queue, and measures their pieces where they cannot be divided. Returns the smallest lower
+/// bound [m] of all pieces that it measured.
+double MotionSearch::searchPieces(const MotionQuestion& question, RobotMinimum& answer) {
+  double proven = kInfinity;
   while (!queue_.empty() &&
          answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
     ++answer.counts.intervals;
@@ -422,25 +437,15 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
     answer.time = pieces.time;
     answer.pair = found(visit, pieces.at_minimum, pieces.time);
   }
-  answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
-  if (answer.time >= 0.0) {
-    answer.pair = ofAllPieces(answer.pair, answer.time);
-    takeUpperBound(answer.upper_bound, answer);
-  }
-  const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
-  answer.lower_bound = std::min({proven, open, answer.upper_bound});
-  // If the start was not measured, a shape may have been inside a closed mesh from the start on.
-  if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
-  leaveOpenIfWide(answer.pair, question);
-  return answer;
+  return proven;
 }
 
 /// Bounds a pair with interiors during an interval: the depth in the middle of the interval, minus how far the shapes
 /// can move from there.
 MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
   PairInMotion& moving = movingPairOf(visit);
-  const MovingBodies::Interval interval(visit.interval);
-  const double middle = 0.5 * (interval.begin + interval.end), rounding = pairs_.roundingOf(moving.asked, middle);
+  const double middle = 0.5 * (visit.interval.begin + visit.interval.end),
+               rounding = pairs_.roundingOf(moving.asked, middle);
   const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
   placeStates(middle);
   const DistanceBounds inside = states_.interiorOf(moving.asked, drift);
@@ -457,20 +462,21 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
 void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
   queue_.clear();
   for (int i = 0; i < pairs_.size(); ++i)
-    if (const PairInMotion& moving = pairs_[i]; hasInterior(moving))
-      push(withInterior({-kInfinity, i, moving.a.root, moving.b.root, 1, 0.0}, answer));
+    if (hasInterior(pairs_[i])) push(withInterior(wholeMotionOf(i), answer));
   double proven = kInfinity;  // [m] the smallest lower bound of the intervals that are not divided further
   for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
     if (!(answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
     const IntervalVisit visit = queue_.pop();
     ++answer.counts.intervals;
-    if (visit.interval >= 1 << kMaxInteriorLevels) {
+    if (!visit.interval.isLongerThan(kMaxInteriorLevels)) {
       proven = std::min(proven, visit.lower_bound);
       continue;
     }
-    IntervalVisit half = visit;
-    for (half.interval = 2 * visit.interval; half.interval <= 2 * visit.interval + 1; ++half.interval)
-      push(withInterior(half, answer));
+    IntervalVisit part = visit;
+    for (const MovingBodies::Interval& half : visit.interval.halves()) {
+      part.interval = half;
+      push(withInterior(part, answer));
+    }
   }
   const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
   answer.lower_bound = std::min({answer.lower_bound, proven, open, answer.upper_bound});

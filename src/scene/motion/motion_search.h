@@ -43,11 +43,11 @@ class MotionSearch {
 
  private:
   /// Two volumes during an interval of time, see MovingBodies::Interval; or a volume and a node of the tree.
-  struct IntervalVisit {
+  struct IntervalVisit : PartPair {
     double lower_bound;  ///< [m] of their signed distance minus the padding
     int pair;            ///< index into pairs_
-    int a, b, interval;
-    double travel;          ///< [m] how far b moves as seen from a
+    MovingBodies::Interval interval;
+    double travel = 0.0;    ///< [m] of b as seen from a
     double earliest = 0.0;  ///< the begin of the interval for a search in Order::Earliest; push() sets it
 
     bool operator<(const IntervalVisit& other) const {
@@ -67,6 +67,12 @@ class MotionSearch {
   void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact, MotionCounts& counts);
   std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);
+  IntervalVisit wholeMotionOf(int pair) {
+    return {{pairs_[pair].a.root, pairs_[pair].b.root},
+            -std::numeric_limits<double>::infinity(),
+            pair,
+            MovingBodies::Interval(1)};
+  }
   PairInMotion& movingPairOf(const IntervalVisit& visit) { return pairs_[visit.pair]; }
   bool isSettled(const IntervalVisit& visit, double limit) {
     return visit.lower_bound > std::min(limit, movingPairOf(visit).contact_distance);
@@ -99,6 +105,7 @@ class MotionSearch {
   narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
                RobotContact& answer);
+  double searchPieces(const MotionQuestion& question, RobotMinimum& answer);
   narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                            double upper_bound);
   PairProximity found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time);

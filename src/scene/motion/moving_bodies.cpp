@@ -20,8 +20,8 @@ std::vector<int> ancestry(const PosesInTime& poses, int body) {
 
 /// One step on the way from body a to body b: the motion of the frame after the step, in the frame before it.
 struct Step {
-  int body;   ///< the frame after the step
-  int frame;  ///< the child frame of the joint of the step
+  int body;  ///< behind it
+  bool leaves_the_robot;
   narrowphase::ScrewMotion motion;
 };
 std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
@@ -30,10 +30,12 @@ std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
     up.pop_back();
     down.pop_back();
   }
+  const int robot_end = static_cast<int>(poses.motion().segments().size());
   std::vector<Step> way;
   for (std::size_t i = 0; i + 1 < up.size(); ++i)
-    way.push_back({up[i + 1], up[i], poses.segment(up[i]).motion.inverse()});
-  for (std::size_t i = down.size() - 1; i-- > 0;) way.push_back({down[i], down[i], poses.segment(down[i]).motion});
+    way.push_back({up[i + 1], up[i + 1] < 0 || up[i] >= robot_end, poses.segment(up[i]).motion.inverse()});
+  for (std::size_t i = down.size() - 1; i-- > 0;)
+    way.push_back({down[i], down[i] >= robot_end, poses.segment(down[i]).motion});
   return way;
 }
 
@@ -141,7 +143,7 @@ MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a
   bool leaves_the_robot = false;
   for (const Step& step : way) {
     way_ += step.motion.start.translation().norm();
-    leaves_the_robot |= step.body < 0 || step.frame >= static_cast<int>(poses.motion().segments().size());
+    leaves_the_robot |= step.leaves_the_robot;
   }
   if (!leaves_the_robot) way_ = 0.0;
   length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach) + way_;
@@ -165,7 +167,7 @@ narrowphase::MotionChain MovingBodies::fixedTo(narrowphase::MotionChain chain, c
   return chain;
 }
 
-MovingBodies::Interval::Interval(int number) {
+MovingBodies::Interval::Interval(int its_number) : number(its_number) {
   PROXIMITY_ASSERT(number >= 1,
                    "Intervals are numbered from 1, the whole motion, and the halves of n are 2 n and 2 n + 1.");
   const int level = std::ilogb(number);
@@ -174,9 +176,10 @@ MovingBodies::Interval::Interval(int number) {
   end = begin + length;
 }
 
-const MovingBodies::IntervalMotion& MovingBodies::motionIn(int number, PosesInTime& poses) {
-  if (const auto known = interval_motions_.find(number); known != interval_motions_.end()) return known->second;
-  const auto [begin, end] = Interval(number);
+const MovingBodies::IntervalMotion& MovingBodies::motionIn(const Interval& interval, PosesInTime& poses) {
+  if (const auto known = interval_motions_.find(interval.number); known != interval_motions_.end())
+    return known->second;
+  const double begin = interval.begin, end = interval.end;
   const double middle = 0.5 * (begin + end), duration = end - begin;
   double far = 0.0;
   const auto seen = [&](int body, double time) -> Isometry3d {
@@ -197,10 +200,11 @@ const MovingBodies::IntervalMotion& MovingBodies::motionIn(int number, PosesInTi
                         0.5 * duration * speed,
                         0.0};
   motion.rounding = kPoseRounding * (length_ + 4.0 * far);
-  return interval_motions_.emplace(number, motion).first->second;
+  return interval_motions_.emplace(interval.number, motion).first->second;
 }
 
-MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
+MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, const Interval& interval,
+                                                PosesInTime& poses) {
   const IntervalMotion& here = motionIn(interval, poses);
   const Vector3d begin = here.b_begin * b.centre - here.a_begin * a.centre;
   const Vector3d end = here.b_end * b.centre - here.a_end * a.centre;
@@ -208,12 +212,12 @@ MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b
           (end - begin).norm() + here.bulge};
 }
 
-double MovingBodies::driftIn(int interval, PosesInTime& poses) {
+double MovingBodies::driftIn(const Interval& interval, PosesInTime& poses) {
   const IntervalMotion& here = motionIn(interval, poses);
   return here.drift + here.rounding;
 }
 
-double MovingBodies::boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses) {
+double MovingBodies::boxGap(const Bounds& a, const Bounds& b, const Interval& interval, PosesInTime& poses) {
   const IntervalMotion& here = motionIn(interval, poses);
   const Vector3d between = here.b_middle * b.centre - here.a_middle * a.centre;
   return scene::boxGap(between, a, here.a_middle.linear() * a.axes, b, here.b_middle.linear() * b.axes) - here.drift -

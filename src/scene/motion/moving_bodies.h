@@ -72,6 +72,12 @@ class MovingBodies {
   /// An interval of time by bisection: the whole motion is number 1, the halves of n are 2 n and 2 n + 1.
   struct Interval {
     explicit Interval(int number);
+    std::array<Interval, 2> halves() const { return {Interval(2 * number), Interval(2 * number + 1)}; }
+
+    /// Whether it is longer than the whole motion halved so often.
+    bool isLongerThan(int level) const { return number < 1 << level; }
+
+    int number;
     double begin, end;
   };
 
@@ -84,7 +90,7 @@ class MovingBodies {
   struct SphereGap {
     double gap, travel;
   };
-  SphereGap sphereGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
+  SphereGap sphereGap(const Bounds& a, const Bounds& b, const Interval& interval, PosesInTime& poses);
 
   /// [m] An upper bound of the effect of the rounding of chainOfA() and chainOfB() on a distance. It is 0 if all frames
   /// between the two are bodies of the robot. Otherwise frames may be far from each other, and the chains merge frames
@@ -97,11 +103,11 @@ class MovingBodies {
 
   /// [m] An upper bound of how far a point of one body moves during an interval, seen from the other body, from its
   /// place in the middle of the interval; plus the rounding of a distance.
-  double driftIn(int interval, PosesInTime& poses);
+  double driftIn(const Interval& interval, PosesInTime& poses);
 
   /// [m] A lower bound like that of sphereGap(), for boxes: the gap in the middle of the interval, minus how far a
   /// point can move from there.
-  double boxGap(const Bounds& a, const Bounds& b, int interval, PosesInTime& poses);
+  double boxGap(const Bounds& a, const Bounds& b, const Interval& interval, PosesInTime& poses);
 
  private:
   /// The motion of both bodies during an interval; it is the same for all of their parts.
@@ -113,7 +119,7 @@ class MovingBodies {
   };
 
   static narrowphase::MotionChain fixedTo(narrowphase::MotionChain chain, const Eigen::Isometry3d& pose);
-  const IntervalMotion& motionIn(int interval, PosesInTime& poses);
+  const IntervalMotion& motionIn(const Interval& interval, PosesInTime& poses);
 
   const int body_a_, body_b_;
   bool is_known_ = true;

@@ -232,10 +232,10 @@ void MovingPairs::addIfChecked(const Participant& walker, int number) {
   too_far_ += !is_added && isKnown(other);
 }
 
-int MovingPairs::pairAt(int with_all, int item) {
-  const auto [found, is_new] = at_leaf_.emplace(std::make_pair(with_all, item), -1);
+int MovingPairs::pairAt(int with_all, const BoxTree::Node& leaf) {
+  const auto [found, is_new] = at_leaf_.emplace(std::make_pair(with_all, leaf.item), -1);
   if (!is_new) return found->second;
-  const FixedObjects::Item& entry = objects_->fixed().item(item);
+  const FixedObjects::Item& entry = objects_->fixed().item(leaf.item);
   const PlacedObject* object = objects_->placed(entry.number);
   if (!object || object->serial != entry.serial) return -1;
   const int before = size();

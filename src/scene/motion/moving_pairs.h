@@ -103,7 +103,7 @@ class MovingPairs {
 
   /// Returns the pair of the object of a leaf of the tree with the link or object a of the pair `with_all`. Returns -1
   /// if the object does not exist any more, or if the two are not checked.
-  int pairAt(int with_all, int item);
+  int pairAt(int with_all, const BoxTree::Node& leaf);
 
   /// The number of the <collision> or shape that a piece belongs to, counted from 1.
   int collisionNumber(const ShapeRef& ref, const Piece& piece) const;
@@ -136,7 +136,7 @@ class MovingPairs {
   std::vector<PairInMotion> pairs_;
   std::deque<HalfSpaceBox> half_spaces_;  ///< pairs refer to them
   std::map<int, int> fixed_frames_;       ///< the frame in PosesInTime of each fixed object, by the object's number
-  std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt()
+  std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt(), by pair and item
   bool has_frames_ = false;                     ///< true if the motion has the frames of moving objects
   int asked_ = 0, of_list_ = 0, unknown_ = 0, too_far_ = 0;
 };

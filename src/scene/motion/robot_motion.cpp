@@ -16,10 +16,16 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-void require(std::size_t number, std::size_t expected, const std::string& what, const std::string& of) {
-  if (number == expected) return;
-  throw std::invalid_argument("the robot has " + std::to_string(expected) + " " + of + ", but there are " +
-                              std::to_string(number) + " " + what);
+/// A number of things, with their name.
+struct Count {
+  std::size_t number;
+  const char* name;
+  std::string text() const { return std::to_string(number) + " " + name; }
+};
+
+void require(const Count& given, const Count& expected) {
+  if (given.number == expected.number) return;
+  throw std::invalid_argument("the robot has " + expected.text() + ", but there are " + given.text());
 }
 
 /// [rad] or [m] The travel of a joint, computed from that of its leader.
@@ -58,8 +64,8 @@ void requireCarrier(const RobotMotion::Segment& segment, std::size_t bodies, con
 }  // namespace
 
 RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel) {
-  require(start.size(), model.bodies.size(), "poses", "bodies");
-  require(travel.size(), model.joints.size(), "travels", "movable joints");
+  require({start.size(), "poses"}, {model.bodies.size(), "bodies"});
+  require({travel.size(), "travels"}, {model.joints.size(), "movable joints"});
   RobotMotion motion;
   for (std::size_t i = 0; i < start.size(); ++i) {
     const Body& body = model.bodies[i];
@@ -81,14 +87,14 @@ RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& star
 RobotMotion RobotMotion::between(const RobotModel& model, const std::vector<double>& from,
                                  const std::vector<double>& to) {
   const BodyPoses start = forwardKinematics(model, from);
-  require(to.size(), from.size(), "positions to go to", "movable joints");
+  require({to.size(), "positions to go to"}, {from.size(), "movable joints"});
   std::vector<double> travel(to.size());
   std::transform(to.begin(), to.end(), from.begin(), travel.begin(), std::minus<>());
   return ofTravel(model, start, travel);
 }
 
 RobotMotion RobotMotion::ofTwists(const BodyPoses& start, const std::vector<Twist>& twists) {
-  require(twists.size(), start.size(), "twists", "poses");
+  require({twists.size(), "twists"}, {start.size(), "poses"});
   RobotMotion motion;
   for (std::size_t i = 0; i < start.size(); ++i) {
     const std::optional<Isometry3d> pose = usablePose(start[i]);

@@ -15,6 +15,7 @@ using namespace narrowphase;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using Twist = RobotMotion::Twist;
+using Interval = MovingBodies::Interval;
 
 Bounds boundsOfShape(const Shape& shape) { return boundsOf(Piece{shape, Isometry3d::Identity(), 0}); }
 
@@ -36,9 +37,14 @@ struct TwoMoving {
 
 TEST(IntervalOfTime, HasTheHalvesTwiceItsNumberAndTheNext) {
   const auto expectInterval = [](int number, double begin, double end) {
-    const MovingBodies::Interval interval(number);
+    const Interval interval(number);
     EXPECT_EQ(interval.begin, begin) << number;
     EXPECT_EQ(interval.end, end) << number;
+    const auto [earlier, later] = interval.halves();
+    EXPECT_EQ(earlier.number, 2 * number);
+    EXPECT_EQ(earlier.begin, begin) << number;
+    EXPECT_EQ(earlier.end, later.begin) << number;
+    EXPECT_EQ(later.end, end) << number;
   };
   expectInterval(1, 0.0, 1.0);
   expectInterval(2, 0.0, 0.5);
@@ -62,7 +68,7 @@ TEST(PosesInTime, AreThoseOfTheMotion) {
 // Ball b passes ball a, 3 away, from x = -4 to x = 4.
 TEST(SphereGapOfMovingBodies, OfAStraightPassIsThatOfTheSegment) {
   TwoMoving balls(at(0, 0, 0), {}, at(-4, 3, 0), {{8, 0, 0}, {0, 0, 0}}, Sphere{0.5}, Sphere{1.0});
-  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, 1, balls.poses);
+  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, Interval(1), balls.poses);
   EXPECT_NEAR(gap, 3.0 - 0.5 - 1.0, 1e-11);
   EXPECT_LT(gap, 1.5) << "rounding";
   EXPECT_NEAR(travel, 8.0, 1e-11);
@@ -71,7 +77,7 @@ TEST(SphereGapOfMovingBodies, OfAStraightPassIsThatOfTheSegment) {
 // In the last quarter it goes from x = 2, sqrt(13) from a, to x = 4.
 TEST(SphereGapOfMovingBodies, CountsOnlyTheInterval) {
   TwoMoving balls(at(0, 0, 0), {}, at(-4, 3, 0), {{8, 0, 0}, {0, 0, 0}}, Sphere{0.5}, Sphere{1.0});
-  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, 7, balls.poses);
+  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, Interval(7), balls.poses);
   EXPECT_NEAR(gap, std::sqrt(13.0) - 1.5, 1e-11);
   EXPECT_NEAR(travel, 2.0, 1e-11);
 }
@@ -79,7 +85,7 @@ TEST(SphereGapOfMovingBodies, CountsOnlyTheInterval) {
 // Both move: b passes a, which comes towards it, half as far away in the end.
 TEST(SphereGapOfMovingBodies, IsAboutTheirMotionAgainstEachOther) {
   TwoMoving balls(at(0, 0, 0), {{1, 0, 0}, {0, 0, 0}}, at(10, 0, 0), {{-4, 0, 0}, {0, 0, 0}}, Sphere{1}, Sphere{1});
-  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, 1, balls.poses);
+  const auto [gap, travel] = balls.bodies.sphereGap(balls.a, balls.b, Interval(1), balls.poses);
   EXPECT_NEAR(gap, 5.0 - 2.0, 1e-11);
   EXPECT_NEAR(travel, 5.0, 1e-11);
 }
@@ -90,7 +96,7 @@ TEST(SphereGapOfMovingBodies, OfAnArcIsThatOfTheChordLessItsBulge) {
   const double turning = M_PI / 2;
   TwoMoving balls(at(0, 0, 0), {}, at(2, 0, 0), {{0, 2 * turning, 0}, {0, 0, turning}}, Sphere{0.25}, Sphere{0.5});
   MovingBodies from_a(balls.poses, 0, balls.a, 1, balls.b, SeenFrom::A);
-  const auto [gap, travel] = from_a.sphereGap(balls.a, balls.b, 1, balls.poses);
+  const auto [gap, travel] = from_a.sphereGap(balls.a, balls.b, Interval(1), balls.poses);
   const double bulge = turning * turning * (2.0 + 0.5) / 8.0;
   EXPECT_NEAR(gap, std::sqrt(2.0) - bulge - 0.25 - 0.5, 1e-11);
   EXPECT_NEAR(travel, 2.0 * std::sqrt(2.0) + bulge, 1e-11);
@@ -100,17 +106,17 @@ TEST(SphereGapOfMovingBodies, OfAnArcIsThatOfTheChordLessItsBulge) {
 // there.
 TEST(BoxGapOfMovingBodies, IsTheGapInTheMiddleLessTheWayFromThere) {
   TwoMoving boxes(at(0, 0, 0), {}, at(7, 0, 0), {{-2, 0, 0}, {0, 0, 0}}, Box{{2, 2, 2}}, Box{{2, 2, 2}});
-  EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, 1, boxes.poses), 3.0, 1e-11);
-  EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, 2, boxes.poses), 4.0, 1e-11);
+  EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, Interval(1), boxes.poses), 3.0, 1e-11);
+  EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, Interval(2), boxes.poses), 4.0, 1e-11);
 }
 
 // Towards each other they come within 9 - 2 - 2; in one direction they stay 9 - 2 apart.
 TEST(BoxGapOfMovingBodies, IsAboutTheirMotionAgainstEachOther) {
   const Twist ahead{{1, 0, 0}, {0, 0, 0}}, back{{-1, 0, 0}, {0, 0, 0}};
   TwoMoving towards(at(0, 0, 0), ahead, at(9, 0, 0), back, Box{{2, 2, 2}}, Box{{2, 2, 2}});
-  EXPECT_NEAR(towards.bodies.boxGap(towards.a, towards.b, 1, towards.poses), 5.0, 1e-11);
+  EXPECT_NEAR(towards.bodies.boxGap(towards.a, towards.b, Interval(1), towards.poses), 5.0, 1e-11);
   TwoMoving together(at(0, 0, 0), ahead, at(9, 0, 0), ahead, Box{{2, 2, 2}}, Box{{2, 2, 2}});
-  EXPECT_NEAR(together.bodies.boxGap(together.a, together.b, 1, together.poses), 7.0, 1e-11);
+  EXPECT_NEAR(together.bodies.boxGap(together.a, together.b, Interval(1), together.poses), 7.0, 1e-11);
 }
 
 // The same cubes, of which b turns at rest: an edge of it looks at a in the middle. All of its points are within
@@ -120,7 +126,7 @@ TEST(BoxGapOfMovingBodies, TurnsTheBoxes) {
   TwoMoving boxes(at(0, 0, 0), {}, turned(M_PI / 4 - turning / 2, Vector3d::UnitZ(), {6, 0, 0}),
                   {{0, 0, 0}, {0, 0, turning}}, Box{{2, 2, 2}}, Box{{2, 2, 2}});
   const double way = 0.5 * turning * std::sqrt(3.0) * (1.0 + 0.5 * turning);
-  EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, 1, boxes.poses), 5.0 - std::sqrt(2.0) - way, 1e-11);
+  EXPECT_NEAR(boxes.bodies.boxGap(boxes.a, boxes.b, Interval(1), boxes.poses), 5.0 - std::sqrt(2.0) - way, 1e-11);
 }
 
 // --- chains
@@ -232,8 +238,9 @@ TEST(BoundsOfMovingBodies, AreNeverAboveTheDistanceDuringTheInterval) {
   int positive = 0;
   for (int i = 0; i < 60; ++i) {
     Row row({chance.between(-2, 2), chance.between(-2, 2), chance.between(-2, 2), chance.between(-2, 2)}, "0", "4");
-    for (const int interval : {1, 2, 3, 5, 10, 100}) {
-      const auto [begin, end] = MovingBodies::Interval(interval);
+    for (const int number : {1, 2, 3, 5, 10, 100}) {
+      const Interval interval(number);
+      const double begin = interval.begin, end = interval.end;
       double smallest = row.distance(end);
       for (int k = 0; k < 20; ++k) smallest = std::min(smallest, row.distance(begin + k / 20.0 * (end - begin)));
       const double sphere = row.bodies.sphereGap(row.bounds_a, row.bounds_b, interval, row.poses).gap;
@@ -249,14 +256,14 @@ TEST(BoundsOfMovingBodies, AreNeverAboveTheDistanceDuringTheInterval) {
 // In 2^-20 of the motion no point moves by more than 1e-4, and the spheres' gap is that of one time.
 TEST(BoundsOfMovingBodies, OfAShortIntervalAreNearlyThoseOfOneTime) {
   Row row({2, 1, -1, 2});
-  const int number = (1 << 20) + 12345;
-  const Isometry3d a_T_b = row.relative(MovingBodies::Interval(number).begin);
+  const Interval interval((1 << 20) + 12345);
+  const Isometry3d a_T_b = row.relative(interval.begin);
   const Vector3d between = a_T_b * row.bounds_b.centre - row.bounds_a.centre;
   const double spheres = between.norm() - row.bounds_a.radius - row.bounds_b.radius;
-  EXPECT_NEAR(row.bodies.sphereGap(row.bounds_a, row.bounds_b, number, row.poses).gap, spheres, 1e-4);
+  EXPECT_NEAR(row.bodies.sphereGap(row.bounds_a, row.bounds_b, interval, row.poses).gap, spheres, 1e-4);
   const double boxes =
       boxGap(between, row.bounds_a, row.bounds_a.axes, row.bounds_b, a_T_b.linear() * row.bounds_b.axes);
-  EXPECT_NEAR(row.bodies.boxGap(row.bounds_a, row.bounds_b, number, row.poses), boxes, 1e-4);
+  EXPECT_NEAR(row.bodies.boxGap(row.bounds_a, row.bounds_b, interval, row.poses), boxes, 1e-4);
 }
 
 // The bounds of a part of a body, within those of the whole.
@@ -267,7 +274,7 @@ TEST(BoundsOfMovingBodies, HoldForPartsOfTheBodies) {
   const RobotMotion motion = RobotMotion::ofTwists({at(0, 0, 0), at(10, 0, 0)}, {{}, {{0, 4, 0}, {0, 0, 0}}});
   PosesInTime poses(motion);
   MovingBodies bodies(poses, 0, a, 1, all_of_b);
-  EXPECT_NEAR(bodies.sphereGap(a, part_of_b, 1, poses).gap, 12.0 - 1.5, 1e-11);
+  EXPECT_NEAR(bodies.sphereGap(a, part_of_b, Interval(1), poses).gap, 12.0 - 1.5, 1e-11);
 }
 
 }  // namespace proximity_server::scene::moving_bodies_test

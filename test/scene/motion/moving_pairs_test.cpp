@@ -68,6 +68,11 @@ class ManyFixed : public testing::Test {
     objects_ = std::make_shared<const Objects>(objects);
     pairs_.use(objects_);
   }
+  int pairAt(int with_all, int item) {
+    BoxTree::Node leaf;
+    leaf.item = item;
+    return pairs_.pairAt(with_all, leaf);
+  }
   void begin(PairKind kind = PairKind::WithObject) { pairs_.begin(Pairs(candidates_, kind), motion_); }
 
   const std::shared_ptr<const SceneModel> model_ = arm();
@@ -91,18 +96,18 @@ TEST_F(ManyFixed, AreOnePairWithEachLinkThatHasGeometry) {
 TEST_F(ManyFixed, AreSeenAtRest) {
   begin();
   EXPECT_EQ(pairs_[0].bodies.middle(), -1) << "the world is the frame of the poses";
-  const int pair = pairs_.pairAt(0, 7);
+  const int pair = pairAt(0, 7);
   EXPECT_EQ(pairs_.poses().pose(pairs_[pair].bodies.middle(), 0.3).translation().y(), 5.0);
 }
 
 TEST_F(ManyFixed, BecomeAPairOnceAtTheirLeaf) {
   begin();
-  const int pair = pairs_.pairAt(2, 7);
+  const int pair = pairAt(2, 7);
   ASSERT_EQ(pair, 5);
   EXPECT_TRUE(pairs_[pair].isOfShapes());
   EXPECT_EQ(pairs_[pair].asked.a.link(), pairs_[2].asked.a.link());
-  EXPECT_EQ(pairs_.pairAt(2, 7), pair);
-  EXPECT_EQ(pairs_.pairAt(3, 7), pair + 1);
+  EXPECT_EQ(pairAt(2, 7), pair);
+  EXPECT_EQ(pairAt(3, 7), pair + 1);
 }
 
 TEST_F(ManyFixed, AreNoPairIfTheyMayTouchOrHaveGone) {
@@ -111,8 +116,8 @@ TEST_F(ManyFixed, AreNoPairIfTheyMayTouchOrHaveGone) {
   const std::string gone = objects_->object(objects_->fixed().item(4).number)->id;
   use(objects_->withRules(rules).changed({RemoveObject{gone}}));
   begin();
-  EXPECT_EQ(pairs_.pairAt(0, 3), -1);
-  EXPECT_EQ(pairs_.pairAt(0, 4), -1);
+  EXPECT_EQ(pairAt(0, 3), -1);
+  EXPECT_EQ(pairAt(0, 4), -1);
   EXPECT_EQ(pairs_.size(), 5);
 }
 
