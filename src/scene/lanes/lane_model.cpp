@@ -28,21 +28,21 @@ void assign(const Vector3d& vector, float (&values)[3]) {
   for (int i = 0; i < 3; ++i) values[i] = static_cast<float>(vector[i]);
 }
 
-/// The bounds of a frame on its parent, see LaneError.
-struct Step {
+/// How something stands on a parent: see LaneError.
+struct Stand {
   double rotation_error;
   double origin_error;  ///< [m]
   double length;        ///< [m] upper bound of the distance of the origins
 };
 
-LaneError errorOn(const LaneError& parent, const Step& step) {
+LaneError errorOn(const LaneError& parent, const Stand& stand) {
   LaneError error;
   const double norm = kNormOfRotation + parent.rotation;
-  error.rotation = kSecondOrder * (parent.rotation * (1.0 + step.rotation_error) + step.rotation_error +
-                                   3.0 * kUnit * norm * (kNormOfRotation + step.rotation_error));
-  error.reach = parent.reach + step.length;
-  error.origin = kSecondOrder * (parent.origin + parent.rotation * step.length + step.origin_error * norm +
-                                 3.0 * kUnit * norm * step.length + kUnit * error.reach);
+  error.rotation = kSecondOrder * (parent.rotation * (1.0 + stand.rotation_error) + stand.rotation_error +
+                                   3.0 * kUnit * norm * (kNormOfRotation + stand.rotation_error));
+  error.reach = parent.reach + stand.length;
+  error.origin = kSecondOrder * (parent.origin + parent.rotation * stand.length + stand.origin_error * norm +
+                                 3.0 * kUnit * norm * stand.length + kUnit * error.reach);
   return error;
 }
 
@@ -50,6 +50,37 @@ Matrix3d crossMatrix(const Vector3d& axis) {
   Matrix3d matrix;
   matrix << 0.0, -axis.z(), axis.y(), axis.z(), 0.0, -axis.x(), -axis.y(), axis.x(), 0.0;
   return matrix;
+}
+
+/// How a joint moves what it carries: see lanes::BodyPlan.
+struct JointMatrices {
+  Matrix3d fixed, by_sine = Matrix3d::Zero(), by_cosine = Matrix3d::Zero();
+  Vector3d direction = Vector3d::Zero();
+};
+
+/// `turned` is the rotation of the joint on the body that carries it.
+JointMatrices matricesOf(const Joint& joint, const Matrix3d& turned) {
+  JointMatrices matrices;
+  matrices.fixed = turned;
+  switch (joint.type) {
+    case Joint::Type::Revolute:
+    case Joint::Type::Continuous:
+      matrices.fixed = turned * joint.axis * joint.axis.transpose();
+      matrices.by_sine = turned * crossMatrix(joint.axis);
+      matrices.by_cosine = turned - matrices.fixed;
+      break;
+    case Joint::Type::Prismatic:
+      matrices.direction = turned * joint.axis;
+      break;
+    case Joint::Type::Floating:
+    case Joint::Type::Planar:
+      break;
+  }
+  return matrices;
+}
+
+bool isTurning(const Joint& joint) {
+  return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous;
 }
 
 /// The largest position that a joint reaches while its leader is within its limits.
@@ -110,51 +141,42 @@ void LaneModel::findUnread(int joints) {
 
 void LaneModel::addBodies(const RobotModel& robot) {
   for (const Body& body : robot.bodies) {
-    lanes::BodyPlan plan{};
-    plan.parent = plan.turn = plan.slide = -1;
-    if (body.joint < 0) {
-      assign(Matrix3d::Identity(), plan.fixed);
-      bodies.push_back(plan);
-      body_errors.emplace_back();
-      continue;
-    }
-    const Joint& joint = robot.joints[static_cast<std::size_t>(body.joint)];
-    const Eigen::Isometry3d parent_T_joint =
-        robot.links[static_cast<std::size_t>(joint.parent_link)].body_T_link * joint.parent_T_joint;
-    const Matrix3d& turned = parent_T_joint.linear();
-    const Vector3d& axis = joint.axis;
-    Matrix3d fixed = turned, by_sine = Matrix3d::Zero(), by_cosine = Matrix3d::Zero();
-    Vector3d direction = Vector3d::Zero();
-    double most_slide = 0.0;
-    plan.parent = body.parent;
-    switch (joint.type) {
-      case Joint::Type::Revolute:
-      case Joint::Type::Continuous:
-        plan.turn = rowOf(robot, body.joint, turns);
-        fixed = turned * axis * axis.transpose();
-        by_sine = turned * crossMatrix(axis);
-        by_cosine = turned - fixed;
-        break;
-      case Joint::Type::Prismatic:
-        plan.slide = rowOf(robot, body.joint, slides);
-        direction = turned * axis;
-        most_slide = slides.back().limit;
-        break;
-      case Joint::Type::Floating:
-      case Joint::Type::Planar:
-        break;
-    }
-    assign(fixed, plan.fixed);
-    assign(by_sine, plan.by_sine);
-    assign(by_cosine, plan.by_cosine);
-    assign(parent_T_joint.translation(), plan.origin);
-    assign(direction, plan.direction);
-    bodies.push_back(plan);
-    const double moving = by_sine.norm() + by_cosine.norm();
-    const double length = parent_T_joint.translation().norm() + most_slide;
-    const Step step{4.0 * kUnit * (fixed.norm() + moving) + lanes::kSineError * moving, 4.0 * kUnit * length, length};
-    body_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(body.parent)], step));
+    if (body.joint >= 0)
+      addCarried(robot, body);
+    else
+      addRoot();
   }
+}
+
+void LaneModel::addRoot() {
+  lanes::BodyPlan plan{};
+  plan.parent = plan.turn = plan.slide = -1;
+  assign(Matrix3d::Identity(), plan.fixed);
+  bodies.push_back(plan);
+  body_errors.emplace_back();
+}
+
+/// Adds a body that a joint carries.
+void LaneModel::addCarried(const RobotModel& robot, const Body& body) {
+  const Joint& joint = robot.joints[static_cast<std::size_t>(body.joint)];
+  const Eigen::Isometry3d parent_T_joint =
+      robot.links[static_cast<std::size_t>(joint.parent_link)].body_T_link * joint.parent_T_joint;
+  const JointMatrices matrices = matricesOf(joint, parent_T_joint.linear());
+  lanes::BodyPlan plan{};
+  plan.parent = body.parent;
+  plan.turn = isTurning(joint) ? rowOf(robot, body.joint, turns) : -1;
+  plan.slide = joint.type == Joint::Type::Prismatic ? rowOf(robot, body.joint, slides) : -1;
+  assign(matrices.fixed, plan.fixed);
+  assign(matrices.by_sine, plan.by_sine);
+  assign(matrices.by_cosine, plan.by_cosine);
+  assign(parent_T_joint.translation(), plan.origin);
+  assign(matrices.direction, plan.direction);
+  bodies.push_back(plan);
+  const double moving = matrices.by_sine.norm() + matrices.by_cosine.norm();
+  const double length = parent_T_joint.translation().norm() + (plan.slide >= 0 ? slides.back().limit : 0.0);
+  const Stand stand{4.0 * kUnit * (matrices.fixed.norm() + moving) + lanes::kSineError * moving, 4.0 * kUnit * length,
+                    length};
+  body_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(body.parent)], stand));
 }
 
 void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds) {
@@ -173,8 +195,8 @@ void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds)
   assign(bounds.axes, plan.rotation);
   assign(bounds.centre, plan.origin);
   links.push_back(plan);
-  const Step step{kUnit * kNormOfRotation, kUnit * bounds.centre.norm(), bounds.centre.norm()};
-  link_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(plan.body)], step));
+  const Stand stand{kUnit * kNormOfRotation, kUnit * bounds.centre.norm(), bounds.centre.norm()};
+  link_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(plan.body)], stand));
 }
 
 /// Let C and x be the rotation and origin of b in the frame of a, with errors as in LaneError, and n a direction that

@@ -73,6 +73,8 @@ class LaneModel {
 
   void findUnread(int joints);
   void addBodies(const RobotModel& robot);
+  void addRoot();
+  void addCarried(const RobotModel& robot, const Body& body);
   int rowOf(const RobotModel& robot, int joint, std::vector<Column>& columns);
   void addLink(const RobotModel& robot, int link, const Bounds& bounds);
   Pair pairOf(const Link& a, const Link& b, double padding) const;
