@@ -20,11 +20,12 @@ constexpr double kNear = 0.05;  // [m]
 /// States whose positions are multiples of an irrational number, a different one for each joint. They fill the unit
 /// cube evenly.
 /// Source: Weyl, Ueber die Gleichverteilung von Zahlen mod. Eins, 1916.
-Eigen::MatrixXd spreadStates(const RobotModel& robot, int count, int first) {
-  Eigen::MatrixXd states = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(robot.joints.size()));
+Eigen::MatrixXd spreadStates(const RobotModel& robot, int block) {
+  const int first = block * LaneBounds::kBlock;
+  Eigen::MatrixXd states = Eigen::MatrixXd::Zero(LaneBounds::kBlock, static_cast<Eigen::Index>(robot.joints.size()));
   for (const JointRange& range : jointRanges(robot)) {
     const double multiple = std::sqrt(2.0 + 3.0 * range.joint) + 0.1;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < LaneBounds::kBlock; ++i) {
       const double place = multiple * (first + i + 1);
       states(i, range.joint) = range.lower + (place - std::floor(place)) * range.width();
     }
@@ -39,7 +40,7 @@ std::vector<int> pairOrder(const RobotModel& robot, const std::shared_ptr<const 
   const int pairs = static_cast<int>(lanes->pairs.size());
   std::vector<int> near_count(static_cast<std::size_t>(pairs), 0), states;
   for (int block = 0; block < kBlocks; ++block) {
-    bounds.place(spreadStates(robot, LaneBounds::kBlock, block * LaneBounds::kBlock), 0, LaneBounds::kBlock);
+    bounds.place(spreadStates(robot, block));
     for (int pair = 0; pair < pairs; ++pair) {
       states.clear();
       for (int i = 0; i < LaneBounds::kBlock; ++i)

@@ -35,45 +35,45 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
 
 // --- bounds of a block
 
-void NearestPairs::prepareClosest(const LaneBounds& lanes, int count, std::size_t k) {
-  PROXIMITY_ASSERT(k > 0 && count > 0,
+void NearestPairs::prepareClosest(const LaneBounds& lanes, std::size_t k) {
+  PROXIMITY_ASSERT(k > 0 && lanes.count() > 0,
                    "Nothing is asked: a block has at least one state, of which at least one pair is wanted.");
   forgetThresholds();
-  takeBoundsOfClosest(lanes, count, k, kInfinity);
+  takeBoundsOfClosest(lanes, k, kInfinity);
 }
 
-void NearestPairs::prepareClosest(const LaneBounds& lanes, int count, const PairDistances& thresholds, double limit) {
+void NearestPairs::prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit) {
   thresholds_.clear();
   for (const ShapeRefPair& pair : batch_->candidates) thresholds_.push_back(thresholds.of(pair));
-  takeBoundsOfClosest(lanes, count, 1, limit + kSettledFor);
+  takeBoundsOfClosest(lanes, 1, limit + kSettledFor);
 }
 
-void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, int count, std::size_t k, double limit) {
+void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit) {
   k_ = std::min(k, pairs());
   ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && k_ < pairs();
   std::fill(uppers_.begin(), uppers_.end(), kNothing);
-  if (k_ > 0) takeBounds(lanes, count, limit);
+  if (k_ > 0) takeBounds(lanes, limit);
 }
 
-void NearestPairs::prepareBelow(const LaneBounds& lanes, int count, double distance) {
+void NearestPairs::prepareBelow(const LaneBounds& lanes, double distance) {
   forgetThresholds();
   distance_ = distance;
   ranks_bounds_ = false;
-  takeBounds(lanes, count, distance + kSettledFor);
+  takeBounds(lanes, distance + kSettledFor);
 }
 
-void NearestPairs::takeBounds(const LaneBounds& lanes, int count, double limit) {
+void NearestPairs::takeBounds(const LaneBounds& lanes, double limit) {
   kept_.clear();
   std::fill(first_.begin(), first_.end(), -1);
   std::fill(limits_.begin(), limits_.end(), limit);
   const bool has_limit = ranks_bounds_ || limit < kInfinity;
-  for (int state = 0; state < count; ++state) {
+  for (int state = 0; state < lanes.count(); ++state) {
     if (has_limit && lanes.isPlaced(state)) continue;
-    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep(state, pair, -kNothing);
+    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep(state, {pair, -kNothing});
     limits_[static_cast<std::size_t>(state)] = -kInfinity;  // so that the lanes find no pair near in this state
   }
   if (has_limit)
-    for (const int pair : batch_->order) keepNear(lanes, pair, count);
+    for (const int pair : batch_->order) keepNear(lanes, pair);
   for (double& of_state : limits_)
     if (of_state == -kInfinity) of_state = limit;
 }
@@ -87,21 +87,23 @@ const double* NearestPairs::limitsOf(int pair) {
 }
 
 /// Keeps a pair in the states in which it may be within the limit.
-void NearestPairs::keepNear(const LaneBounds& lanes, int pair, int count) {
+void NearestPairs::keepNear(const LaneBounds& lanes, int pair) {
   const double* const limits = limitsOf(pair);
-  const int near = lanes.findNear(pair, limits, count, near_.data());
+  const int near = lanes.findNear(pair, limits, near_.data());
   lanes.bounds(pair, near_.data(), near, lower_.data(), upper_.data());
   for (std::size_t i = 0; i < static_cast<std::size_t>(near); ++i) {
     const int state = near_[i];
     if (lower_[i] > limits[state]) continue;
-    keep(state, pair, lower_[i]);
+    keep(state, {pair, lower_[i]});
     if (ranks_bounds_) lowerLimit(state, roundedUp(static_cast<double>(upper_[i]) - thresholdOf(pair)));
   }
 }
 
-void NearestPairs::keep(int state, int pair, float lower_bound) {
+/// Puts it before those that are kept for the state.
+void NearestPairs::keep(int state, Kept kept) {
   int& first = first_[static_cast<std::size_t>(state)];
-  kept_.push_back({pair, lower_bound, first});
+  kept.next = first;
+  kept_.push_back(kept);
   first = static_cast<int>(kept_.size()) - 1;
 }
 

@@ -32,14 +32,14 @@ class NearestPairs {
  public:
   explicit NearestPairs(std::shared_ptr<const BatchModel> batch);
 
-  /// Bounds the pairs in the first `count` states of a block, for the k closest pairs of each.
-  void prepareClosest(const LaneBounds& lanes, int count, std::size_t k);
+  /// Bounds the pairs in the states of a block, for the k closest pairs of each.
+  void prepareClosest(const LaneBounds& lanes, std::size_t k);
 
   /// Prepares for the pair with the smallest distance minus its own threshold, if this is at most `limit` [m].
-  void prepareClosest(const LaneBounds& lanes, int count, const PairDistances& thresholds, double limit);
+  void prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit);
 
   /// Prepares for all pairs at or below the distance [m].
-  void prepareBelow(const LaneBounds& lanes, int count, double distance);
+  void prepareBelow(const LaneBounds& lanes, double distance);
 
   /// Finds the prepared pairs in one state of the block. The state is placed in `exact`. The result is sorted, and
   /// valid until the next call.
@@ -51,7 +51,7 @@ class NearestPairs {
   struct Kept {
     int pair;
     float lower_bound;  ///< [m]
-    int next;           ///< index of the next kept pair of the state; -1: none
+    int next = -1;      ///< index of the next one of the state; -1: none
   };
   struct Found {
     /// [m] the distance minus the threshold; the lower bound minus the threshold if the search did not converge
@@ -62,13 +62,13 @@ class NearestPairs {
   };
 
   std::size_t pairs() const { return batch_->candidates.size(); }
-  void takeBoundsOfClosest(const LaneBounds& lanes, int count, std::size_t k, double limit);
-  void takeBounds(const LaneBounds& lanes, int count, double limit);
+  void takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit);
+  void takeBounds(const LaneBounds& lanes, double limit);
   double& thresholdOf(int pair) { return thresholds_[static_cast<std::size_t>(pair)]; }
   void forgetThresholds() { thresholds_.assign(pairs(), 0.0); }
   const double* limitsOf(int pair);
-  void keepNear(const LaneBounds& lanes, int pair, int count);
-  void keep(int state, int pair, float lower_bound);
+  void keepNear(const LaneBounds& lanes, int pair);
+  void keep(int state, Kept kept);
   void lowerLimit(int state, float upper_bound);
   void enter(int state);
   void measure(ExactState& exact, const Visit& visit);

@@ -21,45 +21,42 @@ class SceneBatch::Impl {
   explicit Impl(std::shared_ptr<const BatchModel> shared)
       : batch(std::move(shared)), lanes(batch->lanes), exact(batch), nearest(batch), verdicts(batch) {}
 
-  /// Goes through the states block by block. Calls prepare(number of states in the block) first. Then calls
-  /// answer(state, state in the block) for each state that has an answer, and skip(state) for each other state.
+  /// Goes through the states in blocks: prepare(), then for each state in order answer(state in the block), or skip() if it has
+  /// no answer.
   template <typename Prepare, typename Answer, typename Skip>
   void forEach(const States& states, const Prepare& prepare, const Answer& answer, const Skip& skip) {
     for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
-      const int count = static_cast<int>(std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
-      lanes.place(states, first, count);
-      prepare(count);
-      for (int i = 0; i < count; ++i) {
-        const Eigen::Index state = first + i;
-        if (!takeState(states, state, i)) {
-          skip(static_cast<std::size_t>(state));
-          continue;
-        }
-        answer(static_cast<std::size_t>(state), i);
+      const States block = states.middleRows(first, std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
+      lanes.place(block);
+      prepare();
+      for (int state = 0; state < lanes.count(); ++state) {
+        if (takeState(block, state))
+          answer(state);
+        else
+          skip();
       }
     }
   }
 
-  /// Places a state, which is the i-th of the block. Returns false if it has no answer: a position or the pose of a
-  /// pair is not finite.
-  bool takeState(const States& states, Eigen::Index state, int i) {
-    if (!states.row(state).allFinite()) return false;
-    exact.place(states, state);
-    return lanes.isPlaced(i) || exact.isPlaced();  // the poses of a state that the lanes place are finite
+  /// Places a state of the block. False if it has no answer: a position or the pose of a pair is not finite.
+  bool takeState(const States& block, int state) {
+    if (!block.row(state).allFinite()) return false;
+    exact.place(block, state);
+    return lanes.isPlaced(state) || exact.isPlaced();  // the poses of a state that the lanes place are finite
   }
 
   /// Fills `closest` with the first pair that is found in each state after prepare().
   template <typename Prepare>
   const std::vector<PairProximity>& closestOfEach(const States& states, const Prepare& prepare,
                                                   std::vector<PairProximity>& closest) {
-    closest.assign(static_cast<std::size_t>(states.rows()), {});
+    closest.clear();
     forEach(
         states, prepare,
-        [&](std::size_t state, int i) {
-          const std::vector<PairProximity>& found = nearest.closest(exact, i);
-          if (!found.empty()) closest[state] = found.front();
+        [&](int state) {
+          const std::vector<PairProximity>& found = nearest.closest(exact, state);
+          closest.push_back(found.empty() ? PairProximity() : found.front());
         },
-        [](std::size_t) {});
+        [&] { closest.emplace_back(); });
     return closest;
   }
 
@@ -73,8 +70,7 @@ class SceneBatch::Impl {
     for (Eigen::Index i = 0; i < count_of_open; ++i)
       open_states.row(i) = states.row(static_cast<Eigen::Index>(open[static_cast<std::size_t>(i)]));
     closestOfEach(
-        open_states.topRows(count_of_open), [&](int count) { nearest.prepareClosest(lanes, count, threshold, 0.0); },
-        found_in_open);
+        open_states.topRows(count_of_open), [&] { nearest.prepareClosest(lanes, threshold, 0.0); }, found_in_open);
     std::size_t still_open = 0;
     for (std::size_t i = 0; i < open.size(); ++i) {
       const PairProximity& found = found_in_open[i];
@@ -97,12 +93,12 @@ class SceneBatch::Impl {
     };
     forEach(
         states, prepare,
-        [&](std::size_t, int i) {
-          const std::vector<PairProximity>& found = pairsOf(i);
+        [&](int state) {
+          const std::vector<PairProximity>& found = pairsOf(state);
           lists.pairs.insert(lists.pairs.end(), found.begin(), found.end());
           end(0);
         },
-        [&](std::size_t) { end(1); });
+        [&] { end(1); });
     return lists;
   }
 
@@ -154,7 +150,7 @@ const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
   requireColumns(states, model().robot);
   Impl& impl = *impl_;
   return impl.closestOfEach(
-      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, 1); }, impl.minima);
+      states, [&] { impl.nearest.prepareClosest(impl.lanes, 1); }, impl.minima);
 }
 
 // If the pair with the smallest distance minus its warn distance is Clear, the state is Clear, and this pair decides.
@@ -166,8 +162,7 @@ const std::vector<PairProximity>& SceneBatch::deciding(const States& states, con
   requireColumns(states, model().robot);
   Impl& impl = *impl_;
   impl.closestOfEach(
-      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, thresholds.warn, kInfinity); },
-      impl.minima);
+      states, [&] { impl.nearest.prepareClosest(impl.lanes, thresholds.warn, kInfinity); }, impl.minima);
   impl.open.clear();
   for (std::size_t state = 0; state < impl.minima.size(); ++state) {
     const PairProximity& pair = impl.minima[state];
@@ -185,8 +180,8 @@ const StatePairs& SceneBatch::closest(const States& states, int k) {
   Impl& impl = *impl_;
   const auto most = static_cast<std::size_t>(k);
   return impl.listed(
-      states, [&](int count) { impl.nearest.prepareClosest(impl.lanes, count, most); },
-      [&](int i) -> const std::vector<PairProximity>& { return impl.nearest.closest(impl.exact, i); });
+      states, [&] { impl.nearest.prepareClosest(impl.lanes, most); },
+      [&](int state) -> const std::vector<PairProximity>& { return impl.nearest.closest(impl.exact, state); });
 }
 
 const StatePairs& SceneBatch::below(const States& states, double distance) {
@@ -194,8 +189,8 @@ const StatePairs& SceneBatch::below(const States& states, double distance) {
   requireNumber(distance);
   Impl& impl = *impl_;
   return impl.listed(
-      states, [&](int count) { impl.nearest.prepareBelow(impl.lanes, count, distance); },
-      [&](int i) -> const std::vector<PairProximity>& { return impl.nearest.below(impl.exact, i); });
+      states, [&] { impl.nearest.prepareBelow(impl.lanes, distance); },
+      [&](int state) -> const std::vector<PairProximity>& { return impl.nearest.below(impl.exact, state); });
 }
 
 }  // namespace proximity_server::scene

@@ -23,21 +23,21 @@ const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double
   counts_.states = states.rows();
   verdicts_.assign(static_cast<std::size_t>(states.rows()), {});
   for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
-    const int count = static_cast<int>(std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
+    const States block = states.middleRows(first, std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
     block_ = verdicts_.data() + first;
-    lanes_.place(states, first, count);
-    decideInLanes(count, distance);
-    decideExactly(states, first, count, distance);
+    lanes_.place(block);
+    decideInLanes(distance);
+    decideExactly(block, distance);
   }
   return verdicts_;
 }
 
 /// Decides the states in which a pair is below, and collects the leftovers of the other states.
-void Verdicts::decideInLanes(int count, double distance) {
+void Verdicts::decideInLanes(double distance) {
   leftovers_.clear();
-  std::fill_n(first_leftover_.begin(), count, -1);
+  std::fill_n(first_leftover_.begin(), lanes_.count(), -1);
   int open = 0;
-  for (int i = 0; i < count; ++i)
+  for (int i = 0; i < lanes_.count(); ++i)
     if (lanes_.isPlaced(i)) open_[static_cast<std::size_t>(open++)] = i;
   for (const int pair : batch_->order) {
     std::copy_n(open_.begin(), open, near_.begin());
@@ -54,7 +54,7 @@ void Verdicts::decideInLanes(int count, double distance) {
         is_finished = true;
       } else if (sides[static_cast<std::size_t>(i)] == LaneBounds::Side::Unknown) {
         const int number = static_cast<int>(leftovers_.size());
-        leftovers_.push_back({pair, -1});
+        leftovers_.push_back({pair});
         if (first_leftover_[index] < 0)
           first_leftover_[index] = number;
         else
@@ -70,15 +70,15 @@ void Verdicts::decideInLanes(int count, double distance) {
 }
 
 /// Decides the leftovers, and all pairs of the states that the lanes could not place.
-void Verdicts::decideExactly(const States& states, Eigen::Index first, int count, double distance) {
-  for (int i = 0; i < count; ++i) {
+void Verdicts::decideExactly(const States& block, double distance) {
+  for (int i = 0; i < lanes_.count(); ++i) {
     StateVerdict& verdict = block_[i];
     if (verdict.kind == Kind::Below) continue;
     if (lanes_.isPlaced(i)) {
       verdict.kind = Kind::Above;
       int leftover = first_leftover_[static_cast<std::size_t>(i)];
       if (leftover < 0) continue;
-      exact_.place(states, first + i);
+      exact_.place(block, i);
       ++counts_.exact_states;
       for (; leftover >= 0; leftover = leftovers_[static_cast<std::size_t>(leftover)].next) {
         const int pair = leftovers_[static_cast<std::size_t>(leftover)].pair;
@@ -89,9 +89,9 @@ void Verdicts::decideExactly(const States& states, Eigen::Index first, int count
       }
       continue;
     }
-    if (!states.row(first + i).allFinite()) continue;
+    if (!block.row(i).allFinite()) continue;
     ++counts_.unplaced_states;
-    exact_.place(states, first + i);
+    exact_.place(block, i);
     if (!exact_.isPlaced()) continue;
     verdict.kind = Kind::Above;
     for (const int pair : batch_->order) {

@@ -40,8 +40,8 @@ class Verdicts {
   const Counts& counts() const { return counts_; }
 
  private:
-  void decideInLanes(int count, double distance);
-  void decideExactly(const States& states, Eigen::Index first, int count, double distance);
+  void decideInLanes(double distance);
+  void decideExactly(const States& block, double distance);
 
   std::shared_ptr<const BatchModel> batch_;
   LaneBounds lanes_;
@@ -50,7 +50,8 @@ class Verdicts {
   StateVerdict* block_ = nullptr;
   std::vector<int> open_, near_;  ///< states of the block
   struct Leftover {
-    int pair, next;  ///< next: the next leftover of the state; -1: none
+    int pair;
+    int next = -1;  ///< the next one of the state; -1: none
   };
   std::vector<Leftover> leftovers_;
   std::vector<int> first_leftover_, last_leftover_;  ///< for each state; -1: none

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
@@ -17,6 +18,13 @@ constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 // After so many steps, nearly all pairs are settled that a search can settle; measured with Panda and PR2 at 5 cm.
 constexpr int kStepsWithFew = 4, kStepsWithAll = 8;
 static_assert(kStepsWithFew + kStepsWithAll <= lanes::kMostSteps);
+
+lanes::SearchEffort withFew(const LaneModel::Pair& pair) {
+  return {pair.few_a, pair.few_b, pair.uncovered_by_few, kStepsWithFew};
+}
+lanes::SearchEffort withAll(const lanes::PairShapes& shapes) {
+  return {shapes.outline_a.count, shapes.outline_b.count, shapes.uncovered, kStepsWithAll};
+}
 
 }  // namespace
 
@@ -44,9 +52,9 @@ LaneBounds::LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kern
 
 /// Computes a position for each state of the block. A position that is beyond the limit, or not finite, becomes 0, and
 /// its state counts as not placed.
-void LaneBounds::takePositions(const States& states, Eigen::Index first, int count, const LaneModel::Column& column) {
-  const double* position = states.data() + first * states.rowStride() + column.joint * states.colStride();
-  for (int i = 0; i < count; ++i, position += states.rowStride()) {
+void LaneBounds::takePositions(const States& states, const LaneModel::Column& column) {
+  const double* position = states.data() + column.joint * states.colStride();
+  for (int i = 0; i < count_; ++i, position += states.rowStride()) {
     const double value = column.offset + column.multiplier * *position;
     const bool is_legal = std::abs(value) <= column.limit;
     column_[static_cast<std::size_t>(i)] = is_legal ? value : 0.0;
@@ -54,35 +62,46 @@ void LaneBounds::takePositions(const States& states, Eigen::Index first, int cou
   }
 }
 
-void LaneBounds::place(const States& states, Eigen::Index first, int count) {
-  std::fill(is_placed_.begin(), is_placed_.begin() + count, static_cast<unsigned char>(1));
+void LaneBounds::place(const States& states) {
+  PROXIMITY_ASSERT(states.rows() <= kBlock,
+                   "There are more states than the lanes have room for: place them in blocks.");
+  count_ = static_cast<int>(states.rows());
+  std::fill(is_placed_.begin(), is_placed_.begin() + count_, static_cast<unsigned char>(1));
   for (std::size_t row = 0; row < model_->turns.size(); ++row) {
-    takePositions(states, first, count, model_->turns[row]);
-    kernels_->turn(column_.data(), count, sines_[row].row, cosines_[row].row);
+    takePositions(states, model_->turns[row]);
+    kernels_->turn(column_.data(), count_, sines_[row].row, cosines_[row].row);
   }
   for (std::size_t row = 0; row < model_->slides.size(); ++row) {
-    takePositions(states, first, count, model_->slides[row]);
-    for (int i = 0; i < count; ++i) positions_[row].row[i] = static_cast<float>(column_[static_cast<std::size_t>(i)]);
+    takePositions(states, model_->slides[row]);
+    for (int i = 0; i < count_; ++i) positions_[row].row[i] = static_cast<float>(column_[static_cast<std::size_t>(i)]);
   }
   for (const int joint : model_->unread)
-    for (int i = 0; i < count; ++i)
-      is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(std::isfinite(states(first + i, joint)));
-  kernels_->place(model_->bodies.data(), static_cast<int>(model_->bodies.size()), model_->links.data(),
-                  static_cast<int>(model_->links.size()), count, rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_),
-                  tilesOf(body_poses_), tilesOf(link_poses_));
+    for (int i = 0; i < count_; ++i)
+      is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(std::isfinite(states(i, joint)));
+  kernels_->place({model_->bodies.data(), static_cast<int>(model_->bodies.size()), tilesOf(body_poses_)},
+                  {model_->links.data(), static_cast<int>(model_->links.size()), tilesOf(link_poses_)}, count_,
+                  rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_));
 }
 
-Eigen::Isometry3d LaneBounds::bodyPose(int body, int state) const {
-  const std::size_t index =
-      static_cast<std::size_t>(state / lanes::kTile) * model_->bodies.size() + static_cast<std::size_t>(body);
-  const lanes::Tile& rows = body_poses_[index].tile;
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  for (int k = 0; k < 9; ++k) pose.linear()(k / 3, k % 3) = static_cast<double>(rows[k][state % lanes::kTile]);
-  for (int k = 0; k < 3; ++k) pose.translation()[k] = static_cast<double>(rows[9 + k][state % lanes::kTile]);
-  return pose;
+std::vector<Eigen::Isometry3d> LaneBounds::bodyPoses(int state) const {
+  const std::size_t bodies = model_->bodies.size(), first = static_cast<std::size_t>(state / lanes::kTile) * bodies;
+  std::vector<Eigen::Isometry3d> poses(bodies, Eigen::Isometry3d::Identity());
+  for (std::size_t body = 0; body < bodies; ++body) {
+    const lanes::Tile& rows = body_poses_[first + body].tile;
+    const auto number = [&](int row) { return static_cast<double>(rows[row][state % lanes::kTile]); };
+    for (int k = 0; k < 9; ++k) poses[body].linear()(k / 3, k % 3) = number(k);
+    for (int k = 0; k < 3; ++k) poses[body].translation()[k] = number(9 + k);
+  }
+  return poses;
 }
 
 // --- bounds
+
+/// Of a pair with geometry.
+lanes::PairPoses LaneBounds::posesOf(const LaneModel::Pair& pair) const {
+  return {&link_poses_[static_cast<std::size_t>(pair.a)].tile, &link_poses_[static_cast<std::size_t>(pair.b)].tile,
+          static_cast<int>(model_->links.size())};
+}
 
 int LaneBounds::keepNear(int pair, double threshold, int* states, int count) const {
   const LaneModel::Pair& shapes = pairAt(pair);
@@ -93,7 +112,7 @@ int LaneBounds::keepNear(int pair, double threshold, int* states, int count) con
   // sums.
   const float limit = roundedUp(reach * reach * (1.0 + 0x1p-20));
   const int end = count > 0 ? 1 + *std::max_element(states, states + count) : 0;
-  kernels_->far(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), end, limit, near_.data());
+  kernels_->far(posesOf(shapes), end, limit, near_.data());
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     states[kept] = states[i];
@@ -102,13 +121,13 @@ int LaneBounds::keepNear(int pair, double threshold, int* states, int count) con
   return kept;
 }
 
-int LaneBounds::findNear(int pair, const double* thresholds, int count, int* states) const {
+int LaneBounds::findNear(int pair, const double* thresholds, int* states) const {
   const LaneModel::Pair& shapes = pairAt(pair);
   if (!shapes.hasGeometry()) return 0;
   const double reach = shapes.radius_a + shapes.radius_b + shapes.padding + shapes.centre_error;
-  const lanes::Tile *tile_a = linkTiles(shapes.a), *tile_b = linkTiles(shapes.b);
-  for (int first = 0; first < count; first += lanes::kTile, tile_a += linkCount(), tile_b += linkCount()) {
-    const lanes::Tile &a = *tile_a, &b = *tile_b;
+  lanes::PairPoses poses = posesOf(shapes);
+  for (int first = 0; first < count_; first += lanes::kTile, poses.a += poses.stride, poses.b += poses.stride) {
+    const lanes::Tile &a = *poses.a, &b = *poses.b;
     for (int i = 0; i < lanes::kTile; ++i) {
       const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];  // between the origins
       const auto distance2 = static_cast<double>((x * x + y * y) + z * z);
@@ -119,7 +138,7 @@ int LaneBounds::findNear(int pair, const double* thresholds, int count, int* sta
     }
   }
   int found = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count_; ++i) {
     states[found] = i;
     found += near_[static_cast<std::size_t>(i)];
   }
@@ -135,9 +154,8 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
   }
   constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
   const lanes::PairShapes& of = shapes.shapes;
-  kernels_->relate(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), states, count, of, *items_);
-  kernels_->search(of, shapes.few_a, shapes.few_b, shapes.uncovered_by_few, kStepsWithFew, kNever, kNever, count,
-                   *items_);
+  kernels_->relate(posesOf(shapes), states, count, of, *items_);
+  kernels_->search(of, withFew(shapes), {kNever, kNever}, count, *items_);
   kernels_->meet(of, count, *items_);
   for (int i = 0; i < count; ++i) {
     lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
@@ -146,7 +164,7 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
 }
 
 /// Stores the sides of the decided items and moves the undecided ones together. Returns the number of undecided items.
-int LaneBounds::keepUndecided(const Limits& limits, int count) const {
+int LaneBounds::keepUndecided(const lanes::SearchLimits& limits, int count) const {
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     const auto place = static_cast<std::size_t>(places_[static_cast<std::size_t>(i)]);
@@ -173,17 +191,16 @@ const std::vector<LaneBounds::Side>& LaneBounds::sides(int pair, double threshol
   const LaneModel::Pair& shapes = pairAt(pair);
   if (!shapes.hasGeometry()) return sides_;
   const lanes::PairShapes& of = shapes.shapes;
-  const Limits limits{roundedUp(threshold + shapes.padding + kSettledFor), roundedDown(threshold + shapes.padding)};
+  const lanes::SearchLimits limits{roundedUp(threshold + shapes.padding + kSettledFor),
+                                   roundedDown(threshold + shapes.padding)};
   std::iota(places_.begin(), places_.begin() + count, 0);
-  kernels_->relate(linkTiles(shapes.a), linkTiles(shapes.b), linkCount(), states, count, of, *items_);
+  kernels_->relate(posesOf(shapes), states, count, of, *items_);
   count = keepUndecided(limits, count);
-  kernels_->search(of, shapes.few_a, shapes.few_b, shapes.uncovered_by_few, kStepsWithFew, limits.above, limits.below,
-                   count, *items_);
+  kernels_->search(of, withFew(shapes), limits, count, *items_);
   count = keepUndecided(limits, count);
   kernels_->meet(of, count, *items_);
   count = keepUndecided(limits, count);
-  kernels_->search(of, of.outline_a.count, of.outline_b.count, of.uncovered, kStepsWithAll, limits.above, limits.below,
-                   count, *items_);
+  kernels_->search(of, withAll(of), limits, count, *items_);
   count = keepUndecided(limits, count);
   kernels_->meet(of, count, *items_);
   keepUndecided(limits, count);

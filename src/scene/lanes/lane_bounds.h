@@ -36,8 +36,11 @@ class LaneBounds {
   explicit LaneBounds(const SceneModel& model);
   explicit LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kernels& kernels = lanes::kernels());
 
-  /// Takes up to kBlock states, beginning with row `first`.
-  void place(const States& states, Eigen::Index first, int count);
+  /// Takes up to kBlock states.
+  void place(const States& states);
+
+  /// How many these are.
+  int count() const { return count_; }
 
   /// False if a position is not finite, or beyond the range in which the errors hold. Then the state has no bounds.
   bool isPlaced(int state) const { return is_placed_[static_cast<std::size_t>(state)] != 0; }
@@ -51,10 +54,9 @@ class LaneBounds {
   /// number.
   int keepNear(int pair, double threshold, int* states, int count) const;
 
-  /// Finds those of the first `count` states in which the balls of the pair do not prove a distance above the state's
-  /// own threshold [m]. Writes the numbers of the states to `states`, ascending, and returns how many there are. Both
-  /// arrays have kBlock entries.
-  int findNear(int pair, const double* thresholds, int count, int* states) const;
+  /// The states whose balls do not prove a distance above the threshold [m] of the state. Writes their numbers to `states`,
+  /// ascending, and returns how many they are. Both arrays have kBlock entries.
+  int findNear(int pair, const double* thresholds, int* states) const;
 
   /// The side of the threshold on which a pair is proven to be in one state.
   enum class Side : unsigned char { Unknown, Above, Below };
@@ -62,8 +64,8 @@ class LaneBounds {
   /// Returns the side for each of the listed states. The result is valid until the next question.
   const std::vector<Side>& sides(int pair, double threshold, const int* states, int count) const;
 
-  /// The frame of a body, as computed in lanes. For tests.
-  Eigen::Isometry3d bodyPose(int body, int state) const;
+  /// The frames of all bodies, as the lanes have them. For tests.
+  std::vector<Eigen::Isometry3d> bodyPoses(int state) const;
 
  private:
   using Row = lanes::Row;
@@ -78,16 +80,13 @@ class LaneBounds {
   using Tiles = std::vector<AlignedTile>;
   static lanes::Tile* tilesOf(Tiles& tiles) { return tiles.empty() ? nullptr : &tiles.front().tile; }
   const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[static_cast<std::size_t>(pair)]; }
-  int linkCount() const { return static_cast<int>(model_->links.size()); }
-  const lanes::Tile* linkTiles(int link) const { return &link_poses_[static_cast<std::size_t>(link)].tile; }
-  void takePositions(const States& states, Eigen::Index first, int count, const LaneModel::Column& column);
-  struct Limits {
-    float above, below;
-  };
-  int keepUndecided(const Limits& limits, int count) const;
+  lanes::PairPoses posesOf(const LaneModel::Pair& pair) const;
+  void takePositions(const States& states, const LaneModel::Column& column);
+  int keepUndecided(const lanes::SearchLimits& limits, int count) const;
 
   std::shared_ptr<const LaneModel> model_;
   const lanes::Kernels* kernels_;
+  int count_ = 0;
   std::vector<unsigned char> is_placed_;
   Rows sines_, cosines_, positions_;
   Tiles body_poses_, link_poses_;

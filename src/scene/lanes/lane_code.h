@@ -110,26 +110,28 @@ Pose placed(const BodyPlan& body, int column, const Row* sines, const Row* cosin
   return pose;
 }
 
-void place(const BodyPlan* bodies, int body_count, const LinkPlan* links, int link_count, int count, const Row* sines,
-           const Row* cosines, const Row* positions, Tile* body_poses, Tile* link_poses) {
+void place(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
+           const Row* positions) {
   for (int column = 0; column < count; column += kLanes) {
-    Tile* const body_tile = body_poses + column / kTile * body_count;
-    Tile* const link_tile = link_poses + column / kTile * link_count;
-    for (int i = 0; i < body_count; ++i)
-      storePose(placed(bodies[i], column, sines, cosines, positions, body_tile), body_tile[i], column % kTile);
-    for (int i = 0; i < link_count; ++i) {
+    Tile* const body_tile = bodies.poses + column / kTile * bodies.count;
+    Tile* const link_tile = links.poses + column / kTile * links.count;
+    for (int i = 0; i < bodies.count; ++i)
+      storePose(placed(bodies.plans[i], column, sines, cosines, positions, body_tile), body_tile[i], column % kTile);
+    for (int i = 0; i < links.count; ++i) {
+      const LinkPlan& link = links.plans[i];
       Float rotation[9];
-      for (int k = 0; k < 9; ++k) rotation[k] = all(links[i].rotation[k]);
-      const Pose body = loadPose(body_tile[links[i].body], column % kTile);
-      storePose(stacked(body, rotation, point(links[i].origin)), link_tile[i], column % kTile);
+      for (int k = 0; k < 9; ++k) rotation[k] = all(link.rotation[k]);
+      const Pose body = loadPose(body_tile[link.body], column % kTile);
+      storePose(stacked(body, rotation, point(link.origin)), link_tile[i], column % kTile);
     }
   }
 }
 
 // --- bounds
 
-void far(const Tile* pose_a, const Tile* pose_b, int link_count, int count, float limit, unsigned char* near) {
-  for (int first = 0; first < count; first += kTile, pose_a += link_count, pose_b += link_count) {
+void far(const PairPoses& poses, int count, float limit, unsigned char* near) {
+  const Tile *pose_a = poses.a, *pose_b = poses.b;
+  for (int first = 0; first < count; first += kTile, pose_a += poses.stride, pose_b += poses.stride) {
     const Tile &a = *pose_a, &b = *pose_b;
     for (int i = 0; i < kTile; ++i) {
       const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];
@@ -145,14 +147,14 @@ Float boxGap(const Pose& a_T_b, const PairShapes& shapes) {
   return boxGap(a_T_b.rotation, way_in_a, way_in_b, shapes.half_a, shapes.half_b, shapes.box_error) - shapes.box_error;
 }
 
-void relate(const Tile* pose_a, const Tile* pose_b, int link_count, const int* columns, int count,
-            const PairShapes& shapes, Items& items) {
+void relate(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items) {
   for (int first = 0; first < count; first += kLanes) {
     alignas(64) float gathered[2 * kPoseRows][kLanes];
     const int filled = count - first < kLanes ? count - first : kLanes;
     for (int i = 0; i < kLanes; ++i) {
       const int column = columns[first + (i < filled ? i : 0)];
-      const Tile &tile_a = pose_a[column / kTile * link_count], &tile_b = pose_b[column / kTile * link_count];
+      const int place = column / kTile * poses.stride;
+      const Tile &tile_a = poses.a[place], &tile_b = poses.b[place];
       for (int k = 0; k < kPoseRows; ++k) {
         gathered[k][i] = tile_a[k][column % kTile];
         gathered[kPoseRows + k][i] = tile_b[k][column % kTile];
@@ -199,15 +201,14 @@ Support support(const Balls& balls, int count, const Point& direction) {
   return best;
 }
 
-void search(const PairShapes& shapes, int balls_a, int balls_b, float uncovered, int steps, float above, float below,
-            int count, Items& items) {
+void search(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count, Items& items) {
   const Float zero = all(0.0f), one = all(1.0f);
   const Float infinity = all(__builtin_inff());
   for (int first = 0; first < count; first += kLanes) {
     const Pose a_T_b = loadPose(items.pose, first);
     Point way{load(items.way[0] + first), load(items.way[1] + first), load(items.way[2] + first)};
     Float lower = load(items.lower + first), upper = load(items.upper + first);
-    for (int step = 0; step < steps; ++step) {
+    for (int step = 0; step < effort.steps; ++step) {
       const Float square = dot(way, way);
       // If the way is shorter, rounding makes its direction useless.
       const Int has_direction = square > all(1e-12f);
@@ -215,11 +216,12 @@ void search(const PairShapes& shapes, int balls_a, int balls_b, float uncovered,
       if (shapes.is_exact) upper = smaller(upper, (has_direction ? length : all(1e-6f)) + shapes.upper_error);
       const Point direction = (-1.0f / length) * way;  // points from a to b
       const Point in_b = turnedBack(a_T_b.rotation, direction);
-      const Support a = support(shapes.outline_a, balls_a, direction);
-      const Support b = support(shapes.outline_b, balls_b, Point{-in_b.x, -in_b.y, -in_b.z});
-      const Float gap = ((dot(direction, a_T_b.origin) - b.height) - a.height) - (uncovered + shapes.lower_error);
+      const Support a = support(shapes.outline_a, effort.balls_a, direction);
+      const Support b = support(shapes.outline_b, effort.balls_b, Point{-in_b.x, -in_b.y, -in_b.z});
+      const Float gap =
+          ((dot(direction, a_T_b.origin) - b.height) - a.height) - (effort.uncovered + shapes.lower_error);
       lower = larger(lower, has_direction ? gap : -infinity);
-      if (!any(~((lower > all(above)) | (upper <= all(below))))) break;
+      if (!any(~((lower > all(limits.above)) | (upper <= all(limits.below))))) break;
       const Point farthest = a.point - (a_T_b.origin + turned(a_T_b.rotation, b.point));
       const Point step_towards = farthest - way;
       const Float part = -dot(way, step_towards) / larger(dot(step_towards, step_towards), all(1e-20f));
@@ -234,12 +236,12 @@ void search(const PairShapes& shapes, int balls_a, int balls_b, float uncovered,
 }
 
 /// The ball that is nearest to a point, and the distance of its surface.
-struct Nearest {
+struct NearestBall {
   Float gap, radius;
   Point centre;
 };
-Nearest nearest(const Balls& balls, const Point& p) {
-  Nearest best{all(__builtin_inff()), all(0.0f), {}};
+NearestBall nearest(const Balls& balls, const Point& p) {
+  NearestBall best{all(__builtin_inff()), all(0.0f), {}};
   for (int i = 0; i < balls.count; ++i) {
     const Point centre = ball(balls, i), between = centre - p;
     const Float gap = root(dot(between, between)) - balls.radius[i];
@@ -264,8 +266,8 @@ void meet(const PairShapes& shapes, int count, Items& items) {
     Point on_b = support(shapes.inner_b, shapes.inner_b.count, in_b).point;
     Float upper = load(items.upper + first);
     for (int round = 0; round < 2; ++round) {
-      const Nearest a = nearest(shapes.inner_a, a_T_b.origin + turned(a_T_b.rotation, on_b));
-      const Nearest b = nearest(shapes.inner_b, turnedBack(a_T_b.rotation, a.centre - a_T_b.origin));
+      const NearestBall a = nearest(shapes.inner_a, a_T_b.origin + turned(a_T_b.rotation, on_b));
+      const NearestBall b = nearest(shapes.inner_b, turnedBack(a_T_b.rotation, a.centre - a_T_b.origin));
       upper = smaller(upper, (b.gap - a.radius) + shapes.upper_error);
       on_b = b.centre;
     }

@@ -71,6 +71,38 @@ struct alignas(64) Items {
   Row lower, upper;
 };
 
+/// The bodies of a robot, and the place of their poses: one tile for each, then those of the next columns.
+struct Bodies {
+  const BodyPlan* plans;
+  int count;
+  Tile* poses;
+};
+
+/// The same of its links.
+struct Links {
+  const LinkPlan* plans;
+  int count;
+  Tile* poses;
+};
+
+/// The poses of two links.
+struct PairPoses {
+  const Tile *a, *b;  ///< of the first columns
+  int stride;         ///< in tiles, to those of the next columns
+};
+
+/// What a search looks at.
+struct SearchEffort {
+  int balls_a, balls_b;  ///< the first ones of both outlines
+  float uncovered;       ///< [m] that both links together may stick out of them
+  int steps;             ///< at most
+};
+
+/// [m] A search is over where the lower bound is above the one limit, or the upper bound not above the other.
+struct SearchLimits {
+  float above, below;
+};
+
 /// Loops over the lanes, compiled for one kind of processor. Counts need not be multiples of the number of lanes: rows
 /// have room for kBlock columns, and columns beyond the count are read and written without effect on the results. All
 /// kernels give the same bits.
@@ -80,24 +112,21 @@ struct Kernels {
   /// Computes sines and cosines of angles [rad] up to kMostAngle in `count` columns, within kSineError.
   void (*turn)(const double* angles, int count, float* sines, float* cosines);
 
-  /// Computes the poses of the bodies and of the links in `count` columns. One tile for each comes first, then the
-  /// tiles of the next columns.
-  void (*place)(const BodyPlan* bodies, int body_count, const LinkPlan* links, int link_count, int count,
-                const Row* sines, const Row* cosines, const Row* positions, Tile* body_poses, Tile* link_poses);
+  /// Poses of the bodies and of the links in `count` columns.
+  void (*place)(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
+                const Row* positions);
 
   /// Sets near[i] to 0 if the squared distance of the origins of two links is above a limit, otherwise to 1.
-  void (*far)(const Tile* pose_a, const Tile* pose_b, int link_count, int count, float limit, unsigned char* near);
+  void (*far)(const PairPoses& poses, int count, float limit, unsigned char* near);
 
-  /// Fills the items with the relative poses of the two links in the listed columns and with the lower bounds of their
-  /// boxes. The upper bounds are infinite.
-  void (*relate)(const Tile* pose_a, const Tile* pose_b, int link_count, const int* columns, int count,
-                 const PairShapes& shapes, Items& items);
+  /// Fills the items with the relative poses of the two links in the columns listed, with the lower bound of their boxes, and
+  /// without upper bound.
+  void (*relate)(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items);
 
-  /// Raises the lower bounds and lowers the upper bounds by steps towards the point of the Minkowski difference nearest
-  /// to the origin. Uses only the first balls of both outlines. Ends early when each item has a lower bound above the
-  /// limit `above` or an upper bound not above the limit `below`. `way` must be in the Minkowski difference.
-  void (*search)(const PairShapes& shapes, int balls_a, int balls_b, float uncovered, int steps, float above,
-                 float below, int count, Items& items);
+  /// Raises the lower bounds, and lowers the upper ones, by steps towards the point of the CSO nearest to the origin. Ends early
+  /// where the search of each item is over. `way` has to be in the CSO.
+  void (*search)(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count,
+                 Items& items);
 
   /// Lowers the upper bounds by inner balls that lie along the way.
   void (*meet)(const PairShapes& shapes, int count, Items& items);

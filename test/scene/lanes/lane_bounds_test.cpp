@@ -151,12 +151,13 @@ TEST(LaneBounds, FramesAreWithinTheirError) {
     double most = 0.0;
     for (int first = 0; first < count; first += LaneBounds::kBlock) {
       const int placed = std::min(LaneBounds::kBlock, count - first);
-      bounds.place(states, first, placed);
+      bounds.place(states.middleRows(first, placed));
       for (int i = 0; i < placed; ++i) {
         ASSERT_TRUE(bounds.isPlaced(i));
         const BodyPoses poses = forwardKinematics(robot.model->robot, positionsOf(states, first + i));
+        const std::vector<Isometry3d> in_lanes = bounds.bodyPoses(i);
         for (std::size_t body = 0; body < poses.size(); ++body) {
-          const Isometry3d pose = bounds.bodyPose(static_cast<int>(body), i);
+          const Isometry3d& pose = in_lanes[body];
           const LaneError& error = model->body_errors[body];
           const double turned = (pose.linear() - poses[body]->linear()).norm();
           const double moved = (pose.translation() - poses[body]->translation()).norm();
@@ -234,7 +235,7 @@ TEST(LaneBounds, HoldTheSignedDistance) {
     const Candidates& candidates = scene.candidates();
     const int count = std::min(LaneBounds::kBlock, statesToTest() / 10);
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 21);
-    bounds.place(states, 0, count);
+    bounds.place(states);
     const std::vector<int> all = numbers(count);
     std::vector<std::vector<float>> lower(candidates.size()), upper(candidates.size());
     for (std::size_t pair = 0; pair < candidates.size(); ++pair) {
@@ -272,15 +273,17 @@ TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 33);
     const std::vector<int> all = numbers(count);
     LaneBounds expected(model, *kernels.front());
-    expected.place(states, 0, count);
+    expected.place(states);
     std::vector<float> lower(all.size()), upper(all.size()), other_lower(all.size()), other_upper(all.size());
     for (std::size_t k = 1; k < kernels.size(); ++k) {
       SCOPED_TRACE(kernels[k]->name);
       LaneBounds other(model, *kernels[k]);
-      other.place(states, 0, count);
-      for (int i = 0; i < count; ++i)
-        for (int body = 0; body < static_cast<int>(model->bodies.size()); ++body)
-          ASSERT_EQ(expected.bodyPose(body, i).matrix(), other.bodyPose(body, i).matrix());
+      other.place(states);
+      for (int i = 0; i < count; ++i) {
+        const std::vector<Isometry3d> expected_poses = expected.bodyPoses(i), other_poses = other.bodyPoses(i);
+        for (std::size_t body = 0; body < model->bodies.size(); ++body)
+          ASSERT_EQ(expected_poses[body].matrix(), other_poses[body].matrix());
+      }
       for (int pair = 0; pair < static_cast<int>(model->pairs.size()); ++pair) {
         expected.bounds(pair, all.data(), count, lower.data(), upper.data());
         other.bounds(pair, all.data(), count, other_lower.data(), other_upper.data());
@@ -305,7 +308,7 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
     Scene scene(robot.model);
     const int count = std::min(LaneBounds::kBlock, repeats(20));
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 22);
-    bounds.place(states, 0, count);
+    bounds.place(states);
     std::vector<double> thresholds(LaneBounds::kBlock, -kInfinity);
     std::vector<int> near(LaneBounds::kBlock);
     for (int i = 0; i < count; ++i) {
@@ -317,7 +320,7 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
         int state = i;
         ASSERT_EQ(bounds.keepNear(pair, not_above, &state, 1), 1);
         thresholds[static_cast<std::size_t>(i)] = not_above;
-        ASSERT_EQ(bounds.findNear(pair, thresholds.data(), count, near.data()), 1);
+        ASSERT_EQ(bounds.findNear(pair, thresholds.data(), near.data()), 1);
         ASSERT_EQ(near.front(), i);
         ASSERT_NE(bounds.sides(pair, not_above, &i, 1).front(), LaneBounds::Side::Above);
         ASSERT_NE(bounds.sides(pair, not_below, &i, 1).front(), LaneBounds::Side::Below);
