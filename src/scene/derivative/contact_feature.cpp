@@ -132,17 +132,16 @@ std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& fr
 
 /// One of the two shapes of a pair, in its pose.
 struct ContactFeatures::Side {
-  const std::vector<Piece>* pieces;
-  const std::vector<int>* numbers;                  ///< the numbers of its pieces; nullptr: all pieces
-  const std::vector<PlacedHalfSpace>* half_spaces;  ///< nullptr: none
+  Part part;
   Isometry3d pose;
 
   /// True if the plane is that of a half-space. Directions count as equal if they move points that are 1 m away by at
   /// most 1e-6 m. More common points can only make the smallest value smaller.
   bool fills(const ContactPlane& plane, double tolerance) const {
     constexpr double kSameDirection = 1e-6;
-    if (!half_spaces) return false;
-    return std::any_of(half_spaces->begin(), half_spaces->end(), [&](const PlacedHalfSpace& half_space) {
+    if (!part.isUnbounded()) return false;
+    const std::vector<PlacedHalfSpace>& half_spaces = part.halfSpaces();
+    return std::any_of(half_spaces.begin(), half_spaces.end(), [&](const PlacedHalfSpace& half_space) {
       const Vector3d normal = pose.linear() * half_space.normal;
       const double height = normal.dot(plane.origin - pose.translation()) - half_space.offset;
       return std::abs(height) <= tolerance && (normal - plane.normal).norm() <= kSameDirection;
@@ -153,24 +152,26 @@ struct ContactFeatures::Side {
   template <class Visit>
   void forEachFigure(const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure,
                      const Visit& visit) const {
-    const auto look = [&](const Piece& piece) {
+    forEachPiece(part.root, [&](const Piece& piece) {
       if (const auto beside = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, gap, figure))
         visit(*beside);
-    };
-    if (!numbers) {
-      for (const Piece& piece : *pieces) look(piece);
-      return;
-    }
-    for (const int number : *numbers) look((*pieces)[static_cast<std::size_t>(number)]);
+    });
+  }
+
+ private:
+  template <class Look>
+  void forEachPiece(int volume, const Look& look) const {
+    const Volume& here = part[volume];
+    if (here.isLeaf()) return look(part.pieces[here.piece]);
+    if (here.isEmpty()) return;
+    for (const int half : here.parts) forEachPiece(half, look);
   }
 };
 
-ContactFeatures::ContactFeatures(const SceneModel& model) : model_(model), paddings_(paddingsOf(model.pairs)) {
+ContactFeatures::ContactFeatures(const SceneModel& model) : volumes_(model.robot), paddings_(paddingsOf(model.pairs)) {
   const std::size_t most = mostCorners(model.robot.pieces);
   figure_a_.reserve(most);
   figure_b_.reserve(most);
-  for (int link = 0; link < static_cast<int>(model.robot.links.size()); ++link)
-    pieces_of_link_.push_back(model.robot.piecesOf(link));
 }
 
 void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
@@ -183,36 +184,24 @@ void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
   }
 }
 
-std::optional<ContactFeatures::Side> ContactFeatures::sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const {
-  const RobotModel& robot = model_.robot;
-  const Link& link = robot.links[static_cast<std::size_t>(ref.link())];
-  const std::optional<Isometry3d>& pose = poses[static_cast<std::size_t>(link.body)];
-  if (!pose) return std::nullopt;
-  if (ref.collision() > 0) {
-    const int index = link.collisions[static_cast<std::size_t>(ref.collision() - 1)];
-    return Side{&robot.pieces, &robot.collisions[static_cast<std::size_t>(index)].pieces, nullptr, *pose};
-  }
-  return Side{&robot.pieces, &pieces_of_link_[static_cast<std::size_t>(ref.link())], nullptr, *pose};
-}
-
-std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, const BodyPoses& poses,
-                                                                   const FramePoses& frames) const {
-  const PlacedObject& object = *objects_->placed(ref.object());
-  std::optional<Isometry3d> pose = object.world_T_object;
-  if (object.kind == PlacedObject::Kind::Attached) pose = poses[static_cast<std::size_t>(object.body)];
-  if (object.kind == PlacedObject::Kind::Moving)
+std::optional<ContactFeatures::Side> ContactFeatures::sideOf(const ShapeRef& ref, const BodyPoses& poses,
+                                                             const FramePoses& frames) const {
+  const Part part = volumes_.part(ref, objects_.get());
+  std::optional<Isometry3d> pose;
+  if (!part.isFree())
+    pose = poses[static_cast<std::size_t>(part.body)];
+  else if (part.object->kind == PlacedObject::Kind::Fixed)
+    pose = part.object->world_T_object;
+  else
     pose = frames[static_cast<std::size_t>(objects_->frameOf(ref.object()))];
   if (!pose) return std::nullopt;
-  return Side{&object.geometry->pieces(), nullptr, &object.geometry->halfSpaces(), *pose};
+  return Side{part, *pose};
 }
 
 double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
                               const FramePoses& frames) {
   const narrowphase::SignedDistance& result = pair.result;
-  const auto sideOf = [&](const ShapeRef& ref) {
-    return ref.isLink() ? sideOfLink(ref, poses) : sideOfObject(ref, poses, frames);
-  };
-  const std::optional<Side> a = sideOf(pair.asked.a), b = sideOf(pair.asked.b);
+  const std::optional<Side> a = sideOf(pair.asked.a, poses, frames), b = sideOf(pair.asked.b, poses, frames);
   if (!a || !b) return std::numeric_limits<double>::quiet_NaN();
 
   const Vector3d from_surface = 0.5 * paddings_.of(pair.asked) * result.normal;

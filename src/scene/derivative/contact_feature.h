@@ -12,6 +12,7 @@
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/derivative/plane_figure.h"
+#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 
@@ -66,13 +67,11 @@ class ContactFeatures {
  private:
   struct Side;
 
-  /// Returns nullopt if the pose is not known.
-  std::optional<Side> sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const;
-  std::optional<Side> sideOfObject(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
+  /// nullopt if the place is not known.
+  std::optional<Side> sideOf(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
 
-  const SceneModel& model_;
+  const Volumes volumes_;
   const PairDistances paddings_;
-  std::vector<std::vector<int>> pieces_of_link_;
   std::shared_ptr<const Objects> objects_;
   PlaneFigure figure_a_, figure_b_;
 };
