@@ -105,10 +105,10 @@ struct GeometryKind {
 };
 /// In the order of the kinds of geometry in scene::ObjectShape.
 const std::array<GeometryKind, 5> kKinds = {{{"primitives", "primitive_poses", &ObjectChange::primitive_poses},
-                                          {"boxes", "boxes_poses", &ObjectChange::boxes_poses},
-                                          {"meshes", "mesh_poses", &ObjectChange::mesh_poses},
-                                          {"mesh_files", "mesh_file_poses", &ObjectChange::mesh_file_poses},
-                                          {"planes", "plane_poses", &ObjectChange::plane_poses}}};
+                                             {"boxes", "boxes_poses", &ObjectChange::boxes_poses},
+                                             {"meshes", "mesh_poses", &ObjectChange::mesh_poses},
+                                             {"mesh_files", "mesh_file_poses", &ObjectChange::mesh_file_poses},
+                                             {"planes", "plane_poses", &ObjectChange::plane_poses}}};
 
 std::vector<Isometry3d> posesOf(const ObjectChange& change, const GeometryKind& kind) {
   std::vector<Isometry3d> poses;
@@ -168,7 +168,8 @@ void requireFieldsOf(const OperationFields& allowed, const ObjectChange& change)
   const bool has_no_shapes = change.primitives.empty() && change.boxes.empty() && change.meshes.empty() &&
                              change.mesh_files.empty() && change.planes.empty();
   require_empty(allowed.shapes, has_no_shapes, "shapes");
-  for (const GeometryKind& kind : kKinds) require_empty(allowed.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
+  for (const GeometryKind& kind : kKinds)
+    require_empty(allowed.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
   require_empty(allowed.padding, change.padding == 0.0, "padding");
   require_empty(allowed.link, change.link.empty(), "link");
   require_empty(allowed.touch_links, change.touch_links.empty(), "touch_links");
