@@ -1,12 +1,11 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
-#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "chance.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
@@ -62,32 +61,5 @@ inline BodyPoses posesOf(const RobotModel& robot, const std::vector<Eigen::Isome
   for (std::size_t i = 0; i < poses_of_links.size(); ++i) poses[bodyOf(robot, std::to_string(i))] = poses_of_links[i];
   return poses;
 }
-
-// --- numbers at random
-
-class Chance {
- public:
-  explicit Chance(unsigned seed) : generator_(seed) {}
-
-  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(generator_); }
-
-  int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(generator_); }
-
-  Eigen::Vector3d direction() {
-    std::normal_distribution<double> normal;
-    const double x = normal(generator_), y = normal(generator_), z = normal(generator_);
-    return Eigen::Vector3d(x, y, z).normalized();
-  }
-
-  /// Turned in any way, within `reach` of the origin along each axis.
-  Eigen::Isometry3d pose(double reach) {
-    const Eigen::Vector3d axis = direction();
-    const double angle = between(0.0, M_PI);
-    return turned(angle, axis, {between(-reach, reach), between(-reach, reach), between(-reach, reach)});
-  }
-
- private:
-  std::mt19937 generator_;
-};
 
 }  // namespace proximity_server::scene
