@@ -6,9 +6,11 @@ MODULE_DIR is empty where the build has no module, or no Python that can load it
 its one case is skipped.
 """
 
+import contextlib
 import os
 import pathlib
 import sys
+import tempfile
 import time
 import unittest
 import warnings
@@ -91,6 +93,7 @@ if not MODULE:
     sys.exit(0)
 
 sys.path.insert(0, MODULE)
+import numpy  # noqa: E402
 import proximity  # noqa: E402
 
 DEMO = SOURCE / "config/demo"
@@ -103,10 +106,42 @@ def package_roots():
     return [SOURCE, EXAMPLE_ROBOTS.parents[1], *os.environ.get("ROS_PACKAGE_PATH", "").split(":")]
 
 
-def load(urdf, srdf, **options):
-    """A robot, without its warnings."""
+@contextlib.contextmanager
+def no_warnings():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        yield
+
+
+class InFolder(unittest.TestCase):
+    """A test case that has an empty folder."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def file(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+
+def random_states(robot, shape, seed):
+    """An array of states whose leading dimensions are those of the shape, or one dimension of that size."""
+    leading = shape if isinstance(shape, tuple) else (shape,)
+    return numpy.random.default_rng(seed).uniform(*robot.ranges.T, (*leading, len(robot.joints)))
+
+
+def row_of(rows, pair):
+    """The row of the pair of that number."""
+    row, = rows[rows["pair"] == pair]
+    return row
+
+
+def load(urdf, srdf, **options):
+    """A robot, without its warnings."""
+    with no_warnings():
         return proximity.Robot(urdf, srdf, packages=package_roots(), **options)
 
 
@@ -121,20 +156,9 @@ def panda(**options):
     return load(PANDA / "urdf/panda.urdf", PANDA / "srdf/panda.srdf", **options)
 
 
-# A ball on an arm that turns around z, and a ball that rests: their distance is that of two points of a plane. A lift,
-# which another joint follows, carries a third ball away from both along z.
-BALLS = """<robot name="balls">
-  <link name="base"><collision><origin xyz="1 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="turn" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
-    <limit lower="-2" upper="3" effort="1" velocity="1"/></joint>
-  <link name="arm"><collision><origin xyz="2 0 0"/><geometry><sphere radius="0.2"/></geometry></collision></link>
-  <joint name="up" type="prismatic"><parent link="base"/><child link="carriage"/><axis xyz="0 0 1"/>
-    <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
-  <link name="carriage"/>
-  <joint name="up_twice" type="prismatic"><parent link="carriage"/><child link="lamp"/><axis xyz="0 0 1"/>
-    <limit lower="0" upper="2" effort="1" velocity="1"/><mimic joint="up" multiplier="2" offset="5"/></joint>
-  <link name="lamp"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
-</robot>"""
+# The distance of base and arm is that of two points of a plane. The third ball, on the lift, goes away from both along z: another joint
+# follows that of the lift.
+BALLS = (SOURCE / "test/robots/balls.urdf").read_text()
 ARM_AND_BASE = [("base", "arm")]
 TURN, UP, UP_TWICE = range(3)  # the columns of q
 
@@ -142,6 +166,5 @@ TURN, UP, UP_TWICE = range(3)  # the columns of q
 def balls(**options):
     """All three pairs, those of neighbours too; without its warnings."""
     pairs = [("base", "arm"), ("base", "lamp"), ("arm", "lamp")]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with no_warnings():
         return proximity.Robot.from_text(BALLS, **{"only_pairs": pairs, **options})

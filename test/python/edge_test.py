@@ -7,12 +7,8 @@ import unittest
 import numpy
 
 import cases
-from cases import ARM_AND_BASE, balls, demo, panda, proximity, repeats
+from cases import ARM_AND_BASE, balls, demo, panda, proximity, random_states, repeats
 from proximity import Box, Sphere, Status
-
-
-def random_states(robot, count, seed):
-    return numpy.random.default_rng(seed).uniform(*robot.ranges.T, (count, len(robot.joints)))
 
 
 class OnPaper(unittest.TestCase):

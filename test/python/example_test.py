@@ -2,11 +2,8 @@
 """The example script, without a display."""
 
 import os
-import pathlib
 import subprocess
 import sys
-import tempfile
-import unittest
 
 import numpy
 
@@ -21,12 +18,7 @@ def run(*arguments):
     return subprocess.run([sys.executable, SCRIPT, *map(str, arguments)], env=environment, text=True, capture_output=True)
 
 
-class JointSpace(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
+class JointSpace(cases.InFolder):
     def picture(self, path):
         import matplotlib.image
         return matplotlib.image.imread(path)
@@ -43,8 +35,7 @@ class JointSpace(unittest.TestCase):
         self.assertGreater(len(numpy.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)), 200)
 
     def test_a_slice_without_contact_is_drawn_too(self):
-        urdf = self.folder / "balls.urdf"
-        urdf.write_text(BALLS)
+        urdf = self.file("balls.urdf", BALLS)
         result = run(urdf, "--states", 10, "--cells", 10, "--joints", "turn", "up", "--out", self.folder / "slice.png")
         self.assertEqual(("", 0), (result.stderr, result.returncode))
         self.assertIn("0.0 % in contact", result.stdout)

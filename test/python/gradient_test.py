@@ -7,7 +7,7 @@ import unittest
 import numpy
 
 import cases
-from cases import ARM_AND_BASE, BALLS, IS_SANITIZED, UP_TWICE, UP, TURN, balls, demo, panda, proximity, repeats
+from cases import ARM_AND_BASE, BALLS, IS_SANITIZED, UP_TWICE, UP, TURN, balls, demo, panda, proximity, random_states, repeats
 
 
 class OnPaper(unittest.TestCase):
@@ -74,7 +74,7 @@ class BesideDifferences(unittest.TestCase):
 
     def assert_close(self, robot, states):
         count = len(robot.joints)
-        q = numpy.random.default_rng(7).uniform(*robot.ranges.T, (states, count))
+        q = random_states(robot, states, 7)
         rows, gradients = robot.gradient(q)
         steps = self.STEP * numpy.eye(count)
         ahead = robot.minimum((q[:, None] + steps).reshape(-1, count)).reshape(states, count)

@@ -9,7 +9,7 @@ import unittest
 import numpy
 
 import cases
-from cases import BALLS, balls, demo, proximity, repeats
+from cases import BALLS, InFolder, balls, demo, proximity, random_states, repeats
 from proximity import Level, Status
 
 # Two pairs of the demo's robot with thresholds of their own; a link before a group.
@@ -50,7 +50,7 @@ class OfTheDemo(unittest.TestCase):
         path.write_text(FILE)
         cls.plain, cls.robot = demo(), demo(thresholds=path)
         cls.stop, cls.warn = thresholds_of(cls.robot)
-        cls.q = numpy.random.default_rng(5).uniform(*cls.robot.ranges.T, (repeats(1500), len(cls.robot.joints)))
+        cls.q = random_states(cls.robot, repeats(1500), 5)
         cls.all = cls.plain.closest(cls.q, len(cls.plain.pairs))  # of each state
 
     @classmethod
@@ -124,7 +124,7 @@ class OnPaper(unittest.TestCase):
         self.assertEqual(Level.CLEAR, balls(thresholds="{}").level([0.0, 0.0, 0.0])["level"])
 
 
-class Refusals(unittest.TestCase):
+class Refusals(InFolder):
     def test_without_thresholds_there_are_no_levels(self):
         robot = balls()
         self.assertEqual(proximity.PAIR, robot.minimum([[0.0, 0.0, 0.0]]).dtype)
@@ -139,14 +139,11 @@ class Refusals(unittest.TestCase):
                 balls(thresholds=text)
 
     def test_a_file_is_named(self):
-        with tempfile.TemporaryDirectory() as folder:
-            urdf, wrong = pathlib.Path(folder) / "balls.urdf", pathlib.Path(folder) / "wrong.yaml"
-            urdf.write_text(BALLS)
-            wrong.write_text("link_stop_distance: {moon: 1}")
-            with self.assertRaisesRegex(ValueError, "wrong.yaml: link_stop_distance"):
-                proximity.Robot(urdf, thresholds=wrong)
-            with self.assertRaises(FileNotFoundError):
-                proximity.Robot(urdf, thresholds=pathlib.Path(folder) / "absent.yaml")
+        urdf = self.file("balls.urdf", BALLS)
+        with self.assertRaisesRegex(ValueError, "wrong.yaml: link_stop_distance"):
+            proximity.Robot(urdf, thresholds=self.file("wrong.yaml", "link_stop_distance: {moon: 1}"))
+        with self.assertRaises(FileNotFoundError):
+            proximity.Robot(urdf, thresholds=self.folder / "absent.yaml")
 
 
 if __name__ == "__main__":

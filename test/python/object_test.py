@@ -9,12 +9,11 @@ import pathlib
 import subprocess
 import tempfile
 import unittest
-import warnings
 
 import numpy
 
 import cases
-from cases import ARM_AND_BASE, DEMO, balls, demo, repeats
+from cases import ARM_AND_BASE, DEMO, InFolder, balls, demo, no_warnings, random_states, repeats, row_of
 from proximity import Box, Boxes, Capsule, Cone, Cylinder, Ellipsoid, HalfSpace, Level, Mesh, MeshFile, Sphere, Verdict
 
 AT_ZERO = [0.0, 0.0, 0.0]
@@ -31,10 +30,6 @@ def turned(angle, position=(0.0, 0.0, 0.0)):
     pose[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
     pose[:3, 3] = position
     return pose
-
-
-def random_states(robot, shape, seed):
-    return numpy.random.default_rng(seed).uniform(*robot.ranges.T, (*shape, len(robot.joints)))
 
 
 def names_of(robot, rows):
@@ -72,12 +67,10 @@ class OnPaper(unittest.TestCase):
         for name, (shape, pose) in shapes.items():
             with self.subTest(name):
                 robot = self.robot.with_object("thing", shape, pose)
-                row = robot.closest(AT_ZERO, 2)[robot.closest(AT_ZERO, 2)["pair"] == 1][0]
-                self.assertAlmostEqual(1.0, row["distance"], delta=1e-9)
+                self.assertAlmostEqual(1.0, row_of(robot.closest(AT_ZERO, 2), 1)["distance"], delta=1e-9)
                 # Among others it is the same: a list of shapes with their poses.
                 together = self.robot.with_object("thing", [(Sphere(0.1), (50, 0, 0)), (shape, pose)])
-                row = together.closest(AT_ZERO, 2)[together.closest(AT_ZERO, 2)["pair"] == 1][0]
-                self.assertAlmostEqual(1.0, row["distance"], delta=1e-9)
+                self.assertAlmostEqual(1.0, row_of(together.closest(AT_ZERO, 2), 1)["distance"], delta=1e-9)
 
     def test_a_mesh_of_a_file_and_its_arrays_are_the_same_object(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -86,7 +79,7 @@ class OnPaper(unittest.TestCase):
                             "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in FACES))
             of_file = self.robot.with_object("corner", MeshFile(path, (2.0, 2.0, 2.0)), (3.0, -0.5, -0.5))
         of_arrays = self.robot.with_object("corner", Mesh(2.0 * numpy.array(CORNERS), FACES), (3.0, -0.5, -0.5))
-        q = random_states(self.robot, (20,), 1)
+        q = random_states(self.robot, 20, 1)
         self.assertEqual(of_arrays.closest(q, 2).tobytes(), of_file.closest(q, 2).tobytes())
 
     def test_an_object_moves_is_held_is_put_down_and_goes(self):
@@ -96,7 +89,7 @@ class OnPaper(unittest.TestCase):
         moved = robot.moved("ball", (0.0, 5.0, 0.0))
         self.assertAlmostEqual(5**0.5 - 0.3, moved.minimum(quarter)["distance"], delta=1e-9)
         rows = moved.closest(quarter, 2)
-        self.assertAlmostEqual(2.3, rows["distance"][rows["pair"] == 1][0], delta=1e-9)
+        self.assertAlmostEqual(2.3, row_of(rows, 1)["distance"], delta=1e-9)
 
         held = robot.attached("ball", "arm", q=quarter)  # where it is: 2 m beyond the arm
         self.assertEqual([("base", "arm"), ("base", "ball"), ("lamp", "ball")], held.pairs)
@@ -104,13 +97,13 @@ class OnPaper(unittest.TestCase):
         for turn in (0.0, 1.0):
             rows = held.closest([turn, 0, 0], 2)
             centre = numpy.array([4 * math.cos(turn), 4 * math.sin(turn)])
-            self.assertAlmostEqual(numpy.linalg.norm(centre - [1, 0]) - 0.6, rows["distance"][rows["pair"] == 1][0], delta=1e-9)
+            self.assertAlmostEqual(numpy.linalg.norm(centre - [1, 0]) - 0.6, row_of(rows, 1)["distance"], delta=1e-9)
 
         down = held.detached("ball", q=AT_ZERO)
         numpy.testing.assert_allclose(down.objects["ball"].pose[:3, 3], [4, 0, 0], atol=1e-12)
         self.assertEqual("", down.objects["ball"].link)
         rows = down.closest(quarter, 2)
-        self.assertAlmostEqual(20**0.5 - 0.7, rows["distance"][rows["pair"] == 1][0], delta=1e-9)
+        self.assertAlmostEqual(20**0.5 - 0.7, row_of(rows, 1)["distance"], delta=1e-9)
 
         self.assertEqual(self.robot.pairs, down.without("ball").pairs)
         # All of them are still there.
@@ -122,8 +115,7 @@ class OnPaper(unittest.TestCase):
         robot = balls(only_pairs=ARM_AND_BASE).with_object("lamp shade", Sphere(0.1), (0, 0, 1), frame="carriage")
         self.assertIn(("base", "lamp shade"), robot.pairs)
         for up in (0.0, 1.0):
-            rows = robot.closest([0.0, up, 0.0], 9)
-            row = rows[rows["pair"] == robot.pairs.index(("base", "lamp shade"))][0]
+            row = row_of(robot.closest([0.0, up, 0.0], 9), robot.pairs.index(("base", "lamp shade")))
             self.assertAlmostEqual(math.hypot(1.0, 1.0 + up) - 0.2, row["distance"], delta=1e-9)
 
     def test_padding_touch_links_and_allowed_pairs_count(self):
@@ -137,8 +129,7 @@ class OnPaper(unittest.TestCase):
 
     def test_a_held_object_is_checked_against_others(self):
         robot = self.robot.with_object("wall", Box((1, 9, 9)), (4, 0, 0)).with_object("cup", Sphere(0.1), (0.5, 0, 0), link="arm")
-        rows = robot.closest(AT_ZERO, 9)
-        row = rows[[names == ("wall", "cup") for names in names_of(robot, rows)]][0]
+        row = row_of(robot.closest(AT_ZERO, 9), robot.pairs.index(("wall", "cup")))
         self.assertAlmostEqual(3.5 - 0.6, row["distance"], delta=1e-9)
         self.assertAlmostEqual(1.0, row["normal"][0] * -1, delta=1e-9)
 
@@ -203,8 +194,7 @@ rules:
         cls.path.write_text(cls.CELL)
         cls.robot = demo()
         cls.of_file = cls.robot.with_objects(cls.path)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with no_warnings():
             cls.by_hand = (
                 cls.robot.with_object("table", [Box((0.5, 1.2, 0.05)), (Cylinder(0.04, 0.7), (0, 0, -0.35))],
                                       turned(0.3, (0.6, 0, 0.7)), padding=0.01)
@@ -230,7 +220,7 @@ rules:
         return list(csv.DictReader(io.StringIO(printed)))
 
     def test_the_closest_pair_and_its_distance_are_those_that_the_tool_prints(self):
-        q = random_states(self.robot, (max(20, repeats(600)),), 2)
+        q = random_states(self.robot, max(20, repeats(600)), 2)
         expected = self.rows_of_tool(q, "--objects", self.path)
         for name, robot in (("of the file", self.of_file), ("by hand", self.by_hand)):
             with self.subTest(name):
@@ -272,15 +262,16 @@ rules:
             again = again.with_object(name, thing.shapes, thing.pose, link=thing.link, touch_links=thing.touch_links,
                                       frame=thing.frame, padding=thing.padding)
         again = again.allowing("torso", "table")
-        q = random_states(self.robot, (30,), 4)
+        q = random_states(self.robot, 30, 4)
         numpy.testing.assert_allclose(self.of_file.closest(q, 4)["distance"], again.closest(q, 4)["distance"], atol=2e-9)
         self.assertEqual(("left_hand", ("left_wrist",), "head", 0.01),
                          (again.objects["cup"].link, again.objects["cup"].touch_links, again.objects["lamp"].frame,
                           again.objects["table"].padding))
 
 
-class Refusals(unittest.TestCase):
+class Refusals(InFolder):
     def setUp(self):
+        super().setUp()
         self.robot = balls()
 
     def test_what_is_wrong_is_named_with_the_object(self):
@@ -315,22 +306,16 @@ class Refusals(unittest.TestCase):
                 self.robot.with_object("pin", shapes)
 
     def test_files_are_refused_with_their_place(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "cell.yaml"
-            with self.assertRaises(FileNotFoundError):
-                self.robot.with_objects(path)
-            for text, words in (("objects: [{id: pin}]", "cell.yaml, line 1.*pin"), ("objects: [{id: pin, colour: red}]", "colour"),
-                                ("changes: [{at: {row: 1}, operation: REMOVE, id: pin}]", "cell.yaml.*changes")):
-                path.write_text(text)
-                with self.subTest(text), self.assertRaisesRegex(ValueError, words):
-                    self.robot.with_objects(path)
+        with self.assertRaises(FileNotFoundError):
+            self.robot.with_objects(self.folder / "cell.yaml")
+        for text, words in (("objects: [{id: pin}]", "cell.yaml, line 1.*pin"), ("objects: [{id: pin, colour: red}]", "colour"),
+                            ("changes: [{at: {row: 1}, operation: REMOVE, id: pin}]", "cell.yaml.*changes")):
+            with self.subTest(text), self.assertRaisesRegex(ValueError, words):
+                self.robot.with_objects(self.file("cell.yaml", text))
 
     def test_of_two_objects_of_a_file_with_one_id_the_second_counts(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = pathlib.Path(folder) / "cell.yaml"
-            sphere = "{id: pin, pose: {position: {y: 4}}, primitives: [{type: SPHERE, dimensions: [%s]}]}"
-            path.write_text(f"objects: [{sphere % 0.25}, {sphere % 0.5}]")
-            twice = self.robot.with_objects(path)
+        sphere = "{id: pin, pose: {position: {y: 4}}, primitives: [{type: SPHERE, dimensions: [%s]}]}"
+        twice = self.robot.with_objects(self.file("cell.yaml", f"objects: [{sphere % 0.25}, {sphere % 0.5}]"))
         once = self.robot.with_object("pin", Sphere(0.5), (0.0, 4.0, 0.0))
         quarter = [math.pi / 2, 0.0, 0.0]
         self.assertEqual(once.minimum(quarter)["distance"], twice.minimum(quarter)["distance"])

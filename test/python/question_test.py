@@ -13,12 +13,9 @@ import unittest
 import numpy
 
 import cases
-from cases import ANSWERS, ARM_AND_BASE, DEMO, IS_SANITIZED, PANDA, balls, demo, package_roots, panda, proximity, repeats
+from cases import (ANSWERS, ARM_AND_BASE, DEMO, IS_SANITIZED, PANDA, balls, demo, package_roots, panda, proximity, random_states,
+                   repeats)
 from proximity import Status, Verdict
-
-
-def random_states(robot, count, seed):
-    return numpy.random.default_rng(seed).uniform(*robot.ranges.T, (count, len(robot.joints)))
 
 
 def answers(robot, q, distance=0.1, k=3):

@@ -3,17 +3,16 @@
 
 import math
 import multiprocessing
-import pathlib
 import pickle
 import re
-import tempfile
 import unittest
 import warnings
 
 import numpy
 
 import cases
-from cases import ARM_AND_BASE, BALLS, DEMO, SOURCE, balls, demo, package_roots, panda, proximity
+from cases import (ARM_AND_BASE, BALLS, DEMO, SOURCE, InFolder, balls, demo, no_warnings, package_roots, panda, proximity,
+                   random_states)
 
 TRIANGLE = """solid s
 facet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet
@@ -87,8 +86,7 @@ def minimum_of(robot):
 
 class Pickles(unittest.TestCase):
     def test_a_robot_comes_back_as_it_was(self):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with no_warnings():
             robots = [balls(srdf='<robot name="balls"><group name="lights"><joint name="up"/></group></robot>', group="lights",
                             exclude_pairs=[("arm", "lamp")], only_pairs=[], padding=0.01, threads=3, thresholds="stop_distance: 0.01"),
                       demo(mesh_tolerance=0.01)]
@@ -98,7 +96,7 @@ class Pickles(unittest.TestCase):
                 again = pickle.loads(pickle.dumps(robot))
                 self.assertEqual((robot.pairs, robot.threads, robot.warnings, robot.name),
                                  (again.pairs, again.threads, again.warnings, again.name))
-                q = numpy.random.default_rng(1).uniform(*robot.ranges.T, (20, len(robot.joints)))
+                q = random_states(robot, 20, 1)
                 self.assertEqual(robot.minimum(q).tobytes(), again.minimum(q).tobytes())
 
     def test_objects_and_what_is_allowed_come_along(self):
@@ -113,7 +111,7 @@ class Pickles(unittest.TestCase):
         again = pickle.loads(pickle.dumps(robot))
         self.assertEqual(robot.pairs, again.pairs)
         self.assertEqual(repr(robot.objects), repr(again.objects))
-        q = numpy.random.default_rng(1).uniform(*robot.ranges.T, (20, 3))
+        q = random_states(robot, 20, 1)
         expected, found = robot.closest(q, 9), again.closest(q, 9)
         self.assertEqual(expected["pair"].tolist(), found["pair"].tolist())
         numpy.testing.assert_allclose(found["distance"], expected["distance"], atol=2e-9)
@@ -126,21 +124,10 @@ class Pickles(unittest.TestCase):
             self.assertEqual([minimum_of(robot)] * 3, pool.map(minimum_of, [robot] * 3))
 
 
-class Loading(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def file(self, name, text):
-        path = self.folder / name
-        path.write_text(text)
-        return path
-
+class Loading(InFolder):
     def test_a_file_and_its_text_give_the_same_robot(self):
         of_file = demo()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with no_warnings():
             of_text = proximity.Robot.from_text((DEMO / "robot.urdf").read_text(), (DEMO / "robot.srdf").read_text(),
                                                 packages=package_roots())
         self.assertEqual(of_file.pairs, of_text.pairs)
@@ -153,8 +140,7 @@ class Loading(unittest.TestCase):
 
     def test_relative_meshes_begin_at_the_folder_of_the_urdf(self):
         self.file("stone.stl", TRIANGLE)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with no_warnings():
             proximity.Robot(self.file("robot.urdf", MESH.format("stone.stl")))
             proximity.Robot.from_text(MESH.format("stone.stl"), folder=self.folder)
 
@@ -162,8 +148,7 @@ class Loading(unittest.TestCase):
         (self.folder / "rocks").mkdir()
         self.file("rocks/package.xml", "<package><name>rocks</name></package>")
         self.file("rocks/stone.stl", TRIANGLE)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with no_warnings():
             proximity.Robot.from_text(MESH.format("package://rocks/stone.stl"), packages=[self.folder])
             with self.assertRaisesRegex(ValueError, 'stone.*rocks'):
                 proximity.Robot.from_text(MESH.format("package://rocks/stone.stl"), packages=[])
