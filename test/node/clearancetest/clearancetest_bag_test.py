@@ -6,23 +6,13 @@ import subprocess
 import tempfile
 import unittest
 
-import geometry_msgs.msg
 import rosbag
 import rospy
 import rostest
 import sensor_msgs.msg
-import tf2_msgs.msg
-from clearancetest_child import Child
+from clearancetest_child import Child, gantry_at
 
 START, SECONDS = 1.5e9, 4.0  # [s] of the recording
-
-
-def transform(parent, child, x, stamp):
-    result = geometry_msgs.msg.TransformStamped()
-    result.header.stamp = stamp
-    result.header.frame_id, result.child_frame_id = parent, child
-    result.transform.translation.x, result.transform.rotation.w = x, 1.0
-    return result
 
 
 def record(path):
@@ -34,8 +24,7 @@ def record(path):
             state = sensor_msgs.msg.JointState(name=["x_axis"], position=[x])
             state.header.stamp = stamp
             bag.write("/joint_states", state, stamp)
-            bag.write("/tf", tf2_msgs.msg.TFMessage([transform("base", "slide", x, stamp), transform(
-                "slide", "ball", 0.0, stamp), transform("base", "post", 0.0, stamp)]), stamp)
+            bag.write("/tf", gantry_at(x, stamp), stamp)
 
 
 class PlayedBag(unittest.TestCase):

@@ -6,10 +6,23 @@ import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
 
+import geometry_msgs.msg
 import roslib.packages
 import rospy
+import tf2_msgs.msg
 
 PATIENCE = 60.0  # [s] nothing takes this long unless it is broken
+
+
+def gantry_at(x, stamp):
+    """The transforms of gantry.urdf at a position of its slide."""
+    message = tf2_msgs.msg.TFMessage()
+    for parent, child, distance in (("base", "slide", x), ("slide", "ball", 0.0), ("base", "post", 0.0)):
+        transform = geometry_msgs.msg.TransformStamped(child_frame_id=child)
+        transform.header.stamp, transform.header.frame_id = stamp, parent
+        transform.transform.translation.x, transform.transform.rotation.w = distance, 1.0
+        message.transforms.append(transform)
+    return message
 
 
 class Child:

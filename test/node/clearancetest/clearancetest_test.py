@@ -2,18 +2,18 @@
 """Holds clearancetest to passing and to each way of failing, in its own words."""
 
 import math
+import pathlib
 import subprocess
 import threading
 import unittest
 
-import geometry_msgs.msg
 import roslib.packages
 import rosgraph_msgs.msg
 import rospy
 import rostest
 import sensor_msgs.msg
 import tf2_msgs.msg
-from clearancetest_child import Child
+from clearancetest_child import Child, gantry_at
 from proximity_server.msg import Clearance, Proximity, QueryStatus
 from proximity_server.srv import QueryPairs, QueryPairsResponse
 
@@ -21,11 +21,7 @@ PERIOD = 0.02  # [s] of the fake
 TOPIC = "/fake/clearance"
 
 # The robot of the fake. The elbow turns in every message.
-ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="lower"/><link name="hand"/>
-  <joint name="shoulder" type="fixed"><parent link="base"/><child link="upper"/></joint>
-  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/><axis xyz="0 1 0"/></joint>
-  <joint name="wrist" type="revolute"><parent link="lower"/><child link="hand"/><axis xyz="0 1 0"/>
-    <limit lower="-1.5" upper="0.5" effort="1" velocity="1"/></joint></robot>"""
+ARM = (pathlib.Path(__file__).resolve().parents[2] / "robots/two_joints.urdf").read_text()
 
 
 def arm(n):
@@ -404,14 +400,6 @@ class InSimulatedTime(unittest.TestCase):
         self.assertIn("silence on /fake/clearance for", cases["test_silence"])
 
 
-def transform(parent, child, x):
-    result = geometry_msgs.msg.TransformStamped()
-    result.header.stamp = rospy.Time.now()
-    result.header.frame_id, result.child_frame_id = parent, child
-    result.transform.translation.x, result.transform.rotation.w = x, 1.0
-    return result
-
-
 class BesideTheNode(unittest.TestCase):
     """Base and ball of gantry.urdf are 0.2 m apart; ball and block sqrt(0.3^2 + 0.9^2) - 0.1 = 0.8487 m."""
 
@@ -420,7 +408,7 @@ class BesideTheNode(unittest.TestCase):
         tf = rospy.Publisher("/tf", tf2_msgs.msg.TFMessage, queue_size=10)
 
         def publish(_):
-            tf.publish([transform("base", "slide", 0.4), transform("slide", "ball", 0.0), transform("base", "post", 0.0)])
+            tf.publish(gantry_at(0.4, rospy.Time.now()))
 
         cls.robot = rospy.Timer(rospy.Duration(0.02), publish)
 
