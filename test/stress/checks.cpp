@@ -1,6 +1,5 @@
 #include "stress/checks.h"
 
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -9,6 +8,7 @@
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
+#include "stress/campaign.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -64,7 +64,7 @@ bool isDecided(const SignedDistance& result, const Options& options) {
   return result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
 }
 
-/// What the whole search decides, the search that a threshold may end decides too.
+/// A search that a threshold may end decides the threshold if the whole search does.
 AssertionResult decidesAsTheWholeSearch(const StressPair& p, const SignedDistance& result) {
   StressPair whole = p;
   whole.options.stop_above = std::numeric_limits<double>::infinity();
@@ -117,18 +117,17 @@ Relative swapped(const StressPair& p) {
 }
 
 /// Both placed in a world by one motion; as far as each entry of the relative pose is rounded on that way.
-Relative moved(const StressPair& p, std::mt19937& random) {
+Relative moved(const StressPair& p, Chance& chance) {
   const double reach = 10.0 * p.pair().scale();
-  const Isometry3d world_T_a = randomPose(random, reach);
+  const Isometry3d world_T_a = randomPose(chance, reach);
   StressPair pair = p;
   pair.a_T_b = world_T_a.inverse() * (world_T_a * p.a_T_b);
   return {"moved with a", pair, roundingOf(p.pair()) + 16.0 * std::numeric_limits<double>::epsilon() * reach};
 }
 
 /// The distance changes by no more than the motion.
-Relative shifted(const StressPair& p, std::mt19937& random) {
-  std::uniform_real_distribution<double> exponent(-16.0, -1.0);
-  const Vector3d motion = std::pow(10.0, exponent(random)) * p.pair().scale() * randomDirection(random);
+Relative shifted(const StressPair& p, Chance& chance) {
+  const Vector3d motion = chance.decades(-16, -1) * p.pair().scale() * randomDirection(chance);
   StressPair pair = p;
   pair.a_T_b.pretranslate(motion);
   return {"shifted by a small motion", pair, motion.norm() + roundingOf(p.pair())};
@@ -178,23 +177,22 @@ std::optional<Failure> failureOfSinglePrecision(const StressPair& p) {
 }
 
 /// A pair that has moved a little begins with the polytope that its first query has kept.
-std::optional<Failure> failureOfRecalled(const StressPair& p, const SignedDistance& first, std::mt19937& random) {
+std::optional<Failure> failureOfRecalled(const StressPair& p, const SignedDistance& first, Chance& chance) {
   WarmPolytope polytope;
   StressPair begun = p;
   begun.warm_start = {};
   begun.warm_start.polytope = &polytope;
   signedDistance(p.a, p.b, p.a_T_b, p.options, begun.warm_start);
-  std::optional<Failure> failure = failureOf(shifted(begun, random), first);
+  std::optional<Failure> failure = failureOf(shifted(begun, chance), first);
   if (!failure) return std::nullopt;
   failure->pair.warm_start.polytope = nullptr;
   return Failure{"begun with the last polytope, " + failure->sentence, failure->pair};
 }
 
 /// A threshold near the distance is the hard one.
-double thresholdNear(const SignedDistance& first, double size, std::mt19937& random) {
-  std::uniform_real_distribution<double> exponent(-17.0, 0.0);
-  const double offset = std::pow(10.0, exponent(random)) * size;
-  return first.distance + (random() % 2 == 0 ? offset : -offset);
+double thresholdNear(const SignedDistance& first, double size, Chance& chance) {
+  const double offset = chance.decades(-17, 0) * size;
+  return first.distance + (chance() % 2 == 0 ? offset : -offset);
 }
 
 /// Any seed will do, but a recorded pair must meet the same relatives again.
@@ -206,13 +204,13 @@ unsigned seedOf(const StressPair& p) {
 }
 
 std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDistance& first) {
-  std::mt19937 random(seedOf(p));
-  const double threshold = thresholdNear(first, p.pair().scale(), random);
+  Chance chance(seedOf(p));
+  const double threshold = thresholdNear(first, p.pair().scale(), chance);
   for (const Relative& relative :
-       {swapped(p), moved(p, random), shifted(p, random), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
+       {swapped(p), moved(p, chance), shifted(p, chance), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
     if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
   if (std::optional<Failure> failure = failureOfSinglePrecision(p)) return failure;
-  return failureOfRecalled(p, first, random);
+  return failureOfRecalled(p, first, chance);
 }
 
 double errorLimit(const Shape& shape) { return shape.isPolytope() ? kPolytopeErrorLimit : kCurvedErrorLimit; }
@@ -258,7 +256,7 @@ Shape scaled(const Shape& shape, double factor) {
   return Shape(ConvexHull(vertices)).padded(margin);
 }
 
-/// Whether it is of the same shape: a hull of a hull's own vertices may leave out some, see ConvexHull.
+/// A hull of the vertices of a hull may leave out some of them, see ConvexHull; then it is another shape.
 bool hasTheVerticesOf(const Shape& scaled, const Shape& shape) {
   if (shape.kind() == Shape::Kind::Sweep) return hasTheVerticesOf(scaled.sweep().shape, shape.sweep().shape);
   return shape.kind() != Shape::Kind::Hull || scaled.hull().size() == shape.hull().size();
@@ -280,21 +278,17 @@ AssertionResult scalesWithItsShapes(const StressPair& p, const SignedDistance& f
   return same ? same : AssertionFailure() << "a quarter of the size: " << same.message();
 }
 
-double microsecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 Observation observe(const StressPair& p) {
   Observation seen;
   seen.size = p.pair().scale();
-  const auto start = std::chrono::steady_clock::now();
+  const stress::Stopwatch first;
   seen.result = ask(p);
-  seen.microseconds = microsecondsSince(start);
-  const auto again = std::chrono::steady_clock::now();
+  const double microseconds = 1e6 * first.seconds();
+  const stress::Stopwatch second;
   const SignedDistance repeated = ask(p);
-  seen.microseconds = std::min(seen.microseconds, microsecondsSince(again));
+  seen.microseconds = std::min(microseconds, 1e6 * second.seconds());
 
   AssertionResult check = sameBits(seen.result, repeated);
   if (check) check = keepsItsPromises(p, seen.result);

@@ -17,7 +17,7 @@ struct Failure {
   StressPair pair;
 };
 
-/// What one pair showed.
+/// The result of one pair.
 struct Observation {
   SignedDistance result;
   double size = 0.0;            ///< [m] ShapePair::scale()
@@ -31,8 +31,8 @@ struct Observation {
 /// bounds.
 Observation observe(const StressPair& stress_pair);
 
-/// The same, and what takes longer: the answer against the independent oracle, and that shapes of a quarter of the size
-/// have a quarter of the distance.
+/// Does the same, and two checks that take longer: the answer against the independent oracle, and whether shapes of a
+/// quarter of the size have a quarter of the distance.
 Observation observeWithOracle(const StressPair& stress_pair);
 
 }  // namespace proximity_server::narrowphase

@@ -1,45 +1,68 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "chance.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
-#include "scene/small_robots.h"
+#include "stress/campaign.h"
 
-// The robots of ./dev stress free-motions and ./dev stress stops.
+// The robots of ./dev stress free-motions, stops and drives.
 
 namespace proximity_server::scene {
 
-/// A cell of a run in which a promise was broken.
-struct CellFailure {
-  std::int64_t number;  ///< of the cell in its family
-  std::string sentence;
-};
+/// The robot of ./dev demo, and one of the package example-robot-data, with their SRDFs.
+std::shared_ptr<const SceneModel> demoModel();
+std::shared_ptr<const SceneModel> exampleModel(const MeshResolver& resolve, const std::string& urdf,
+                                               const std::string& srdf);
 
 /// A family of cells: a robot with objects.
 struct ControlFamily {
   std::string name;
-  int rarity;  ///< see Rounds
+  int rarity;  ///< see stress::Family
   bool has_objects;
   /// The robot of all cells; nullptr: each has one of its own, of small random shapes.
   std::shared_ptr<const SceneModel> robot;
 };
 
-/// Those of small robots; Panda, UR5 and PR2 with meshes, if the package example-robot-data is found; the robot of the demo.
+/// Random small robots, the robot of the demo and, where the package example-robot-data is found, Panda, UR5 and PR2
+/// with meshes.
 const std::vector<ControlFamily>& controlFamilies();
 
-/// A random number generator that depends on these only.
-Chance chanceOf(unsigned seed, std::size_t family, std::int64_t number);
+/// Returns a random source that depends on the part of the run only.
+Chance chanceOf(const stress::Part& part);
 
-/// Objects of all placements around the robot, and some that its links hold.
-std::shared_ptr<const Objects> someObjects(const std::shared_ptr<const SceneModel>& model, Chance& chance);
+/// A robot with objects in its state.
+class ControlledCell {
+ public:
+  std::string failure;  ///< says which promise was not kept; empty: none
 
-/// Random poses of the frames of moving objects.
-FramePoses someFrames(const Objects& objects, Chance& chance);
+ protected:
+  ControlledCell(const ControlFamily& family, Chance chance);
+
+  void place(const BodyPoses& poses) { objects_ ? scene_.update(poses, frames_) : scene_.update(poses); }
+  /// Gives the frames of moving objects random poses.
+  void moveFrames();
+
+  Chance chance_;
+  const std::shared_ptr<const SceneModel> model_;
+  std::shared_ptr<const Objects> objects_;  ///< nullptr: none
+  Scene scene_;
+  FramePoses frames_;
+};
+
+/// Asks a cell of a family by its observe(), and adds its time and its failure to the tally.
+template <class Cell>
+void askCell(const ControlFamily& family, const stress::Part& part, stress::Tally& tally) {
+  const stress::Stopwatch watch;
+  Cell cell(family, chanceOf(part), tally);
+  cell.observe();
+  tally.add("seconds", watch.seconds());
+  if (!cell.failure.empty()) tally.fail({part.number, cell.failure, {}});
+}
 
 }  // namespace proximity_server::scene

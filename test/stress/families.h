@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -32,8 +31,8 @@ struct Query {
 /// Pairs that share one kind of trouble.
 struct Family {
   const char* name;
-  TwoShapes (*shapes)(std::mt19937&);
-  Query (*query)(const TwoShapes&, std::mt19937&);
+  TwoShapes (*shapes)(Chance&);
+  Query (*query)(const TwoShapes&, Chance&);
   int rarity = 1;  ///< a slow family takes part in every so many rounds of a run only
 };
 

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "stress/checks.h"
-#include "stress/recorded_pairs.h"
+#include "stress/recorded.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -92,7 +92,7 @@ Shape shape(Bytes& bytes) {
   return primitive(kind % 8, {x, y, z}).padded(padding);
 }
 
-/// Of small integers too, so that quarter and half turns are met.
+/// Half of the rotations are made of small integers, so that quarter and half turns are met.
 Isometry3d pose(Bytes& bytes) {
   Isometry3d result = Isometry3d::Identity();
   Eigen::Vector4d q;
@@ -136,6 +136,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Observation seen = observe(decode({data, size}));
   if (!seen.failure) return 0;
   std::fprintf(stderr, "%s\nfor test/data/recorded_pairs.jsonl:\n%s\n", seen.failure->sentence.c_str(),
-               toJsonLine({"fuzzer: " + seen.failure->sentence, seen.failure->pair, {}, {}}).c_str());
+               toJsonLine(RecordedPair{"fuzzer: " + seen.failure->sentence, seen.failure->pair, {}, {}}).c_str());
   std::abort();
 }

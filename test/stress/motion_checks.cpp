@@ -1,12 +1,12 @@
 #include "stress/motion_checks.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <sstream>
 
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
+#include "stress/campaign.h"
 
 namespace proximity_server::narrowphase {
 namespace {
@@ -48,10 +48,10 @@ Answers answered(const char* name, const StressMotion& m) {
 
 StressMotion swapped(const StressMotion& m) { return {m.b, m.b_motion, m.a, m.a_motion, m.options, m.suspects}; }
 
-/// The same shapes and motions in another frame that stands still.
+/// Moves all into another frame, which stands still.
 StressMotion seenFromElsewhere(StressMotion m) {
-  std::mt19937 random(static_cast<unsigned>(m.a_motion.size() + 7 * m.b_motion.size()));
-  const ScrewMotion frame{randomPose(random, 1.0), Vector3d::Zero(), Vector3d::Zero()};
+  Chance chance(static_cast<unsigned>(m.a_motion.size() + 7 * m.b_motion.size()));
+  const ScrewMotion frame{randomPose(chance, 1.0), Vector3d::Zero(), Vector3d::Zero()};
   m.a_motion.insert(m.a_motion.begin(), frame);
   m.b_motion.insert(m.b_motion.begin(), frame);
   return m;
@@ -75,7 +75,7 @@ class Search {
     samples_.push_back({time, fastDistanceAt(pair_, time, tolerance)});
   }
 
-  /// All that an answer stands on.
+  /// Looks at the times that the answers name, and just before t_free.
   void lookAround(const Answers& answers) {
     look(answers.contact.t_contact, kExact);
     look(answers.contact.t_free, kExact);
@@ -83,7 +83,7 @@ class Search {
     for (double before = 1e-12; before < 1.0; before *= 30.0) look(answers.contact.t_free - before, kRough);
   }
 
-  /// Whatever may be lower than `level` between two samples; the lowest first.
+  /// Looks for local minima between two samples where the distance may be below `level`; the lowest ones first.
   void lookBetween(double level) {
     constexpr std::size_t kMaxMinima = 5;
     std::sort(samples_.begin(), samples_.end());
@@ -97,7 +97,7 @@ class Search {
     for (const TimeInterval& interval : intervals) look(localMinimum(interval), kExact);
   }
 
-  /// Where the distance first falls to the contact distance, as far as the samples show it.
+  /// Looks at the first time at which the samples show a distance below the contact distance.
   void lookAtEntry() {
     std::sort(samples_.begin(), samples_.end());
     const auto inside = [&](const Sample& sample) { return sample.distance.high < options_.contact_distance; };
@@ -195,7 +195,7 @@ AssertionResult enclosedBy(const SignedDistance& result, const Sample& sample) {
   return AssertionSuccess();
 }
 
-// What an answer says is proven, rounding and all, and so are the bounds of a sample: nothing is allowed for.
+// The bounds of an answer and of a sample are proven, rounding included. So these checks have no tolerance.
 
 AssertionResult keepsPromise(const TimeOfContact& contact, const ContactOptions& options, const Sample& sample) {
   const long double inside = options.contact_distance - sample.distance.high;
@@ -249,18 +249,14 @@ AssertionResult keepAllPromises(const Answers& answers, const std::vector<Sample
   return check;
 }
 
-double microsecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// The answers with the time that they took.
 Answers timed(const StressMotion& m, MotionObservation& seen) {
-  const auto start = std::chrono::steady_clock::now();
+  const stress::Stopwatch first;
   seen.contact = timeOfContact(m.a, m.a_motion, m.b, m.b_motion, m.options);
-  const auto between = std::chrono::steady_clock::now();
+  seen.contact_microseconds = 1e6 * first.seconds();
+  const stress::Stopwatch second;
   seen.minimum = minimumDistance(m.a, m.a_motion, m.b, m.b_motion, minimumOptions(m.options));
-  seen.minimum_microseconds = microsecondsSince(between);
-  seen.contact_microseconds = std::chrono::duration<double, std::micro>(between - start).count();
+  seen.minimum_microseconds = 1e6 * second.seconds();
   return {"", m, seen.contact, seen.minimum};
 }
 

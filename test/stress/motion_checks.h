@@ -7,7 +7,7 @@
 
 namespace proximity_server::narrowphase {
 
-/// What one motion showed.
+/// The result of one motion.
 struct MotionObservation {
   TimeOfContact contact;
   MinimumOverMotion minimum;
@@ -25,12 +25,12 @@ struct MotionObservation {
 ///         with the shapes swapped, and seen from another frame, is held against the same distances.
 MotionObservation observeMotion(const StressMotion& motion);
 
-/// The first promise that these answers break, looked for in the same way.
+/// Returns the first promise that these answers break, and looks for it in the same way.
 std::optional<std::string> brokenPromise(const StressMotion& motion, const TimeOfContact& contact,
                                          const MinimumOverMotion& minimum);
 
-/// As observeMotion, with the first contact of the Lipschitz search (motion_oracle.h), and the distances at the times
-/// of the answers by branch and bound in long double.
+/// Does as observeMotion(), and compares with the first contact of the Lipschitz search (motion_oracle.h) and with the
+/// distances at the times of the answers by branch and bound in long double.
 MotionObservation observeMotionWithOracle(const StressMotion& motion);
 
 }  // namespace proximity_server::narrowphase

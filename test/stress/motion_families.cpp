@@ -12,45 +12,44 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Random = std::mt19937;
 
 // Shapes.
 
-TwoShapes solids(Random& random) {
-  const Shape a = solid(random, 1.0);
-  return {a, solid(random, 1.0)};
+TwoShapes solids(Chance& chance) {
+  const Shape a = solid(chance, 1.0);
+  return {a, solid(chance, 1.0)};
 }
 
-Shape thinOrFlat(Random& random) { return below(random, 2) == 0 ? sliver(random, 1.0) : flat(random, 1.0); }
+Shape thinOrFlat(Chance& chance) { return chance.below(2) == 0 ? sliver(chance, 1.0) : flat(chance, 1.0); }
 
-TwoShapes thinShapes(Random& random) {
-  const Shape a = thinOrFlat(random);
-  return {a, thinOrFlat(random)};
+TwoShapes thinShapes(Chance& chance) {
+  const Shape a = thinOrFlat(chance);
+  return {a, thinOrFlat(chance)};
 }
 
-TwoShapes shapesWithFaces(Random& random) {
-  const Shape a = boxOrItsHull(random, randomSizes(random, 1.0));
-  if (below(random, 2) == 0) return {a, boxOrItsHull(random, randomSizes(random, 1.0))};
-  return {a, primitive(random, randomSizes(random, 1.0))};
+TwoShapes shapesWithFaces(Chance& chance) {
+  const Shape a = boxOrItsHull(chance, randomSizes(chance, 1.0));
+  if (chance.below(2) == 0) return {a, boxOrItsHull(chance, randomSizes(chance, 1.0))};
+  return {a, primitive(chance, randomSizes(chance, 1.0))};
 }
 
-TwoShapes anyShapes(Random& random) { return below(random, 3) == 0 ? thinShapes(random) : solids(random); }
+TwoShapes anyShapes(Chance& chance) { return chance.below(3) == 0 ? thinShapes(chance) : solids(chance); }
 
 // Motions.
 
-/// Of the origin `travel` [m] far while it turns by `turn` [rad], from a start within `reach` [m].
-ScrewMotion screw(Random& random, double reach, double travel, double turn) {
-  const Isometry3d start = randomPose(random, reach);
-  const Vector3d linear = travel * randomDirection(random);
-  return {start, linear, turn * randomDirection(random)};
+/// Moves the origin by `travel` [m] and turns by `turn` [rad], from a start within `reach` [m].
+ScrewMotion screw(Chance& chance, double reach, double travel, double turn) {
+  const Isometry3d start = randomPose(chance, reach);
+  const Vector3d linear = travel * randomDirection(chance);
+  return {start, linear, turn * randomDirection(chance)};
 }
 
-MotionChain chain(Random& random, int screws) {
+MotionChain chain(Chance& chance, int screws) {
   MotionChain motion;
   for (int i = 0; i < screws; ++i) {
-    const double turn = below(random, 4) == 0 ? 0.0 : uniform(random, 0.0, M_PI);
-    const double travel = below(random, 2) == 0 ? 0.0 : uniform(random, 0.0, 1.0);
-    motion.push_back(screw(random, 0.7, travel, turn));
+    const double turn = chance.below(4) == 0 ? 0.0 : chance.between(0.0, M_PI);
+    const double travel = chance.below(2) == 0 ? 0.0 : chance.between(0.0, 1.0);
+    motion.push_back(screw(chance, 0.7, travel, turn));
   }
   return motion;
 }
@@ -71,89 +70,89 @@ void meet(StressMotion& motion, double time, const Isometry3d& a_T_b) {
 
 // Questions.
 
-double someContactDistance(Random& random) {
-  switch (below(random, 4)) {
+double someContactDistance(Chance& chance) {
+  switch (chance.below(4)) {
     case 0:
-      return decades(random, -4, -0.5);
+      return chance.decades(-4, -0.5);
     case 1:
-      return -decades(random, -4, -1);
+      return -chance.decades(-4, -1);
     default:
       return 0.0;
   }
 }
 
-ContactOptions someOptions(Random& random) {
+ContactOptions someOptions(Chance& chance) {
   ContactOptions options;
-  options.contact_distance = someContactDistance(random);
-  if (below(random, 4) == 0) options.tolerance = decades(random, -12, -2);
-  if (below(random, 4) != 0) return options;
-  options.begin = uniform(random, 0.0, 0.5);
-  options.end = options.begin + uniform(random, 0.0, 1.0 - options.begin);
+  options.contact_distance = someContactDistance(chance);
+  if (chance.below(4) == 0) options.tolerance = chance.decades(-12, -2);
+  if (chance.below(4) != 0) return options;
+  options.begin = chance.between(0.0, 0.5);
+  options.end = options.begin + chance.between(0.0, 1.0 - options.begin);
   return options;
 }
 
-double timeWithin(const ContactOptions& options, Random& random) {
-  const double times[] = {options.begin, options.end, uniform(random, options.begin, options.end)};
-  return times[below(random, 8) < 6 ? 2 : below(random, 2)];
+double timeWithin(const ContactOptions& options, Chance& chance) {
+  const double times[] = {options.begin, options.end, chance.between(options.begin, options.end)};
+  return times[chance.below(8) < 6 ? 2 : chance.below(2)];
 }
 
-StressMotion asked(Random& random, const TwoShapes& shapes, MotionChain a_motion, MotionChain b_motion) {
-  return {shapes.a, std::move(a_motion), shapes.b, std::move(b_motion), someOptions(random), {}};
+StressMotion asked(Chance& chance, const TwoShapes& shapes, MotionChain a_motion, MotionChain b_motion) {
+  return {shapes.a, std::move(a_motion), shapes.b, std::move(b_motion), someOptions(chance), {}};
 }
 
 /// b within `part` of the sum of the radii from a at some time.
-StressMotion meeting(Random& random, StressMotion motion, double part) {
-  const Isometry3d a_T_b = anywhereWithin({motion.a, motion.b}, random, part);
-  meet(motion, timeWithin(motion.options, random), a_T_b);
+StressMotion meeting(Chance& chance, StressMotion motion, double part) {
+  const Isometry3d a_T_b = anywhereWithin({motion.a, motion.b}, chance, part);
+  meet(motion, timeWithin(motion.options, chance), a_T_b);
   return motion;
 }
 
 /// At the contact distance, within touchingGap, at some time.
-StressMotion touching(Random& random, StressMotion motion) {
+StressMotion touching(Chance& chance, StressMotion motion) {
   const TwoShapes shapes{motion.a, motion.b};
-  const Isometry3d near = anywhereWithin(shapes, random, 1.2);
-  const double gap = motion.options.contact_distance + touchingGap(shapes, random);
-  meet(motion, timeWithin(motion.options, random), movedToGap(shapes, near, gap));
+  const Isometry3d near = anywhereWithin(shapes, chance, 1.2);
+  const double gap = motion.options.contact_distance + touchingGap(shapes, chance);
+  meet(motion, timeWithin(motion.options, chance), movedToGap(shapes, near, gap));
   return motion;
 }
 
 // Families.
 
-StressMotion translations(Random& random) {
-  const MotionChain a_motion = {screw(random, 1.0, decades(random, -1, 1), 0.0)};
-  const MotionChain b_motion = {screw(random, 1.0, decades(random, -1, 1), 0.0)};
-  return meeting(random, asked(random, solids(random), a_motion, b_motion), 1.3);
+StressMotion translations(Chance& chance) {
+  const MotionChain a_motion = {screw(chance, 1.0, chance.decades(-1, 1), 0.0)};
+  const MotionChain b_motion = {screw(chance, 1.0, chance.decades(-1, 1), 0.0)};
+  return meeting(chance, asked(chance, solids(chance), a_motion, b_motion), 1.3);
 }
 
-StressMotion screws(Random& random) {
-  const MotionChain a_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), uniform(random, 0.0, M_PI))};
-  const MotionChain b_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), uniform(random, 0.0, M_PI))};
-  return meeting(random, asked(random, solids(random), a_motion, b_motion), 1.5);
+StressMotion screws(Chance& chance) {
+  const MotionChain a_motion = {screw(chance, 1.0, chance.between(0.0, 2.0), chance.between(0.0, M_PI))};
+  const MotionChain b_motion = {screw(chance, 1.0, chance.between(0.0, 2.0), chance.between(0.0, M_PI))};
+  return meeting(chance, asked(chance, solids(chance), a_motion, b_motion), 1.5);
 }
 
-StressMotion fastRotations(Random& random) {
-  const double turns = 2.0 * M_PI * uniform(random, 1.0, 5.0);
-  const MotionChain a_motion = {screw(random, 1.0, uniform(random, 0.0, 1.0), uniform(random, 0.0, 1.0))};
-  const MotionChain b_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), turns)};
-  return meeting(random, asked(random, solids(random), a_motion, b_motion), 1.5);
+StressMotion fastRotations(Chance& chance) {
+  const double turns = 2.0 * M_PI * chance.between(1.0, 5.0);
+  const MotionChain a_motion = {screw(chance, 1.0, chance.between(0.0, 1.0), chance.between(0.0, 1.0))};
+  const MotionChain b_motion = {screw(chance, 1.0, chance.between(0.0, 2.0), turns)};
+  return meeting(chance, asked(chance, solids(chance), a_motion, b_motion), 1.5);
 }
 
-StressMotion chains(Random& random) {
-  const MotionChain a_motion = chain(random, below(random, 5)), b_motion = chain(random, 1 + below(random, 5));
-  return meeting(random, asked(random, solids(random), a_motion, b_motion), 1.5);
+StressMotion chains(Chance& chance) {
+  const MotionChain a_motion = chain(chance, chance.below(5)), b_motion = chain(chance, 1 + chance.below(5));
+  return meeting(chance, asked(chance, solids(chance), a_motion, b_motion), 1.5);
 }
 
-StressMotion thinAndFast(Random& random) {
-  const double turn = below(random, 2) == 0 ? 0.0 : uniform(random, 0.0, 2.0 * M_PI);
-  const MotionChain a_motion = {screw(random, 1.0, 0.0, below(random, 2) == 0 ? 0.0 : 1.0)};
-  const MotionChain b_motion = {screw(random, 1.0, decades(random, 0, 2), turn)};
-  return meeting(random, asked(random, thinShapes(random), a_motion, b_motion), 0.5);
+StressMotion thinAndFast(Chance& chance) {
+  const double turn = chance.below(2) == 0 ? 0.0 : chance.between(0.0, 2.0 * M_PI);
+  const MotionChain a_motion = {screw(chance, 1.0, 0.0, chance.below(2) == 0 ? 0.0 : 1.0)};
+  const MotionChain b_motion = {screw(chance, 1.0, chance.decades(0, 2), turn)};
+  return meeting(chance, asked(chance, thinShapes(chance), a_motion, b_motion), 0.5);
 }
 
-StressMotion touchingOnTheWay(Random& random) {
-  const MotionChain a_motion = {screw(random, 1.0, uniform(random, 0.0, 1.0), uniform(random, 0.0, 1.0))};
-  const MotionChain b_motion = {screw(random, 1.0, uniform(random, 0.0, 1.0), uniform(random, 0.0, 1.0))};
-  return touching(random, asked(random, anyShapes(random), a_motion, b_motion));
+StressMotion touchingOnTheWay(Chance& chance) {
+  const MotionChain a_motion = {screw(chance, 1.0, chance.between(0.0, 1.0), chance.between(0.0, 1.0))};
+  const MotionChain b_motion = {screw(chance, 1.0, chance.between(0.0, 1.0), chance.between(0.0, 1.0))};
+  return touching(chance, asked(chance, anyShapes(chance), a_motion, b_motion));
 }
 
 /// The closest approach by dense sampling and golden sections.
@@ -170,27 +169,25 @@ double closestTime(const StressMotion& motion) {
 }
 
 /// 0 or +-1e-12 to +-1e-3 beside the closest approach.
-double grazingOffset(Random& random) {
-  return below(random, 8) == 0 ? 0.0 : eitherSign(random, decades(random, -12, -3));
-}
+double grazingOffset(Chance& chance) { return chance.below(8) == 0 ? 0.0 : chance.eitherSign(chance.decades(-12, -3)); }
 
-StressMotion grazing(Random& random) {
-  StressMotion motion = below(random, 2) == 0 ? screws(random) : chains(random);
+StressMotion grazing(Chance& chance) {
+  StressMotion motion = chance.below(2) == 0 ? screws(chance) : chains(chance);
   const double time = closestTime(motion);
   motion.suspects.push_back(time);
   motion.options.contact_distance =
-      static_cast<double>(fastDistanceAt(motion.pair(), time).high) + grazingOffset(random);
+      static_cast<double>(fastDistanceAt(motion.pair(), time).high) + grazingOffset(chance);
   return motion;
 }
 
 /// Two spheres past each other on a straight way: on paper they touch at the suspect time, and only then.
-StressMotion grazingSpheres(Random& random) {
-  const double radius_a = decades(random, -3, 0), radius_b = decades(random, -3, 0), closest = radius_a + radius_b;
-  const Vector3d way = randomDirection(random), across = way.unitOrthogonal();
+StressMotion grazingSpheres(Chance& chance) {
+  const double radius_a = chance.decades(-3, 0), radius_b = chance.decades(-3, 0), closest = radius_a + radius_b;
+  const Vector3d way = randomDirection(chance), across = way.unitOrthogonal();
   StressMotion motion{Sphere{radius_a}, {}, Sphere{radius_b}, {}, {}, {}};
-  const double time = uniform(random, 0.1, 0.9), speed = decades(random, -1, 2);
+  const double time = chance.between(0.1, 0.9), speed = chance.decades(-1, 2);
   ScrewMotion past{Isometry3d::Identity(), speed * way, Vector3d::Zero()};
-  const double offset = grazingOffset(random);
+  const double offset = grazingOffset(chance);
   past.start.translation() = closest * across - time * speed * way;
   motion.b_motion = {past};
   motion.options.contact_distance = offset;
@@ -199,120 +196,121 @@ StressMotion grazingSpheres(Random& random) {
 }
 
 /// Faces at the contact distance, within touchingGap, while one slides along the other and turns about the normal.
-StressMotion sliding(Random& random) {
-  const TwoShapes shapes = shapesWithFaces(random);
-  const Isometry3d a_T_b = parallelFaces(shapes, random);
+StressMotion sliding(Chance& chance) {
+  const TwoShapes shapes = shapesWithFaces(chance);
+  const Isometry3d a_T_b = parallelFaces(shapes, chance);
   const Vector3d normal = signedDistance(shapes.a, shapes.b, a_T_b).normal;
   const Vector3d along = normal.unitOrthogonal();
-  StressMotion motion = asked(random, shapes, {}, {{a_T_b, uniform(random, 0.0, 0.5) * along, Vector3d::Zero()}});
-  if (below(random, 2) == 0) motion.b_motion.front().angular = uniform(random, -1.0, 1.0) * normal;
-  if (below(random, 2) == 0) motion.options.contact_distance = 0.0;
+  StressMotion motion = asked(chance, shapes, {}, {{a_T_b, chance.between(0.0, 0.5) * along, Vector3d::Zero()}});
+  if (chance.below(2) == 0) motion.b_motion.front().angular = chance.between(-1.0, 1.0) * normal;
+  if (chance.below(2) == 0) motion.options.contact_distance = 0.0;
   motion.b_motion.front().start.pretranslate(motion.options.contact_distance * normal);
   return motion;
 }
 
-StressMotion touchingAtFirst(Random& random) {
-  StressMotion motion = screws(random);
+StressMotion touchingAtFirst(Chance& chance) {
+  StressMotion motion = screws(chance);
   const TwoShapes shapes{motion.a, motion.b};
-  const double gap = motion.options.contact_distance + touchingGap(shapes, random);
-  meet(motion, motion.options.begin, movedToGap(shapes, anywhereWithin(shapes, random, 1.2), gap));
+  const double gap = motion.options.contact_distance + touchingGap(shapes, chance);
+  meet(motion, motion.options.begin, movedToGap(shapes, anywhereWithin(shapes, chance, 1.2), gap));
   return motion;
 }
 
-StressMotion overlapping(Random& random) {
-  StressMotion motion = screws(random);
-  meet(motion, timeWithin(motion.options, random), anywhereWithin({motion.a, motion.b}, random, 0.3));
-  motion.options.contact_distance = -decades(random, -3, 0);
+StressMotion overlapping(Chance& chance) {
+  StressMotion motion = screws(chance);
+  meet(motion, timeWithin(motion.options, chance), anywhereWithin({motion.a, motion.b}, chance, 0.3));
+  motion.options.contact_distance = -chance.decades(-3, 0);
   return motion;
 }
 
 /// Both 1e3 to 1e6 m from the origin of their common frame.
-StressMotion farAway(Random& random) {
-  StressMotion motion = screws(random);
-  const Vector3d far = decades(random, 3, 6) * randomDirection(random);
+StressMotion farAway(Chance& chance) {
+  StressMotion motion = screws(chance);
+  const Vector3d far = chance.decades(3, 6) * randomDirection(chance);
   motion.a_motion.front().start.translation() += far;
   motion.b_motion.front().start.translation() += far;
   return motion;
 }
 
-/// One moving frame carries both, so that nothing changes between them. Of no use but to be right: the steps are short.
-StressMotion carried(Random& random) {
-  StressMotion motion = touching(random, asked(random, anyShapes(random), {{}}, {{}}));
-  const MotionChain carrier = chain(random, 1 + below(random, 3));
+/// One moving frame carries both, so that nothing changes between them. It tests that this is right, though the steps
+/// are short.
+StressMotion carried(Chance& chance) {
+  StressMotion motion = touching(chance, asked(chance, anyShapes(chance), {{}}, {{}}));
+  const MotionChain carrier = chain(chance, 1 + chance.below(3));
   motion.options.max_queries = 200;
   for (MotionChain* own : {&motion.a_motion, &motion.b_motion})
     own->insert(own->begin(), carrier.begin(), carrier.end());
   return motion;
 }
 
-StressMotion hardlyMoving(Random& random) {
-  const auto little = [&] { return below(random, 4) == 0 ? 0.0 : decades(random, -18, -3); };
+StressMotion hardlyMoving(Chance& chance) {
+  const auto little = [&] { return chance.below(4) == 0 ? 0.0 : chance.decades(-18, -3); };
   const double travel_a = little(), turn_a = little(), travel_b = little(), turn_b = little();
-  const MotionChain a_motion = {screw(random, 1.0, travel_a, turn_a)},
-                    b_motion = {screw(random, 1.0, travel_b, turn_b)};
-  return touching(random, asked(random, anyShapes(random), a_motion, b_motion));
+  const MotionChain a_motion = {screw(chance, 1.0, travel_a, turn_a)},
+                    b_motion = {screw(chance, 1.0, travel_b, turn_b)};
+  return touching(chance, asked(chance, anyShapes(chance), a_motion, b_motion));
 }
 
-/// Where they start and how far they go measured in the size of the shapes, 1 mm to 100 m.
-StressMotion ofEverySize(Random& random) {
-  const double size = decades(random, -3, 2);
-  const Shape a = solid(random, size), b = solid(random, size * (below(random, 2) == 0 ? 1.0 : decades(random, -2, 0)));
+/// Shapes of 1 mm to 100 m; starts and ways are measured in their size.
+StressMotion ofEverySize(Chance& chance) {
+  const double size = chance.decades(-3, 2);
+  const Shape a = solid(chance, size), b = solid(chance, size * (chance.below(2) == 0 ? 1.0 : chance.decades(-2, 0)));
   const auto motion = [&]() -> MotionChain {
-    return {screw(random, size, size * uniform(random, 0.0, 2.0), uniform(random, 0.0, 2.0 * M_PI))};
+    return {screw(chance, size, size * chance.between(0.0, 2.0), chance.between(0.0, 2.0 * M_PI))};
   };
   const MotionChain a_motion = motion(), b_motion = motion();
-  StressMotion result = meeting(random, asked(random, {a, b}, a_motion, b_motion), 1.3);
+  StressMotion result = meeting(chance, asked(chance, {a, b}, a_motion, b_motion), 1.3);
   result.options.contact_distance *= size;
   result.options.tolerance *= std::max(1.0, size);
   return result;
 }
 
 /// A round shape that spins about its own axis, or nearly so, in a frame that rests or carries it past the other.
-StressMotion spinning(Random& random) {
-  const double radius = uniform(random, 0.05, 0.5), length = uniform(random, 0.1, 1.0);
+StressMotion spinning(Chance& chance) {
+  const double radius = chance.between(0.05, 0.5), length = chance.between(0.1, 1.0);
   const Shape round[] = {Cylinder{radius, length}, Cone{radius, length}, Capsule{radius, length},
                          Ellipsoid{{radius, radius, length}}};
-  const Shape other = solid(random, 1.0), spins = round[below(random, 4)];
-  const double tilt = below(random, 2) == 0 ? 0.0 : decades(random, -16, 0);
-  const double moves = below(random, 2) == 0 ? 0.0 : uniform(random, 0.0, 2.0);
-  const ScrewMotion carrier = screw(random, 1.0, moves, moves);
-  const Vector3d axis = Vector3d::UnitZ() + tilt * randomDirection(random);
-  const ScrewMotion spin{Isometry3d::Identity(), Vector3d::Zero(), uniform(random, 0.5, 10.0) * axis};
-  return meeting(random, asked(random, {other, spins}, {}, {carrier, spin}), 1.5);
+  const Shape other = solid(chance, 1.0), spins = chance.oneOf(round);
+  const double tilt = chance.below(2) == 0 ? 0.0 : chance.decades(-16, 0);
+  const double moves = chance.below(2) == 0 ? 0.0 : chance.between(0.0, 2.0);
+  const ScrewMotion carrier = screw(chance, 1.0, moves, moves);
+  const Vector3d axis = Vector3d::UnitZ() + tilt * randomDirection(chance);
+  const ScrewMotion spin{Isometry3d::Identity(), Vector3d::Zero(), chance.between(0.5, 10.0) * axis};
+  return meeting(chance, asked(chance, {other, spins}, {}, {carrier, spin}), 1.5);
 }
 
-Shape offCentre(Random& random, double offset) {
-  const Isometry3d pose = randomPose(random, 0.0);
-  const Vector3d shift = offset * randomDirection(random);
-  std::vector<Vector3d> points = boxCorners(randomSizes(random, 1.0));
+Shape offCentre(Chance& chance, double offset) {
+  const Isometry3d pose = randomPose(chance, 0.0);
+  const Vector3d shift = offset * randomDirection(chance);
+  std::vector<Vector3d> points = boxCorners(randomSizes(chance, 1.0));
   for (Vector3d& point : points) point = shift + pose * point;
   return hullOf(points);
 }
 
 /// Hulls whose vertices are far from the origin of the frame that moves: a turn carries them about.
-StressMotion offCentreHulls(Random& random) {
-  const Shape a = offCentre(random, decades(random, -1, 2)), b = offCentre(random, decades(random, -1, 2));
-  const MotionChain a_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), decades(random, -3, 0.5))};
-  const MotionChain b_motion = {screw(random, 1.0, uniform(random, 0.0, 2.0), decades(random, -3, 0.5))};
-  return meeting(random, asked(random, {a, b}, a_motion, b_motion), 1.3);
+StressMotion offCentreHulls(Chance& chance) {
+  const Shape a = offCentre(chance, chance.decades(-1, 2)), b = offCentre(chance, chance.decades(-1, 2));
+  const MotionChain a_motion = {screw(chance, 1.0, chance.between(0.0, 2.0), chance.decades(-3, 0.5))};
+  const MotionChain b_motion = {screw(chance, 1.0, chance.between(0.0, 2.0), chance.decades(-3, 0.5))};
+  return meeting(chance, asked(chance, {a, b}, a_motion, b_motion), 1.3);
 }
 
-StressMotion sweptShapes(Random& random) {
-  StressMotion motion = screws(random);
-  const ScrewMotion first = screw(random, 0.0, uniform(random, 0.0, 1.0), 0.0);
-  const ScrewMotion second = screw(random, 0.0, uniform(random, 0.0, 0.5), uniform(random, 0.0, 0.5));
+StressMotion sweptShapes(Chance& chance) {
+  StressMotion motion = screws(chance);
+  const ScrewMotion first = screw(chance, 0.0, chance.between(0.0, 1.0), 0.0);
+  const ScrewMotion second = screw(chance, 0.0, chance.between(0.0, 0.5), chance.between(0.0, 0.5));
   motion.a = sweptShape(motion.a, first);
-  if (below(random, 2) == 0) motion.b = sweptShape(motion.b, second);
+  if (chance.below(2) == 0) motion.b = sweptShape(motion.b, second);
   return motion;
 }
 
-StressMotion anything(Random& random) {
-  StressMotion (*const kinds[])(Random&) = {translations, screws, fastRotations, chains, thinAndFast, touchingOnTheWay};
-  StressMotion motion = kinds[below(random, 6)](random);
-  const double size = decades(random, -2, 1);
-  motion.a = anyShapes(random).a.padded(0.05 * size);
+StressMotion anything(Chance& chance) {
+  StressMotion (*const kinds[])(Chance&) = {translations, screws, fastRotations, chains, thinAndFast, touchingOnTheWay};
+  StressMotion motion = chance.oneOf(kinds)(chance);
+  const double size = chance.decades(-2, 1);
+  motion.a = anyShapes(chance).a.padded(0.05 * size);
   const int limits[] = {1, 2, 3, 5, 20, 10000};
-  motion.options.max_queries = limits[below(random, 6)];
+  motion.options.max_queries = chance.oneOf(limits);
   return motion;
 }
 
@@ -344,9 +342,8 @@ const std::vector<MotionFamily>& motionFamilies() {
 }
 
 StressMotion stressMotion(std::size_t family, unsigned seed, std::int64_t number) {
-  std::seed_seq sequence{static_cast<std::int64_t>(seed), static_cast<std::int64_t>(family), number, number >> 32};
-  Random random(sequence);
-  return motionFamilies().at(family).motion(random);
+  Chance chance(seed, family, number);
+  return motionFamilies().at(family).motion(chance);
 }
 
 }  // namespace proximity_server::narrowphase

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <cstdint>
-#include <random>
 #include <vector>
 
+#include "chance.h"
 #include "oracle/motion_oracle.h"
 #include "proximity_server/narrowphase/motion/motion.h"
 
@@ -24,7 +24,7 @@ struct StressMotion {
 /// Motions that share one kind of trouble.
 struct MotionFamily {
   const char* name;
-  StressMotion (*motion)(std::mt19937&);
+  StressMotion (*motion)(Chance&);
   int rarity = 1;  ///< a slow family takes part in every so many rounds of a run only
 };
 

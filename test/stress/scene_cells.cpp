@@ -16,33 +16,29 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Random = std::mt19937;
 
 // [decades of m] Nothing is known of lengths below 1e-30 m, and no link may be farther than 1e6 m from its parent.
 constexpr double kSmallestMagnitude = -20, kLargestMagnitude = 5;
 
 constexpr double kFarthestBeyondLimit = 3.1;  // [rad] half a turn is refused
 
-double between(Random& random, double low, double high) { return narrowphase::uniform(random, low, high); }
-
 // --- robots
 
-std::string origin(Random& random, double reach) {
+std::string origin(Chance& chance, double reach) {
   std::ostringstream text;
   text << "<origin xyz='";
-  for (int i = 0; i < 3; ++i) text << between(random, -reach, reach) << " ";
+  for (int i = 0; i < 3; ++i) text << chance.between(-reach, reach) << " ";
   text << "' rpy='";
-  for (int i = 0; i < 3; ++i) text << between(random, -3, 3) << " ";
+  for (int i = 0; i < 3; ++i) text << chance.between(-3, 3) << " ";
   text << "'/>";
   return text.str();
 }
 
-std::string someCollision(Random& random, double size) {
+std::string someCollision(Chance& chance, double size) {
   std::ostringstream text;
-  text << "<collision>" << origin(random, 0.5 * size) << "<geometry>";
-  const double x = size * between(random, 0.2, 1), y = size * between(random, 0.2, 1),
-               z = size * between(random, 0.2, 1);
-  switch (narrowphase::below(random, 3)) {
+  text << "<collision>" << origin(chance, 0.5 * size) << "<geometry>";
+  const double x = size * chance.between(0.2, 1), y = size * chance.between(0.2, 1), z = size * chance.between(0.2, 1);
+  switch (chance.below(3)) {
     case 0:
       text << "<sphere radius='" << 0.5 * x << "'/>";
       break;
@@ -57,19 +53,19 @@ std::string someCollision(Random& random, double size) {
 }
 
 /// A tree of two to five links, few without geometry, joined by any kind of joint, with limits of up to `limit`.
-std::string someUrdf(Random& random, double size, double limit) {
-  const int links = 2 + narrowphase::below(random, 4);
+std::string someUrdf(Chance& chance, double size, double limit) {
+  const int links = 2 + chance.below(4);
   const char* const types[] = {"revolute", "revolute", "revolute", "prismatic", "fixed", "floating"};
   std::ostringstream urdf;
   urdf << "<robot name='small'>";
   for (int link = 0; link < links; ++link) {
     urdf << "<link name='l" << link << "'>";
-    const int count = narrowphase::below(random, 8);
-    for (int i = count == 0 ? 0 : count < 6 ? 1 : 3; i > 0; --i) urdf << someCollision(random, 0.3 * size);
+    const int count = chance.below(8);
+    for (int i = count == 0 ? 0 : count < 6 ? 1 : 3; i > 0; --i) urdf << someCollision(chance, 0.3 * size);
     urdf << "</link>";
     if (link == 0) continue;
-    urdf << "<joint name='j" << link << "' type='" << types[narrowphase::below(random, 6)] << "'><parent link='l"
-         << narrowphase::below(random, link) << "'/><child link='l" << link << "'/>" << origin(random, 0.5 * size)
+    urdf << "<joint name='j" << link << "' type='" << types[chance.below(6)] << "'><parent link='l"
+         << chance.below(link) << "'/><child link='l" << link << "'/>" << origin(chance, 0.5 * size)
          << "<axis xyz='0 0.6 0.8'/><limit lower='" << -limit << "' upper='" << limit
          << "' effort='1' velocity='1'/></joint>";
   }
@@ -77,12 +73,11 @@ std::string someUrdf(Random& random, double size, double limit) {
   return urdf.str();
 }
 
-std::shared_ptr<const SceneModel> someRobot(Random& random, double size, double limit) {
+std::shared_ptr<const SceneModel> someRobot(Chance& chance, double size, double limit) {
   auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel(someUrdf(random, size, limit), packageResolver({}));
+  model->robot = loadRobotModel(someUrdf(chance, size, limit), packageResolver({}));
   PairFilterOptions options;
-  if (narrowphase::below(random, 4) == 0)
-    options.pair_padding.push_back({{"l0", "l1"}, between(random, -0.02, 0.02) * size});
+  if (chance.below(4) == 0) options.pair_padding.push_back({{"l0", "l1"}, chance.between(-0.02, 0.02) * size});
   model->pairs = filterPairs(model->robot, "", options);
   return model;
 }
@@ -142,18 +137,16 @@ const std::vector<SceneFamily>& sceneFamilies() {
   return families;
 }
 
-SceneCell::SceneCell(std::size_t family, unsigned seed, std::int64_t number) : family_(sceneFamilies().at(family)) {
-  std::seed_seq sequence{static_cast<std::int64_t>(seed), static_cast<std::int64_t>(family), number, number >> 32};
-  random_.seed(sequence);
-  if (family_.has_any_size) magnitude_ = decades(random_, kSmallestMagnitude, kLargestMagnitude);
+SceneCell::SceneCell(std::size_t family, unsigned seed, std::int64_t number)
+    : family_(sceneFamilies().at(family)), chance_(seed, family, number) {
+  if (family_.has_any_size) magnitude_ = chance_.decades(kSmallestMagnitude, kLargestMagnitude);
   size_ = magnitude_ * std::pow(10.0, family_.largest);
   const bool is_small = family_.robot == SceneFamily::Robot::Small;
-  const double limit = family_.beyond_limits > 0.0 ? uniform(0.1, 4.0) : size_;
-  model_ = is_small ? someRobot(random_, size_, limit)
-                    : examples()[static_cast<std::size_t>(below(static_cast<int>(examples().size())))].model;
+  const double limit = family_.beyond_limits > 0.0 ? chance_.between(0.1, 4.0) : size_;
+  model_ = is_small ? someRobot(chance_, size_, limit) : chance_.oneOf(examples()).model;
   if (family_.farthest >= 0)
-    world_T_cell_ = Eigen::Translation3d(decades(random_, 0, family_.farthest) * 0.5 * randomDirection(random_)) *
-                    Isometry3d(randomPose(random_, 0.0));
+    world_T_cell_ = Eigen::Translation3d(chance_.decades(0, family_.farthest) * 0.5 * randomDirection(chance_)) *
+                    Isometry3d(randomPose(chance_, 0.0));
   objects_ = std::make_shared<const Objects>(model_);
   positions_.resize(model_->robot.joints.size());
   floating_.resize(model_->robot.bodies.size());
@@ -164,12 +157,12 @@ SceneCell::SceneCell(std::size_t family, unsigned seed, std::int64_t number) : f
 
 void SceneCell::next() {
   // Sometimes many things change at once, so that the tree of fixed objects is built anew.
-  if (chance(0.4)) change();
-  if (chance(0.05))
+  if (chance_.happens(0.4)) change();
+  if (chance_.happens(0.05))
     for (int i = 0; i < family_.objects; ++i) change();
-  if (chance(family_.jumps))
+  if (chance_.happens(family_.jumps))
     jump();
-  else if (chance(0.8))
+  else if (chance_.happens(0.8))
     step();
   place();
 }
@@ -180,24 +173,24 @@ void SceneCell::jump() {
   const RobotModel& robot = model_->robot;
   for (std::size_t joint = 0; joint < positions_.size(); ++joint) {
     const double low = std::max(-3.0, robot.joints[joint].lower), high = std::min(3.0, robot.joints[joint].upper);
-    positions_[joint] = uniform(low, std::max(low, high));
-    if (chance(family_.beyond_limits))
-      positions_[joint] = chance(0.5) ? robot.joints[joint].upper + uniform(0.0, kFarthestBeyondLimit)
-                                      : robot.joints[joint].lower - uniform(0.0, kFarthestBeyondLimit);
+    positions_[joint] = chance_.between(low, std::max(low, high));
+    if (chance_.happens(family_.beyond_limits))
+      positions_[joint] = chance_.happens(0.5) ? robot.joints[joint].upper + chance_.between(0.0, kFarthestBeyondLimit)
+                                               : robot.joints[joint].lower - chance_.between(0.0, kFarthestBeyondLimit);
   }
   for (Isometry3d& pose : floating_) pose = somePose(size_);
   for (Isometry3d& frame : known_frames_) frame = somePose(1.5 * size_);
-  missing_frame_ = below(8) - 5;
-  missing_body_ = chance(0.05) ? below(static_cast<int>(robot.bodies.size())) : -1;
+  missing_frame_ = chance_.below(8) - 5;
+  missing_body_ = chance_.happens(0.05) ? chance_.below(static_cast<int>(robot.bodies.size())) : -1;
 }
 
 void SceneCell::step() {
   for (std::size_t joint = 0; joint < positions_.size(); ++joint)
-    positions_[joint] += eitherSign(random_, decades(random_, -17, -1)) * unitOf(model_->robot.joints[joint]);
-  const double turn = decades(random_, -17, -1), way = size_ * decades(random_, -17, -1);
+    positions_[joint] += chance_.eitherSign(chance_.decades(-17, -1)) * unitOf(model_->robot.joints[joint]);
+  const double turn = chance_.decades(-17, -1), way = size_ * chance_.decades(-17, -1);
   const auto moveALittle = [&](Isometry3d& pose) {
     pose =
-        pose * Eigen::Translation3d(way * randomDirection(random_)) * Eigen::AngleAxisd(turn, randomDirection(random_));
+        pose * Eigen::Translation3d(way * randomDirection(chance_)) * Eigen::AngleAxisd(turn, randomDirection(chance_));
   };
   std::for_each(floating_.begin(), floating_.end(), moveALittle);
   std::for_each(known_frames_.begin(), known_frames_.end(), moveALittle);
@@ -211,7 +204,7 @@ BodyPoses SceneCell::posesOf(const std::vector<double>& positions) const {
   for (std::size_t body = 0; body < poses.size(); ++body) {
     if (robot.bodies[body].parent < 0) continue;
     const auto parent = static_cast<std::size_t>(robot.bodies[body].parent);
-    const bool floats = !hasOnePosition(robot.joints[static_cast<std::size_t>(robot.bodies[body].joint)]);
+    const bool floats = !hasOnePosition(robot.joints[robot.bodies[body].joint]);
     if (floats)
       poses[body] = *poses[parent] * floating_[body];
     else if (poses[parent]->matrix() != unfloated[parent]->matrix())
@@ -223,14 +216,12 @@ BodyPoses SceneCell::posesOf(const std::vector<double>& positions) const {
 
 void SceneCell::place() {
   poses_ = posesOf(positions_);
-  if (missing_body_ >= 0) poses_[static_cast<std::size_t>(missing_body_)].reset();
+  if (missing_body_ >= 0) poses_[missing_body_].reset();
   frame_poses_.clear();
   for (const std::string& name : objects_->frames()) {
     const int frame = name.back() - '0';
-    frame_poses_.push_back(
-        frame == missing_frame_
-            ? std::nullopt
-            : std::optional<Isometry3d>(world_T_cell_ * known_frames_[static_cast<std::size_t>(frame)]));
+    frame_poses_.push_back(frame == missing_frame_ ? std::nullopt
+                                                   : std::optional<Isometry3d>(world_T_cell_ * known_frames_[frame]));
   }
 }
 
@@ -238,22 +229,22 @@ void SceneCell::place() {
 
 const PhasedMotion& SceneCell::startMotion() {
   const std::vector<Joint>& joints = model_->robot.joints;
-  const bool all_move = chance(0.5);
+  const bool all_move = chance_.happens(0.5);
   travel_.assign(joints.size(), 0.0);
   for (std::size_t joint = 0; joint < joints.size(); ++joint) {
     const double beyond = std::max(joints[joint].lower - positions_[joint], positions_[joint] - joints[joint].upper);
-    if (beyond > kFarthestBeyondLimit * unitOf(joints[joint]) || (!all_move && chance(0.5))) continue;
+    if (beyond > kFarthestBeyondLimit * unitOf(joints[joint]) || (!all_move && chance_.happens(0.5))) continue;
     const bool slides = joints[joint].type == Joint::Type::Prismatic;
     const double most = slides ? family_.farthest_slide : 1;
-    travel_[joint] = eitherSign(random_, decades(random_, -3, most)) * unitOf(joints[joint]);
+    travel_[joint] = chance_.eitherSign(chance_.decades(-3, most)) * unitOf(joints[joint]);
     if (!std::isfinite(travel_[joint])) travel_[joint] = 0.0;
   }
   const std::vector<std::optional<double>> stated(positions_.begin(), positions_.end());
   motion_ = motionWithinLimits(model_->robot, poses_, travel_, stated).motion;
   RobotMotion::ObjectFrames frames;
   for (const std::optional<Isometry3d>& frame : frame_poses_) {
-    const Vector3d way = size_ * decades(random_, -3, 0.5) * randomDirection(random_);
-    frames.moving.push_back(RobotMotion::withTwist(frame, {way, decades(random_, -3, 1) * randomDirection(random_)}));
+    const Vector3d way = size_ * chance_.decades(-3, 0.5) * randomDirection(chance_);
+    frames.moving.push_back(RobotMotion::withTwist(frame, {way, chance_.decades(-3, 1) * randomDirection(chance_)}));
   }
   motion_->carryObjects(frames);
   return *motion_;
@@ -276,44 +267,44 @@ void SceneCell::placeAt(double time) {
 
 // --- what there is
 
-double SceneCell::shapeSize() { return magnitude_ * decades(random_, family_.smallest - 0.5, family_.largest - 0.6); }
+double SceneCell::shapeSize() { return magnitude_ * chance_.decades(family_.smallest - 0.5, family_.largest - 0.6); }
 
 Isometry3d SceneCell::somePose(double reach) {
-  if (family_.poses == SceneFamily::Poses::Anywhere || chance(0.3)) return randomPose(random_, reach);
+  if (family_.poses == SceneFamily::Poses::Anywhere || chance_.happens(0.3)) return randomPose(chance_, reach);
   Isometry3d pose = Isometry3d::Identity();
-  if (chance(0.5)) pose.linear() = quarterTurns(random_);
-  for (int i = 0; i < 3; ++i) pose.translation()[i] = 0.25 * reach * (below(9) - 4);
+  if (chance_.happens(0.5)) pose.linear() = quarterTurns(chance_);
+  for (int i = 0; i < 3; ++i) pose.translation()[i] = 0.25 * reach * (chance_.below(9) - 4);
   return pose;
 }
 
 Shape SceneCell::someShape() {
-  Vector3d size = randomSizes(random_, shapeSize());
+  Vector3d size = randomSizes(chance_, shapeSize());
   if (family_.poses == SceneFamily::Poses::Aligned)
-    size = 0.25 * size_ * Vector3d(1 + below(2), 1 + below(2), 1 + below(2));
-  switch (below(4)) {
+    size = 0.25 * size_ * Vector3d(1 + chance_.below(2), 1 + chance_.below(2), 1 + chance_.below(2));
+  switch (chance_.below(4)) {
     case 0:
-      return boxOrItsHull(random_, size);
+      return boxOrItsHull(chance_, size);
     case 1:
-      return solid(random_, size.maxCoeff());
+      return solid(chance_, size.maxCoeff());
     case 2:
-      return randomHull(random_, 4 + below(20), 0.5 * size);
+      return randomHull(chance_, 4 + chance_.below(20), 0.5 * size);
     default:
-      return primitive(random_, size);
+      return primitive(chance_, size);
   }
 }
 
 ObjectShape SceneCell::someObjectShape(std::vector<Part>& parts, bool with_planes, double padding) {
-  ObjectShape shape{Shape(Sphere{1.0}), chance(0.3) ? Isometry3d::Identity() : somePose(0.3 * size_)};
+  ObjectShape shape{Shape(Sphere{1.0}), chance_.happens(0.3) ? Isometry3d::Identity() : somePose(0.3 * size_)};
   const LongPose object_T_shape = longPose(shape.object_T_shape);
   const int number = parts.empty() ? 1 : parts.back().number + 1;
-  if (with_planes && chance(family_.planes)) {
-    const HalfSpace plane{randomDirection(random_) * uniform(0.5, 2.0), -uniform(0.2, 2.0) * size_};
+  if (with_planes && chance_.happens(family_.planes)) {
+    const HalfSpace plane{randomDirection(chance_) * chance_.between(0.5, 2.0), -chance_.between(0.2, 2.0) * size_};
     shape.geometry = plane;
     parts.push_back({std::nullopt, plane, object_T_shape, padding, number});
-  } else if (chance(family_.bulk)) {
+  } else if (chance_.happens(family_.bulk)) {
     Boxes boxes;
-    for (int i = 2 + below(60); i > 0; --i) {
-      const Vector3d corner = 0.5 * size_ * randomDirection(random_), size = 0.1 * size_ * randomSizes(random_, 1.0);
+    for (int i = 2 + chance_.below(60); i > 0; --i) {
+      const Vector3d corner = 0.5 * size_ * randomDirection(chance_), size = 0.1 * size_ * randomSizes(chance_, 1.0);
       boxes.boxes.emplace_back(corner, corner + size);
       const Eigen::AlignedBox3d& box = boxes.boxes.back();
       const LongPose centre{Matrix3l::Identity(), box.center().cast<long double>()};
@@ -322,8 +313,8 @@ ObjectShape SceneCell::someObjectShape(std::vector<Part>& parts, bool with_plane
     shape.geometry = boxes;
   } else {
     const Shape some = someShape();
-    const bool as_mesh =
-        some.kind() == Shape::Kind::Hull && some.margin() == 0.0 && some.hull().dimension() == 3 && chance(0.5);
+    const bool as_mesh = some.kind() == Shape::Kind::Hull && some.margin() == 0.0 && some.hull().dimension() == 3 &&
+                         chance_.happens(0.5);
     shape.geometry = some;
     if (as_mesh) shape.geometry = meshOf(some.hull());
     parts.push_back({some, {}, object_T_shape, padding, number});
@@ -335,47 +326,50 @@ Object SceneCell::someObject(const std::string& id, const Placement& placement) 
   std::vector<Part> parts;
   std::vector<ObjectShape> shapes;
   ObjectOptions options;
-  options.padding = chance(0.3) ? decades(random_, -4, -1) * size_ : 0.0;
+  options.padding = chance_.happens(0.3) ? chance_.decades(-4, -1) * size_ : 0.0;
   const bool with_planes = !std::holds_alternative<Attached>(placement);
-  for (int i = std::max(1, below(5) - 1); i > 0; --i)
+  for (int i = std::max(1, chance_.below(5) - 1); i > 0; --i)
     shapes.push_back(someObjectShape(parts, with_planes, options.padding));
   described_[id] = parts;
   return makeObject(id, shapes, placement, options);
 }
 
 Placement SceneCell::freePlacement() {
-  if (chance(family_.moving / std::max(1e-3, 1.0 - family_.attached)))
-    return Moving{"frame " + std::to_string(below(3)), chance(0.3) ? Isometry3d::Identity() : somePose(0.2 * size_)};
+  if (chance_.happens(family_.moving / std::max(1e-3, 1.0 - family_.attached)))
+    return Moving{"frame " + std::to_string(chance_.below(3)),
+                  chance_.happens(0.3) ? Isometry3d::Identity() : somePose(0.2 * size_)};
   return Fixed{world_T_cell_ * somePose(1.5 * size_)};
 }
 
 Attached SceneCell::attachment() {
-  const std::vector<Link>& links = model_->robot.links;
-  const auto some = [&] { return links[static_cast<std::size_t>(below(static_cast<int>(links.size())))].name; };
+  const auto some = [&] { return chance_.oneOf(model_->robot.links).name; };
   Attached attached{some()};
-  if (chance(0.7)) attached.link_T_object = somePose(0.2 * size_);
-  for (int i = below(3); i > 0; --i) attached.touch_links.push_back(some());
+  if (chance_.happens(0.7)) attached.link_T_object = somePose(0.2 * size_);
+  for (int i = chance_.below(3); i > 0; --i) attached.touch_links.push_back(some());
   return attached;
 }
 
 Placement SceneCell::anyPlacement() {
-  if (chance(family_.attached)) return attachment();
+  if (chance_.happens(family_.attached)) return attachment();
   return freePlacement();
 }
 
 ObjectRules SceneCell::someRules() {
   ObjectRules rules;
-  if (chance(0.5)) rules.free_objects = ObjectRules::FreeObjects::Checked;
-  if (chance(0.3)) rules.base = ObjectRules::Base::StandsStill;
-  for (int i = below(3); i > 0 && !objects_->empty(); --i) {
-    const std::string other = chance(0.3) ? "*" : chance(0.5) ? someId() : model_->robot.links.back().name;
-    rules.allowed.set(someId(), other, chance(0.8) ? AllowedPairs::Rule::Allowed : AllowedPairs::Rule::Checked);
+  if (chance_.happens(0.5)) rules.free_objects = ObjectRules::FreeObjects::Checked;
+  if (chance_.happens(0.3)) rules.base = ObjectRules::Base::StandsStill;
+  for (int i = chance_.below(3); i > 0 && !objects_->empty(); --i) {
+    const std::string other = chance_.happens(0.3)   ? "*"
+                              : chance_.happens(0.5) ? someId()
+                                                     : model_->robot.links.back().name;
+    rules.allowed.set(someId(), other,
+                      chance_.happens(0.8) ? AllowedPairs::Rule::Allowed : AllowedPairs::Rule::Checked);
   }
   return rules;
 }
 
 ObjectChange SceneCell::someChange() {
-  const bool too_few = below(2 * family_.objects) >= objects_->size();
+  const bool too_few = chance_.below(2 * family_.objects) >= objects_->size();
   if (objects_->empty() || too_few) {
     const std::string id = "object " + std::to_string(added_++);
     return AddObject{someObject(id, anyPlacement())};
@@ -385,14 +379,15 @@ ObjectChange SceneCell::someChange() {
   const std::vector<Part>& parts = described_.at(id);
   const bool can_be_attached =
       std::all_of(parts.begin(), parts.end(), [](const Part& part) { return part.shape.has_value(); });
-  switch (below(4)) {
+  switch (chance_.below(4)) {
     case 0:
       described_.erase(id);
       return RemoveObject{id};
     case 1:
       return ReplaceObject{someObject(id, anyPlacement())};
     case 2:
-      if (can_be_attached && chance(2.0 * family_.attached)) return ReplaceObject{{id, object.geometry, attachment()}};
+      if (can_be_attached && chance_.happens(2.0 * family_.attached))
+        return ReplaceObject{{id, object.geometry, attachment()}};
       [[fallthrough]];
     default:
       return ReplaceObject{{id, object.geometry, freePlacement()}};
@@ -400,7 +395,7 @@ ObjectChange SceneCell::someChange() {
 }
 
 void SceneCell::change() {
-  if (chance(0.1)) objects_ = std::make_shared<const Objects>(objects_->withRules(someRules()));
+  if (chance_.happens(0.1)) objects_ = std::make_shared<const Objects>(objects_->withRules(someRules()));
   objects_ = std::make_shared<const Objects>(objects_->changed({someChange()}));
 }
 
@@ -437,8 +432,8 @@ std::optional<LongPose> SceneCell::worldOf(const Placement& placement) const {
     return inCell(*frame_poses_[frame]) * longPose(moving->frame_T_object);
   }
   const auto& attached = std::get<Attached>(placement);
-  const Link& link = model_->robot.links[static_cast<std::size_t>(model_->robot.findLink(attached.link))];
-  const auto& pose = poses_[static_cast<std::size_t>(link.body)];
+  const Link& link = model_->robot.links[model_->robot.findLink(attached.link)];
+  const auto& pose = poses_[link.body];
   if (!pose) return std::nullopt;
   return inCell(*pose) * longPose(link.body_T_link) * longPose(attached.link_T_object);
 }
@@ -447,12 +442,11 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
   WorldSolid solid;
   if (ref.isLink()) {
     const RobotModel& robot = model_->robot;
-    const auto& pose = poses_[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(ref.link())].body)];
+    const auto& pose = poses_[robot.links[ref.link()].body];
     if (!pose) return std::nullopt;
     for (const Piece* piece : peers::piecesOfLink(robot, ref.link()))
       solid.parts.push_back({piece->shape, inCell(*pose) * longPose(piece->body_T_piece),
-                             robot.collisions[static_cast<std::size_t>(piece->collision)].number, piece->interior,
-                             piece->is_anchor});
+                             robot.collisions[piece->collision].number, piece->interior, piece->is_anchor});
     return solid.parts.empty() ? std::nullopt : std::optional(solid);
   }
   const Object& object = *objects_->object(ref.object());
@@ -474,19 +468,19 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
 double SceneCell::paddingOf(const ShapeRefPair& pair) const {
   if (!pair.areLinks()) return 0.0;
   const int index = model_->pairs.find(pair.a.link(), pair.b.link());
-  return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
+  return index < 0 ? 0.0 : model_->pairs.pairs[index].padding;
 }
 
 std::optional<PairDistances> SceneCell::someThresholds() const {
-  std::mt19937 random = random_;
-  if (narrowphase::below(random, 3) != 0) return std::nullopt;
-  const auto some = [&] { return narrowphase::decades(random, -3, 0) * size(); };
+  Chance chance = chance_;
+  if (chance.below(3) != 0) return std::nullopt;
+  const auto some = [&] { return chance.decades(-3, 0) * size(); };
   PairDistances thresholds(some(), some());
   const int links = static_cast<int>(model_->robot.links.size());
   for (int a = 0; a < links; ++a) {
-    if (narrowphase::below(random, 2) == 0) thresholds.setWithObjects(a, some());
+    if (chance.below(2) == 0) thresholds.setWithObjects(a, some());
     for (int b = a + 1; b < links; ++b)
-      if (narrowphase::below(random, 2) == 0) thresholds.setPair(a, b, some());
+      if (chance.below(2) == 0) thresholds.setPair(a, b, some());
   }
   return thresholds;
 }

@@ -4,10 +4,10 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <random>
 #include <string>
 #include <vector>
 
+#include "chance.h"
 #include "oracle/motion_oracle.h"
 #include "proximity_server/scene/motion/limited_motion.h"
 #include "proximity_server/scene/query/pair_distances.h"
@@ -16,7 +16,7 @@
 
 namespace proximity_server::scene {
 
-// Robots with objects that come, go, move and are attached, and what is true of them by their description alone.
+// Robots with objects that come, go, move and are attached. All poses and parts follow from their description alone.
 
 using narrowphase::LongPose;
 using narrowphase::Matrix3l;
@@ -54,7 +54,7 @@ struct WorldPart {
   LongPose world_T_part;
   int number;  ///< of the <collision> or the shape of the object, counted from 1
 
-  // Of a mesh, see Piece.
+  // Parts of a mesh have these, see Piece.
   std::shared_ptr<const Interior> interior = nullptr;
   bool is_anchor = true;
 };
@@ -66,7 +66,7 @@ struct WorldPlane {
   int number;
 };
 
-/// What stands for a link or an object.
+/// The parts and planes that stand for a link or an object.
 struct WorldSolid {
   std::vector<WorldPart> parts;
   std::vector<WorldPlane> planes;
@@ -82,7 +82,8 @@ class SceneCell {
 
   /// Begins a motion of the joints, until their limits, and of the frames, from the present state on.
   const PhasedMotion& startMotion();
-  /// Places everything at a time [0, 1] of the motion: the bodies by the positions of their joints, the frames by their screws.
+  /// Places everything at a time [0, 1] of the motion: the bodies by the positions of their joints, the frames by their
+  /// screws.
   void placeAt(double time);
 
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
@@ -102,10 +103,10 @@ class SceneCell {
   /// [m] Taken off the distance of a pair.
   double paddingOf(const ShapeRefPair& pair) const;
 
-  std::mt19937& random() { return random_; }
+  Chance& chance() { return chance_; }
 
-  /// One time in three; of half of the pairs of links, and of half of the links with objects, other ones than of all others. Recorded
-  /// scenes stay what they are: the random numbers that follow are the same.
+  /// One time in three; of half of the pairs of links, and of half of the links with objects, other ones than of all
+  /// others. Recorded scenes stay what they are: the random numbers that follow are the same.
   std::optional<PairDistances> someThresholds() const;
 
  private:
@@ -118,9 +119,6 @@ class SceneCell {
     int number;
   };
 
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
-  bool chance(double share) { return uniform(0.0, 1.0) < share; }
-  int below(int count) { return std::uniform_int_distribution<int>(0, count - 1)(random_); }
   /// [rad], or [m] of the cell.
   double unitOf(const Joint& joint) const { return joint.type == Joint::Type::Prismatic ? size_ : 1.0; }
   double shapeSize();
@@ -133,9 +131,7 @@ class SceneCell {
   Placement anyPlacement();
   ObjectRules someRules();
   ObjectChange someChange();
-  std::string someId() {
-    return objects_->object(objects_->numbers()[static_cast<std::size_t>(below(objects_->size()))])->id;
-  }
+  std::string someId() { return objects_->object(chance_.oneOf(objects_->numbers()))->id; }
   void change();
   void jump();
   void step();
@@ -145,7 +141,7 @@ class SceneCell {
   std::optional<LongPose> worldOf(const Placement& placement) const;
 
   const SceneFamily& family_;
-  std::mt19937 random_;
+  Chance chance_;
   std::shared_ptr<const SceneModel> model_;
   double magnitude_ = 1.0, size_ = 1.0;
   Eigen::Isometry3d world_T_cell_ = Eigen::Isometry3d::Identity();

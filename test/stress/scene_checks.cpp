@@ -5,7 +5,6 @@
 
 #include "oracle/shape_pairs.h"
 #include "stress/random_geometry.h"
-#include "stress/scene_motion_checks.h"
 #include "stress/scene_truth.h"
 #include "stress/third_opinion.h"
 
@@ -20,16 +19,16 @@ using Eigen::Vector3d;
 class Examiner {
  public:
   Examiner(SceneCell& cell, StateTruth& truth, Scene& scene, SceneObservation& seen)
-      : cell_(cell), truth_(truth), scene_(scene), seen_(seen), random_(cell.random()) {}
+      : cell_(cell), truth_(truth), scene_(scene), seen_(seen), chance_(cell.chance()) {}
 
   /// Questions of any kind, in any order.
   void run() {
     for (int i = 0; i < 5; ++i) {
-      kind_ = static_cast<PairKind>(below(random_, 5) % 3);
+      kind_ = static_cast<PairKind>(chance_.below(5) % 3);
       question_ = someQuestion();
       thresholds_ = cell_.someThresholds();
       if (thresholds_ && question_.depth == Question::Depth::Wanted) question_.thresholds = &*thresholds_;
-      switch (below(random_, 7)) {
+      switch (chance_.below(7)) {
         case 0:
           askForAll();
           break;
@@ -46,12 +45,12 @@ class Examiner {
           askForOnePair();
           break;
         case 5:
-          askForTheClosest(2 + below(random_, 4));
+          askForTheClosest(2 + chance_.below(4));
           break;
         default:
           askForTheClosest(1);
       }
-      ++seen_.questions;
+      seen_.tally.add("questions");
     }
     kind_ = PairKind::Any;
     question_ = {};
@@ -64,19 +63,18 @@ class Examiner {
   Question someQuestion() {
     Question question;
     const double tolerances[] = {1e-9, 1e-9, 1e-12, 1e-6, 1e-3};
-    question.tolerance = tolerances[below(random_, 5)];
-    if (below(random_, 4) == 0) question.depth = Question::Depth::NotWanted;
+    question.tolerance = tolerances[chance_.below(5)];
+    if (chance_.below(4) == 0) question.depth = Question::Depth::NotWanted;
     return question;
   }
 
-  /// Near a distance that is there, or anywhere.
+  /// Returns a threshold near a distance of some pair, or anywhere.
   double someThreshold() {
-    const double anywhere = eitherSign(random_, decades(random_, -6, 0)) * cell_.size();
-    if (truth_.pairs().empty() || below(random_, 3) == 0) return anywhere;
-    const PairTruth& pair =
-        truth_.pairs()[static_cast<std::size_t>(below(random_, static_cast<int>(truth_.pairs().size())))];
+    const double anywhere = chance_.eitherSign(chance_.decades(-6, 0)) * cell_.size();
+    if (truth_.pairs().empty() || chance_.below(3) == 0) return anywhere;
+    const PairTruth& pair = chance_.oneOf(truth_.pairs());
     if (!pair.is_known) return anywhere;
-    return static_cast<double>(pair.distance.low) + eitherSign(random_, decades(random_, -17, -2)) * cell_.size();
+    return static_cast<double>(pair.distance.low) + chance_.eitherSign(chance_.decades(-17, -2)) * cell_.size();
   }
 
   /// [m] What the pair adds to the threshold of the question.
@@ -84,15 +82,14 @@ class Examiner {
   double excessOf(const PairProximity& pair) const { return pair.result.lower_bound - ownOf(pair.asked); }
 
   /// [m] Where a pair adds something to the threshold, sum and difference are rounded.
-  double roundingOf(const PairProximity& pair) const {
-    return 4.0 * std::numeric_limits<double>::epsilon() * std::abs(ownOf(pair.asked));
+  double roundingOf(const ShapeRefPair& pair) const {
+    return 4.0 * std::numeric_limits<double>::epsilon() * std::abs(ownOf(pair));
   }
 
-  /// Whether it is at or below its threshold for certain.
+  /// Returns whether the pair is at or below its threshold for certain.
   bool isWithin(const PairTruth& pair) const {
     const double own = ownOf(pair.pair);
-    const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(own);
-    return pair.distance.high <= static_cast<long double>(question_.threshold) + own - rounding;
+    return pair.distance.high <= static_cast<long double>(question_.threshold) + own - roundingOf(pair.pair);
   }
 
   bool isAsked(const PairTruth& pair) const { return pair.is_known && isOfKind(pair.pair, kind_); }
@@ -107,7 +104,7 @@ class Examiner {
   }
 
   void askForAll() {
-    if (below(random_, 2)) question_.threshold = someThreshold();
+    if (chance_.below(2)) question_.threshold = someThreshold();
     const std::vector<PairProximity> found = scene_.all(pairs(), question_);
     std::size_t asked = 0;
     for (const PairTruth& pair : truth_.pairs()) asked += isOfKind(pair.pair, kind_) ? 1 : 0;
@@ -120,8 +117,6 @@ class Examiner {
 
   void askForTheMinimum() {
     const PairProximity* found = scene_.minimum(pairs(), question_);
-    const PairCounts& counts = scene_.counts();
-    seen_.skipped += counts.total - counts.computed;
     if (!found) {
       checkNothingMissing("minimum()", {});
       return;
@@ -130,24 +125,21 @@ class Examiner {
     checkClosest("minimum()", {minimum});
     checkNothingMissing("minimum()", {minimum});
     checkWitnesses(minimum);
-    ++seen_.minima;
-    seen_.overlaps += minimum.result.distance < 0.0 ? 1 : 0;
-    seen_.with_object += hasObject(minimum.asked) ? 1 : 0;
+    seen_.tally.add("minima");
+    seen_.tally.add("overlaps", minimum.result.distance < 0.0);
+    seen_.tally.add("with_object", hasObject(minimum.asked));
   }
 
   void askForTheClosest(int k) {
-    if (below(random_, 4) == 0) question_.threshold = someThreshold();
-    if (k == 1) {
-      const PairProximity* found = scene_.minimum(pairs(), question_);
-      const std::vector<PairProximity> minimum =
-          found ? std::vector<PairProximity>{*found} : std::vector<PairProximity>{};
-      checkClosest("minimum()", minimum);
-      if (minimum.empty()) checkNothingMissing("minimum()", minimum);
-    } else {
-      const std::vector<PairProximity> found = scene_.closest(pairs(), k, question_);
-      checkClosest("closest()", found);
-      if (static_cast<int>(found.size()) < k) checkNothingMissing("closest()", found);
-    }
+    if (chance_.below(4) == 0) question_.threshold = someThreshold();
+    std::vector<PairProximity> found;
+    if (k > 1)
+      found = scene_.closest(pairs(), k, question_);
+    else if (const PairProximity* minimum = scene_.minimum(pairs(), question_))
+      found = {*minimum};
+    const char* const who = k > 1 ? "closest()" : "minimum()";
+    checkClosest(who, found);
+    if (static_cast<int>(found.size()) < k) checkNothingMissing(who, found);
     checkCounts();
   }
 
@@ -161,7 +153,7 @@ class Examiner {
 
   void askForSomePairsBelow() {
     question_.threshold = someThreshold();
-    const int most = 1 + below(random_, 4);
+    const int most = 1 + chance_.below(4);
     const PairsBelow found = scene_.closestBelow(pairs(), most, question_);
     const std::vector<PairProximity> closest = found.closest;
     const int count = found.count;
@@ -186,16 +178,15 @@ class Examiner {
     if (!found) return checkNothingMissing("first()", {});
     const PairProximity first = *found;
     checkPair("first()", first);
-    if (excessOf(first) > question_.threshold + roundingOf(first)) fail("first() is above its threshold");
+    if (excessOf(first) > question_.threshold + roundingOf(first.asked)) fail("first() is above its threshold");
   }
 
-  /// Of any pair, checked or not.
+  /// Asks about any pair, checked or not.
   void askForOnePair() {
     const auto some = [&]() -> ShapeRef {
-      if (cell_.objects()->empty() || below(random_, 3) == 0)
-        return {below(random_, static_cast<int>(cell_.model()->robot.links.size()))};
-      const std::vector<int>& numbers = cell_.objects()->numbers();
-      return ShapeRef::ofObject(numbers[static_cast<std::size_t>(below(random_, static_cast<int>(numbers.size())))]);
+      if (cell_.objects()->empty() || chance_.below(3) == 0)
+        return {chance_.below(static_cast<int>(cell_.model()->robot.links.size()))};
+      return ShapeRef::ofObject(chance_.oneOf(cell_.objects()->numbers()));
     };
     const ShapeRefPair pair{some(), some()};
     if (pair.a == pair.b) return;
@@ -204,11 +195,11 @@ class Examiner {
       return truth_.solidOf(ref) && !truth_.solidOf(ref)->planes.empty();
     };
     if (planes(pair.a) && planes(pair.b)) return;
-    if (below(random_, 3) == 0) question_.threshold = someThreshold();
+    if (chance_.below(3) == 0) question_.threshold = someThreshold();
     checkAgainst("proximity()", scene_.proximity(pair, question_), truth);
   }
 
-  // What every answer promises.
+  // The promises of every answer.
 
   void checkPair(const std::string& who, const PairProximity& pair) {
     const PairTruth* truth = truth_.find(pair.asked);
@@ -218,7 +209,7 @@ class Examiner {
   }
 
   void checkAgainst(const std::string& who, const PairProximity& pair, const PairTruth& truth) {
-    ++seen_.answers;
+    seen_.tally.add("answers");
     const std::string problem = problemOf(pair.result, truth, question_.tolerance);
     if (!problem.empty()) fail(who + ": " + named(pair) + " " + problem);
   }
@@ -228,13 +219,13 @@ class Examiner {
     const std::vector<long double> highs = sortedHighs();
     for (std::size_t i = 0; i < found.size(); ++i) {
       checkPair(who, found[i]);
-      // Of overlaps without a depth any is the nearest.
+      // Overlaps without a depth are equally near.
       if (question_.depth == Question::Depth::NotWanted && highs[i] < 0) continue;
-      const long double above = excessOf(found[i]) - highs[i] - question_.tolerance - roundingOf(found[i]);
+      const long double above = excessOf(found[i]) - highs[i] - question_.tolerance - roundingOf(found[i].asked);
       if (above > 0)
         fail(who + ": number " + std::to_string(i) + " is farther than another pair" + by(above) + ": " +
              named(found[i]));
-      if (excessOf(found[i]) > question_.threshold + roundingOf(found[i]))
+      if (excessOf(found[i]) > question_.threshold + roundingOf(found[i].asked))
         fail(who + " has a pair above the threshold");
     }
     if (question_.depth == Question::Depth::NotWanted && !found.empty() && !highs.empty() && highs[0] < -slack()) {
@@ -309,13 +300,13 @@ class Examiner {
   StateTruth& truth_;
   Scene& scene_;
   SceneObservation& seen_;
-  std::mt19937& random_;
+  Chance& chance_;
   PairKind kind_ = PairKind::Any;
   Question question_;
   std::optional<PairDistances> thresholds_;
 };
 
-/// Nothing if there is no pair with a distance.
+/// Returns nullptr if there is no pair with a distance.
 const PairTruth* nearestOf(const StateTruth& truth) {
   const PairTruth* nearest = nullptr;
   for (const PairTruth& pair : truth.pairs())
@@ -331,13 +322,13 @@ void seekOtherOpinions(const PairTruth& nearest, bool with_oracle, SceneObservat
   if (parts.distance.low > 1e-3) {
     for (const double other : distancesByOthers(parts.a->shape, parts.b->shape, parts.a_T_b)) {
       const bool is_off = std::abs(other - static_cast<double>(parts.distance.low)) > 1e-4 * std::max(1.0, other);
-      ++seen.others;
-      seen.others_off += is_off ? 1 : 0;
+      seen.tally.add("others");
+      seen.tally.add("others_off", is_off);
       wants_oracle = wants_oracle || is_off;
     }
   }
   if (!wants_oracle) return;
-  ++seen.with_oracle;
+  seen.tally.add("with_oracle");
   const DistanceBounds exact = byOracle(parts);
   const long double apart = std::max(exact.low - parts.distance.high, parts.distance.low - exact.high);
   if (apart > 0 && !seen.failure) {
@@ -347,14 +338,13 @@ void seekOtherOpinions(const PairTruth& nearest, bool with_oracle, SceneObservat
 
 }  // namespace
 
-SceneObservation observeScenes(std::size_t family, unsigned seed, std::int64_t number, int states, bool with_oracle) {
-  SceneObservation seen;
-  SceneCell cell(family, seed, number);
+void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
+  SceneObservation seen{tally};
+  SceneCell cell(part.family, part.seed, part.number);
   Scene scene(cell.model());
   MovingScene moving(cell.model());
-  for (int state = 0; state < states && !seen.failure; ++state) {
+  for (int state = 0; state < states; ++state) {
     if (state > 0) cell.next();
-    seen.failed_state = state;
     scene.use(cell.objects());
     scene.update(cell.poses(), cell.frames());
     StateTruth truth(cell);
@@ -364,16 +354,18 @@ SceneObservation observeScenes(std::size_t family, unsigned seed, std::int64_t n
       fresh.update(cell.poses(), cell.frames());
       Examiner(cell, truth, fresh, seen).run();
     }
+    const bool with_oracle = part.number % part.per_reference == 0;
     if (const PairTruth* nearest = nearestOf(truth); nearest) seekOtherOpinions(*nearest, with_oracle, seen);
     if (state % 2 == 1) observeMotion(cell, moving, seen);
-    ++seen.scenes;
+    tally.add("scenes");
     for (const PairTruth& pair : truth.pairs()) {
-      ++seen.pairs;
-      seen.unknown += pair.is_known ? 0 : 1;
+      tally.add("pairs");
+      tally.add("unknown", !pair.is_known);
     }
+    if (!seen.failure) continue;
+    tally.fail({part.number, "state " + std::to_string(state) + ": " + *seen.failure, {}});
+    return;
   }
-  if (!seen.failure) seen.failed_state = -1;
-  return seen;
 }
 
 }  // namespace proximity_server::scene

@@ -1,16 +1,11 @@
-#include "stress/scene_motion_checks.h"
-
 #include <algorithm>
 #include <cmath>
 
-#include "stress/random_geometry.h"
+#include "stress/scene_checks.h"
 #include "stress/scene_truth.h"
 
 namespace proximity_server::scene {
 
-using narrowphase::below;
-using narrowphase::decades;
-using narrowphase::eitherSign;
 using narrowphase::Status;
 
 namespace {
@@ -19,42 +14,43 @@ namespace {
 class MotionExaminer {
  public:
   MotionExaminer(SceneCell& cell, MovingScene& scene, SceneObservation& seen)
-      : cell_(cell), scene_(scene), seen_(seen), random_(cell.random()), candidates_(cell.model()->pairs) {}
+      : cell_(cell), scene_(scene), seen_(seen), chance_(cell.chance()), candidates_(cell.model()->pairs) {}
 
   void run() {
     const PhasedMotion& motion = cell_.startMotion();
-    question_.tolerance = cell_.size() * std::pow(10.0, -3 * below(random_, 4));
-    kind_ = static_cast<PairKind>(below(random_, 5) % 3);
-    // One that is over has nothing but bounds.
-    if (below(random_, 16) == 0) question_.deadline = std::chrono::steady_clock::time_point::min();
+    question_.tolerance = cell_.size() * std::pow(10.0, -3 * chance_.below(4));
+    kind_ = static_cast<PairKind>(chance_.below(5) % 3);
+    // A search whose time is over has nothing but bounds.
+    if (chance_.below(16) == 0) question_.deadline = std::chrono::steady_clock::time_point::min();
     const Pairs pairs(candidates_, kind_);
     minimum_ = scene_.minimum(pairs, motion, question_);
     chooseContactDistance();
     contact_ = scene_.timeOfContact(pairs, motion, question_);
     checkStatus();
     std::vector<double> times{0.0, contact_.t_free, 1.0};
-    for (int i = 0; i < 2; ++i) times.push_back(narrowphase::uniform(random_, 0.0, 1.0));
+    for (int i = 0; i < 2; ++i) times.push_back(chance_.between(0.0, 1.0));
     for (const double time : times) checkAt(time);
     if (!std::isnan(minimum_.time)) checkMinimum();
     if (contact_.contact) checkContact();
     cell_.placeAt(0.0);
-    ++seen_.motions;
-    seen_.contacts += contact_.contact ? 1 : 0;
-    seen_.motions_open += contact_.status == Status::Converged && minimum_.status == Status::Converged ? 0 : 1;
+    seen_.tally.add("motions");
+    seen_.tally.add("contacts", contact_.contact);
+    const bool converged = contact_.status == Status::Converged && minimum_.status == Status::Converged;
+    seen_.tally.add("motions_open", !converged);
   }
 
  private:
-  /// Often one that is reached late, or hardly.
+  /// The distance is often one that is reached late, or hardly.
   void chooseContactDistance() {
     const double size = cell_.size();
     const double near = std::isfinite(minimum_.lower_bound) ? minimum_.lower_bound : 0.0;
-    const double choices[] = {0.0, near + eitherSign(random_, decades(random_, -9, 0)) * size,
-                              near + decades(random_, -3, 0) * size, decades(random_, -3, 0) * size};
-    question_.contact_distance = choices[below(random_, 4)];
+    const double choices[] = {0.0, near + chance_.eitherSign(chance_.decades(-9, 0)) * size,
+                              near + chance_.decades(-3, 0) * size, chance_.decades(-3, 0) * size};
+    question_.contact_distance = choices[chance_.below(4)];
     const std::vector<ShapeRefPair> checked = cell_.checkedPairs();
-    for (int i = below(random_, 3); i > 0 && !checked.empty(); --i) {
-      const ShapeRefPair& pair = checked[static_cast<std::size_t>(below(random_, static_cast<int>(checked.size())))];
-      const double less = below(random_, 2) == 0 ? std::numeric_limits<double>::infinity() : decades(random_, -3, 0);
+    for (int i = chance_.below(3); i > 0 && !checked.empty(); --i) {
+      const ShapeRefPair& pair = chance_.oneOf(checked);
+      const double less = chance_.below(2) == 0 ? std::numeric_limits<double>::infinity() : chance_.decades(-3, 0);
       question_.nearer_pairs.push_back({pair, question_.contact_distance - less * size});
     }
     thresholds_ = cell_.someThresholds();
@@ -136,7 +132,7 @@ class MotionExaminer {
   SceneCell& cell_;
   MovingScene& scene_;
   SceneObservation& seen_;
-  std::mt19937& random_;
+  Chance& chance_;
   const Candidates candidates_;
   PairKind kind_ = PairKind::Any;
   MotionQuestion question_;

@@ -66,8 +66,8 @@ DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
   return {height - rounding, height + rounding};
 }
 
-/// The signed distance of the ball within an anchor from the solid inside of a closed mesh. Interior, which has its own tests, tells
-/// the side and the nearest triangle; the poses and radii are computed here.
+/// The signed distance of the ball within an anchor from the solid inside of a closed mesh. Interior, which has its own
+/// tests, tells the side and the nearest triangle; the poses and radii are computed here.
 DistanceBounds insideOfTheMesh(const WorldPart& solid, const WorldPart& anchor) {
   const Vector3l centre = solid.world_T_part.inverse() * centreOf(anchor);
   const Interior::Place place = solid.interior->placeOf(centre.cast<double>());
@@ -127,7 +127,7 @@ PairTruth truthOf(const ShapeRefPair& pair, const std::optional<WorldSolid>& a, 
 }
 
 std::string nameOf(const SceneCell& cell, const ShapeRef& ref) {
-  if (ref.isLink()) return cell.model()->robot.links[static_cast<std::size_t>(ref.link())].name;
+  if (ref.isLink()) return cell.model()->robot.links[ref.link()].name;
   return cell.objects()->object(ref.object())->id;
 }
 
@@ -140,7 +140,7 @@ bool isOfKind(const ShapeRefPair& pair, PairKind kind) {
 }
 
 StateTruth::StateTruth(SceneCell& cell) : cell_(cell) {
-  const double near = below(cell.random(), 8) == 0 ? std::numeric_limits<double>::infinity() : 0.3 * cell.size();
+  const double near = cell.chance().below(8) == 0 ? std::numeric_limits<double>::infinity() : 0.3 * cell.size();
   for (const ShapeRefPair& pair : cell.checkedPairs()) {
     known_[namesOf(pair)] = static_cast<int>(pairs_.size());
     pairs_.push_back(truthOf(pair, solidOf(pair.a), solidOf(pair.b), cell.paddingOf(pair), near));
@@ -154,7 +154,7 @@ StateTruth::Names StateTruth::namesOf(const ShapeRefPair& pair) {
 
 const PairTruth* StateTruth::find(const ShapeRefPair& pair) const {
   const auto found = known_.find(namesOf(pair));
-  return found == known_.end() ? nullptr : &pairs_[static_cast<std::size_t>(found->second)];
+  return found == known_.end() ? nullptr : &pairs_[found->second];
 }
 
 PairTruth StateTruth::of(const ShapeRefPair& pair) {

@@ -15,7 +15,7 @@ using narrowphase::DistanceBounds;
 
 constexpr long double kFar = std::numeric_limits<long double>::infinity();
 
-/// Two convex parts, and what is known of their signed distance.
+/// Two convex parts with bounds of their signed distance.
 struct PartsApart {
   const WorldPart* a = nullptr;
   const WorldPart* b = nullptr;
@@ -23,7 +23,7 @@ struct PartsApart {
   DistanceBounds distance{kFar, kFar};
 };
 
-/// What is known of the distance of a pair of links or objects.
+/// Bounds of the distance of a pair of links or objects.
 struct PairTruth {
   ShapeRefPair pair;
   bool is_known = false;
@@ -36,9 +36,9 @@ bool isOfKind(const ShapeRefPair& pair, PairKind kind);
 
 /// The signed distances of all checked pairs of a cell where it is placed now.
 ///
-/// Method: poses in long double from the descriptions; refinedTruth() of each pair of parts that are near each other, the
-///         distance of spheres about those that are not. In overlap the upper bound is that of signedDistance(), which has
-///         a stress run of its own.
+/// Method: poses in long double from the descriptions; refinedTruth() of each pair of parts that are near each other,
+///         the distance of spheres about those that are not. In overlap the upper bound is that of signedDistance(),
+///         which has a stress run of its own.
 class StateTruth {
  public:
   explicit StateTruth(SceneCell& cell);
@@ -48,7 +48,7 @@ class StateTruth {
   /// nullptr for a pair that is not checked.
   const PairTruth* find(const ShapeRefPair& pair) const;
 
-  /// What is true of one pair, whether it is checked or not.
+  /// Returns the bounds of one pair, whether it is checked or not.
   PairTruth of(const ShapeRefPair& pair);
 
   const std::optional<WorldSolid>& solidOf(const ShapeRef& ref);
@@ -63,7 +63,7 @@ class StateTruth {
   std::map<Names, int> known_;
 };
 
-/// The distance of two parts by rational numbers, or by branch and bound.
+/// Computes the distance of two parts by rational numbers, or by branch and bound.
 DistanceBounds byOracle(const PartsApart& parts);
 
 /// "l1 and object 3"
@@ -72,8 +72,8 @@ std::string nameOf(const SceneCell& cell, const ShapeRefPair& pair);
 /// " by 1.5e-09 m"
 std::string by(long double metres);
 
-/// Returns the promise that a result about a pair does not keep, or "". The poses that the result was computed from may be off by
-/// `rounding` [m].
+/// Returns the promise that a result about a pair does not keep, or "". The poses that the result was computed from may
+/// be off by `rounding` [m].
 std::string problemOf(const narrowphase::SignedDistance& result, const PairTruth& truth, double tolerance,
                       double rounding = 0.0);
 

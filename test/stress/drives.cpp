@@ -1,24 +1,32 @@
-#include "stress/drive_run.h"
-
+// ./dev stress drives: drives robots from random states to random targets as the example avoiding_controller does, with
+// its defaults and those of the node, and looks at the distance of every pair after each step.
+//
+// 1. Take a random state in which no pair is below its stop distance, unless it is in most states (links that are near
+//    by design), and a random target.
+// 2. In each step of 10 ms take the rows of the state, the velocity of yieldingVelocity(), and move on.
+//
+// A failure is a pair below its stop distance, or, where it was below it at the start, nearer than there, both by more
+// than 0.1 mm; a joint that is faster than the URDF allows; one that changes its direction more than five times a
+// second, at more than 0.02 rad/s or m/s; a rest before the target that no pair explains; a step without a velocity.
+// Limit: links that are below their stop distance by design and have no stop distance of their own may lose up to
+// 0.25 mm of it, and a joint may still change its direction more often where several of them have many places that are
+// equally near. Such drives are failures, too.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/example_robots.h"
-#include "stress/rounds.h"
+#include "stress/controlled_robots.h"
 #include "stress/yielding_velocity.h"
 
 namespace proximity_server::scene {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using Eigen::VectorXd;
 
 constexpr double kStep = 0.01;                    // [s]
@@ -65,10 +73,10 @@ BodyPoses posesOf(const RobotModel& robot, const DegreesOfFreedom& columns, cons
   return forwardKinematics(robot, positions);
 }
 
-DriveFamily familyOf(const std::string& name, int rarity, RobotModel robot, const std::string& srdf,
-                     const PairFilterOptions& options = {}, Thresholds thresholds = Thresholds::Default) {
+DriveFamily familyOf(const std::string& name, int rarity, const std::shared_ptr<const SceneModel>& robot,
+                     Thresholds thresholds = Thresholds::Default) {
   constexpr int kStates = 300;
-  DriveFamily family{name, rarity, std::make_shared<const SceneModel>(makeSceneModel(std::move(robot), srdf, options))};
+  DriveFamily family{name, rarity, robot};
   const DegreesOfFreedom columns(family.robot->robot);
   Scene scene(family.robot);
   Chance chance(1);
@@ -97,40 +105,34 @@ DriveFamily familyOf(const std::string& name, int rarity, RobotModel robot, cons
   return family;
 }
 
-/// What pair_audit --write disables of a UR10, which has no SRDF of its own.
-PairFilterOptions auditOfUr10() {
+/// Disables the pairs that pair_audit --write disables of a UR10, which has no SRDF of its own.
+std::shared_ptr<const SceneModel> audited(const std::shared_ptr<const SceneModel>& ur10) {
   PairFilterOptions options;
   options.exclude_pairs = {{"base_link", "upper_arm_link"},   {"base_link", "wrist_1_link"},
                            {"shoulder_link", "wrist_1_link"}, {"shoulder_link", "wrist_2_link"},
                            {"wrist_1_link", "wrist_3_link"},  {"wrist_1_link", "ee_link"},
                            {"wrist_2_link", "ee_link"}};
-  return options;
+  return std::make_shared<const SceneModel>(makeSceneModel(ur10->robot, "", options));
 }
 
 std::vector<DriveFamily> allFamilies() {
-  const std::string demo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
-  std::vector<DriveFamily> families;
-  families.push_back(
-      familyOf("demo", 1,
-               loadRobotModel(readFile(demo + ".urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."}), quickLoading()),
-               readFile(demo + ".srdf")));
+  std::vector<DriveFamily> families{familyOf("demo", 1, demoModel())};
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) return families;
-  const auto load = [&](const char* file) {
-    return loadRobotModel(readFile(exampleRobotFile(resolve, file)), resolve, quickLoading());
+  const auto example = [&](const std::string& urdf, const std::string& srdf) {
+    return exampleModel(resolve, urdf, srdf);
   };
-  const auto srdf = [&](const char* file) { return readFile(exampleRobotFile(resolve, file)); };
   families.push_back(
-      familyOf("Panda", 1, load("panda_description/urdf/panda.urdf"), srdf("panda_description/srdf/panda.srdf")));
+      familyOf("Panda", 1, example("panda_description/urdf/panda.urdf", "panda_description/srdf/panda.srdf")));
   if (kIsSanitized) return families;
-  const RobotModel ur10 = load("ur_description/urdf/ur10_robot.urdf");
-  families.push_back(familyOf("Ur10", 1, ur10, "", auditOfUr10(), Thresholds::Own));
-  families.push_back(familyOf("Ur10, defaults", 1, ur10, "", auditOfUr10()));
-  families.push_back(familyOf("Ur10, no SRDF", 1, ur10, ""));
-  families.push_back(familyOf("Ur5, no SRDF", 1, load("ur_description/urdf/ur5_robot.urdf"), ""));
-  families.push_back(familyOf("Baxter", 2, load("baxter_description/urdf/baxter.urdf"),
-                              srdf("baxter_description/srdf/baxter_manipulation.srdf")));
-  families.push_back(familyOf("Pr2", 2, load("pr2_description/urdf/pr2.urdf"), srdf("pr2_description/srdf/pr2.srdf")));
+  const auto ur10 = example("ur_description/urdf/ur10_robot.urdf", "");
+  families.push_back(familyOf("Ur10", 1, audited(ur10), Thresholds::Own));
+  families.push_back(familyOf("Ur10, defaults", 1, audited(ur10)));
+  families.push_back(familyOf("Ur10, no SRDF", 1, ur10));
+  families.push_back(familyOf("Ur5, no SRDF", 1, example("ur_description/urdf/ur5_robot.urdf", "")));
+  families.push_back(familyOf(
+      "Baxter", 2, example("baxter_description/urdf/baxter.urdf", "baxter_description/srdf/baxter_manipulation.srdf")));
+  families.push_back(familyOf("Pr2", 2, example("pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf")));
   return families;
 }
 
@@ -191,7 +193,7 @@ class RememberedRows {
 
 class Drive {
  public:
-  Drive(const DriveFamily& family, Chance chance, DriveSummary& summary)
+  Drive(const DriveFamily& family, Chance chance, stress::Tally& tally)
       : family_(family),
         chance_(chance),
         robot_(family.robot->robot),
@@ -199,7 +201,7 @@ class Drive {
         scene_(family.robot),
         derivatives_(family.robot),
         rows_(family.robot, kRows),
-        summary_(summary) {
+        tally_(tally) {
     const Eigen::Index joints = columns_.size();
     lower_.setZero(joints), upper_.setZero(joints), speeds_.setZero(joints);
     for (int column = 0; column < columns_.size(); ++column) {
@@ -213,7 +215,7 @@ class Drive {
 
   void observe(double duration) {
     if (!chooseStart()) return;
-    ++summary_.drives;
+    tally_.add("drives");
     const VectorXd target = randomState(robot_, columns_, chance_);
     const int steps = static_cast<int>(std::lround(duration / kStep));
     int step = 0;
@@ -222,17 +224,15 @@ class Drive {
       is_there = !this->step(target);
       ++step;
     }
-    summary_.steps += step;
+    tally_.add("steps", step);
     const double often = changes_.maxCoeff() / (step * kStep);
-    summary_.sign_changes = std::max(summary_.sign_changes, changes_.maxCoeff() > 3.0 ? often : 0.0);
+    tally_.raise("turns", changes_.maxCoeff() > 3.0 ? often : 0.0);
     if (changes_.maxCoeff() > 3.0 && often > kOftenest) fail("a joint goes back and forth", often);
-    if (is_there)
-      ++summary_.arrived;
-    else if (velocity_.norm() >= kAtRest)
-      ++summary_.moving;
-    else if (is_held_)
-      ++summary_.held;
-    else
+    const bool is_moving = !is_there && velocity_.norm() >= kAtRest;
+    tally_.add("arrived", is_there);
+    tally_.add("moving", is_moving);
+    tally_.add("held", !is_there && !is_moving && is_held_);
+    if (!is_there && !is_moving && !is_held_)
       fail("it rests, and no pair holds it back; the way that is left is", (target - state_).norm());
   }
 
@@ -285,16 +285,16 @@ class Drive {
   bool step(const VectorXd& target) {
     if ((target - state_).norm() < kArrived) return false;
     rows_.update(scene_, derivatives_, family_.damper);
-    summary_.left_out += rows_.leftOut() > 0;
+    tally_.add("left_out", rows_.leftOut() > 0);
     std::optional<YieldingVelocity> found = yieldingVelocity(program(target));
     if (!found) found = yieldingVelocity(presentProgram(target));
-    summary_.not_solved += !found;
+    tally_.add("not_solved", !found);
     if (!found) fail("no velocity was found at the distance", state_.norm());
     velocity_ = found ? found->velocity : VectorXd(VectorXd::Zero(state_.size()));
     is_held_ = found && found->pushes.maxCoeff() > 0.0;
     countDirections();
     for (Eigen::Index i = 0; i < velocity_.size(); ++i)
-      if (speeds_[i] > 0.0) summary_.fastest = std::max(summary_.fastest, std::abs(velocity_[i]) / speeds_[i]);
+      if (speeds_[i] > 0.0) tally_.raise("fastest", std::abs(velocity_[i]) / speeds_[i]);
     if (!(velocity_.cwiseAbs().array() <= (1.0 + 1e-9) * speeds_.array() + 1e-9).all())
       fail("a joint is faster than its limit:", velocity_.cwiseAbs().maxCoeff());
     place((state_ + kStep * velocity_).cwiseMax(lower_).cwiseMin(upper_));
@@ -343,7 +343,7 @@ class Drive {
     for (const PairProximity& pair : below(kStop + 0.005)) {
       const auto start = least_.find(keyOf(pair.asked));
       const double above = pair.result.distance - (start == least_.end() ? stopOf(pair) : start->second);
-      summary_.nearest = std::min(summary_.nearest, above);
+      tally_.lower("nearest", above);
       if (above < -kLoss)
         fail(robot_.links[pair.asked.a.link()].name + " - " + robot_.links[pair.asked.b.link()].name +
                  " come too near, by [m]",
@@ -359,7 +359,7 @@ class Drive {
   Derivatives derivatives_;
   ConstraintRows rows_;
   RememberedRows remembered_;
-  DriveSummary& summary_;
+  stress::Tally& tally_;
   VectorXd lower_, upper_, speeds_;
   VectorXd state_, velocity_, directions_, changes_;
   std::map<std::pair<int, int>, double> least_;  // the distance of pairs that are below the stop distance at the start
@@ -368,34 +368,45 @@ class Drive {
 
 }  // namespace
 
-void DriveSummary::merge(const DriveSummary& other) {
-  drives += other.drives;
-  steps += other.steps;
-  arrived += other.arrived;
-  held += other.held;
-  moving += other.moving;
-  fastest = std::max(fastest, other.fastest);
-  nearest = std::min(nearest, other.nearest);
-  sign_changes = std::max(sign_changes, other.sign_changes);
-  not_solved += other.not_solved;
-  left_out += other.left_out;
-  seconds += other.seconds;
-  failed += other.failed;
-  failures.insert(failures.end(), other.failures.begin(), other.failures.end());
-}
-
-std::vector<DriveSummary> runDrives(const DriveRun& run, std::atomic<std::int64_t>& done) {
-  const narrowphase::Rounds rounds(driveFamilies(), run.family, static_cast<double>(run.drives));
-  return rounds.observe<DriveSummary>(run.threads, [&](std::size_t family, std::int64_t number, DriveSummary& summary) {
-    const auto start = Clock::now();
-    Drive drive(driveFamilies()[family], chanceOf(run.seed, family, number), summary);
-    drive.observe(run.duration);
-    summary.seconds += std::chrono::duration<double>(Clock::now() - start).count();
-    ++done;
-    if (drive.failure.empty()) return;
-    ++summary.failed;
-    if (summary.failures.size() < narrowphase::kFailuresKept) summary.failures.push_back({number, drive.failure});
-  });
-}
-
 }  // namespace proximity_server::scene
+
+namespace proximity_server::stress {
+
+Campaign driveCampaign(double duration) {
+  using namespace scene;
+  Campaign campaign{"drive_stress", "Looks for drives with ~constraints that come too near, race, tremble or rest.",
+                    "drives", "cell"};
+  campaign.option = "--drives";
+  campaign.usual = 50;
+  campaign.record_file = "recorded_drives.jsonl";
+  campaign.families = namesOf(driveFamilies());
+  campaign.ask = [duration](const Part& part, Tally& tally) {
+    const Stopwatch watch;
+    Drive drive(driveFamilies()[part.family], chanceOf(part), tally);
+    drive.observe(duration);
+    tally.add("seconds", watch.seconds());
+    if (!drive.failure.empty()) tally.fail({part.number, drive.failure, {}});
+  };
+  campaign.name_width = 16;
+  campaign.columns = {count("drives", 7, "drives"),
+                      count("arrived", 8, "arrived"),
+                      count("held", 7, "held"),
+                      count("moving", 7, "moving"),
+                      number("fastest", 8, "%*.3f", "fastest"),
+                      {"nearest mm", 10, "%*.3f", [](const Tally& tally) { return 1e3 * tally["nearest"]; }},
+                      number("turns/s", 8, "%*.2f", "turns"),
+                      count("unsolved", 8, "not_solved"),
+                      ratio("ms/step", 9, "%*.3f", "seconds", "steps", 1e3),
+                      failures(8)};
+  campaign.legend =
+      "held: rests before the target, and the pairs that hold it are named; moving: the time was over; fastest: "
+      "velocity of a joint,\n"
+      "as a part of the URDF's limit; nearest: smallest distance less the stop distance, or less that at the start, if "
+      "it is below;\n"
+      "turns/s: changes of direction of one joint. A failure ends its drive.";
+  return campaign;
+}
+
+Campaign driveCampaign() { return driveCampaign(20.0); }
+
+}  // namespace proximity_server::stress

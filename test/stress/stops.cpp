@@ -1,34 +1,35 @@
-#include "stress/stop_run.h"
-
+// ./dev stress stops: stops robots, and looks at them on the way.
+//
+// 1. Take a random state, random velocities, brakes and latency, and stop distances near the distance of the closest
+//    pair.
+// 2. Move the robot with its scaled velocities for the latency, and brake, in fine steps of time. No pair may be below
+//    its stop distance or, if it is too near at the start, nearer than at the start; both less than the stated
+//    tolerance.
+// 3. If the scale is below 1, look at the stop from the unscaled velocities in the same way: if every pair that is too
+//    near moves away all the time, and no other one comes near, the retreat was slowed.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
 
 #include "proximity_server/scene/derivative/velocity_scale.h"
-#include "scene/derivative/moved_robot.h"
 #include "stress/controlled_robots.h"
-#include "stress/rounds.h"
 
 namespace proximity_server::scene {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
+constexpr int kStopsOfCell = 100;
 constexpr int kSteps = 24;  // of a stop
 
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// Parts of the time of a stop.
+/// Returns parts of the time of a stop.
 std::vector<double> evenSteps() {
   std::vector<double> steps;
   for (int i = 1; i <= kSteps; ++i) steps.push_back(static_cast<double>(i) / kSteps);
   return steps;
 }
 
-/// The same, each 2 % longer than the one before.
+/// Returns parts of the time of a stop, each 2 % longer than the one before.
 std::vector<double> stepsFromTheStart() {
   std::vector<double> steps;
   for (double step = 1e-8; step < 1.0; step *= 1.02) steps.push_back(step);
@@ -42,7 +43,7 @@ struct Braked {
 
   double duration(double scale) const { return latency + scale * braking; }
 
-  /// [s] How long the unscaled velocities would need to get as far as the robot got after a time.
+  /// Returns the time [s] that the unscaled velocities would need to get as far as the robot got after `time`.
   double wayAfter(double time, double scale) const {
     if (time <= latency) return scale * time;
     const double since = time - latency;
@@ -50,18 +51,11 @@ struct Braked {
   }
 };
 
-class Cell {
+class Cell : public ControlledCell {
  public:
-  Cell(const ControlFamily& family, Chance chance, StopSummary& summary)
-      : chance_(chance),
-        model_(family.robot ? family.robot : someRobot(chance_)),
-        scene_(model_),
-        moving_(model_),
-        summary_(summary) {
-    if (!family.has_objects) return;
-    objects_ = someObjects(model_, chance_);
-    scene_.use(objects_);
-    moving_.use(objects_);
+  Cell(const ControlFamily& family, Chance chance, stress::Tally& tally)
+      : ControlledCell(family, chance), moving_(model_), tally_(tally) {
+    if (objects_) moving_.use(objects_);
   }
 
   void observe() {
@@ -71,8 +65,6 @@ class Cell {
       observeStop();
     }
   }
-
-  std::string failure;
 
  private:
   using Key = std::tuple<int, int, int, int>;
@@ -86,8 +78,7 @@ class Cell {
       const Joint& joint = model_->robot.joints[i];
       positions_[i] = chance_.between(std::max(joint.lower, -3.0), std::min(joint.upper, 3.0));
     }
-    frames_.clear();
-    if (objects_) frames_ = someFrames(*objects_, chance_);
+    moveFrames();
   }
 
   void chooseStop() {
@@ -120,11 +111,9 @@ class Cell {
     stop_ = {beside(nearestOf(PairKind::OfLinks)), objects_ ? beside(nearestOf(PairKind::WithObject)) : 0.0};
   }
 
-  void place(const BodyPoses& poses) { objects_ ? scene_.update(poses, frames_) : scene_.update(poses); }
-
   double stopDistanceOf(const ShapeRefPair& pair) const { return !pair.areLinks() ? stop_.objects : stop_.links; }
 
-  /// Where the joints are after they moved as long as the velocities need for a way; at their limits they rest.
+  /// Returns the poses after the joints moved with their unscaled velocities for a time [s]; at their limits they rest.
   BodyPoses posesAfter(double way) const {
     std::vector<double> positions = positions_;
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -160,25 +149,26 @@ class Cell {
   }
 
   void observeStop() {
-    const auto start = Clock::now();
+    const stress::Stopwatch watch;
     const VelocityScale answer = velocityScale(moving_, scene_, state_, braking_, stop_);
-    summary_.microseconds += 1e6 * secondsSince(start);
-    ++summary_.stops;
-    summary_.slowed += answer.scale > 0.0 && answer.scale < 1.0 ? 1 : 0;
-    summary_.halted += answer.scale == 0.0 ? 1 : 0;
-    summary_.open += answer.status != narrowphase::Status::Converged ? 1 : 0;
+    const bool converged = answer.status == narrowphase::Status::Converged;
+    tally_.add("seconds_of_scales", watch.seconds());
+    tally_.add("stops");
+    tally_.add("slowed", answer.scale > 0.0 && answer.scale < 1.0);
+    tally_.add("halted", answer.scale == 0.0);
+    tally_.add("open", !converged);
     if (answer.status == narrowphase::Status::Unknown) failure = "a scale is unknown";
     place(state_.poses);
     const std::map<Key, PairProximity> too_near = near(kRetreatTolerance);
     if (answer.scale > 0.0) stopFrom(answer.scale, too_near);
     const bool is_retreat = isRetreat(too_near, evenSteps());
-    summary_.retreats += is_retreat && !too_near.empty() ? 1 : 0;
+    tally_.add("retreats", is_retreat && !too_near.empty());
     if (answer.scale == 1.0 || !is_retreat) return;
     // A depth may grow at first, until another direction is the shortest way out.
-    if (answer.status == narrowphase::Status::Converged && isRetreat(too_near, stepsFromTheStart()))
+    if (converged && isRetreat(too_near, stepsFromTheStart()))
       failure = "a retreat is slowed to " + std::to_string(answer.scale);
     const bool is_below_zero = stop_.links < 0.0 || stop_.objects < 0.0;
-    summary_.unneeded += answer.status == narrowphase::Status::Converged || is_below_zero ? 0 : 1;
+    tally_.add("unneeded", !converged && !is_below_zero);
   }
 
   void stopFrom(double scale, const std::map<Key, PairProximity>& too_near) {
@@ -214,51 +204,48 @@ class Cell {
     return true;
   }
 
-  // [m] The poses of a motion are products of screws, and those of forwardKinematics() of its joints: both are rounded, in lengths
-  // of a few metres.
+  // [m] The poses of a motion are products of screws, and those of forwardKinematics() of its joints: both are rounded,
+  // in lengths of a few metres.
   static constexpr double kRounding = 1e-13;
 
-  Chance chance_;
-  const std::shared_ptr<const SceneModel> model_;
-  Scene scene_;
   MovingScene moving_;
-  std::shared_ptr<const Objects> objects_;
   std::vector<double> positions_;
-  FramePoses frames_;
   MovingState state_;
   Braking braking_;
   PairDistances stop_;
-  StopSummary& summary_;
+  stress::Tally& tally_;
 };
 
 }  // namespace
-
-void StopSummary::merge(const StopSummary& other) {
-  stops += other.stops;
-  slowed += other.slowed;
-  halted += other.halted;
-  retreats += other.retreats;
-  open += other.open;
-  unneeded += other.unneeded;
-  microseconds += other.microseconds;
-  seconds += other.seconds;
-  failed += other.failed;
-  failures.insert(failures.end(), other.failures.begin(), other.failures.end());
-}
-
-std::vector<StopSummary> runStops(const StopRun& run, std::atomic<std::int64_t>& done) {
-  const narrowphase::Rounds rounds(controlFamilies(), run.family, static_cast<double>(run.stops) / kStopsOfCell);
-  return rounds.observe<StopSummary>(run.threads, [&](std::size_t family, std::int64_t number, StopSummary& summary) {
-    const auto start = Clock::now();
-    const std::int64_t before = summary.stops;
-    Cell cell(controlFamilies()[family], chanceOf(run.seed, family, number), summary);
-    cell.observe();
-    summary.seconds += secondsSince(start);
-    done += summary.stops - before;
-    if (cell.failure.empty()) return;
-    ++summary.failed;
-    if (summary.failures.size() < narrowphase::kFailuresKept) summary.failures.push_back({number, cell.failure});
-  });
-}
-
 }  // namespace proximity_server::scene
+
+namespace proximity_server::stress {
+
+Campaign stopCampaign() {
+  using namespace scene;
+  Campaign campaign{"stop_stress", "Looks for velocity scales that end too near, and for retreats that they slow.",
+                    "stops", "cell"};
+  campaign.option = "--stops";
+  campaign.usual = 20000;
+  campaign.cases_of_part = kStopsOfCell;
+  campaign.record_file = "recorded_stops.jsonl";
+  campaign.families = namesOf(controlFamilies());
+  campaign.ask = [](const Part& part, Tally& tally) { askCell<Cell>(controlFamilies()[part.family], part, tally); };
+  campaign.columns = {count("stops", 9, "stops"),
+                      count("slowed", 9, "slowed"),
+                      count("halted", 9, "halted"),
+                      count("retreats", 9, "retreats"),
+                      count("open", 8, "open"),
+                      count("unneeded", 9, "unneeded"),
+                      ratio("us/scale", 9, "%*.1f", "seconds_of_scales", "stops", 1e6),
+                      ratio("us", 8, "%*.1f", "seconds", "stops", 1e6),
+                      failures(8)};
+  campaign.legend =
+      "slowed, halted: with a scale below 1, of 0; retreats: from pairs that are too near; open: not Converged; "
+      "unneeded: of\n"
+      "these, slowed retreats with stop distances of at least 0; us/scale: time of the answer; us: with all checks. "
+      "A failure ends its cell.";
+  return campaign;
+}
+
+}  // namespace proximity_server::stress

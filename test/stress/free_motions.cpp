@@ -1,7 +1,12 @@
-#include "stress/free_motion_run.h"
-
+// ./dev stress free-motions: moves robots to the border of their bubbles, and measures the distance on the way there.
+//
+// 1. Of a random pair: take any threshold below its lower bound, and go to the border of its bubble in random
+//    directions, along one degree of freedom, along the gradient of the distance, and along the one that brings the two
+//    together fastest for its weight.
+// 2. Of a whole scene: find the bubbles, and go to their border in random directions.
+// 3. At the border, or at a random place on the straight way there, no upper bound of a distance may be below its
+//    threshold.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "proximity_server/scene/derivative/derivatives.h"
@@ -9,38 +14,30 @@
 #include "scene/derivative/moved_robot.h"
 #include "scene/objects/placed_object.h"
 #include "stress/controlled_robots.h"
-#include "stress/rounds.h"
 
 namespace proximity_server::scene {
 namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kStates = 10;         // of a cell
-constexpr int kPairs = 8;           // of a state
-constexpr int kMotionsOfPair = 20;  // and 40 of the whole scene
+constexpr int kMotionsOfCell = 2000;
+constexpr int kStates = 10;  // of a cell
+constexpr int kPairs = 8;    // of a state
+constexpr int kMotionsOfPair = 20;
 constexpr int kMotionsOfScene = kMotionsOfCell / kStates - kPairs * kMotionsOfPair;
 constexpr int kMotionsPerReach = 200;  // the true reach is looked for in one of so many
 
-std::shared_ptr<const SceneModel> robotOf(const ControlFamily& family, Chance& chance) {
-  return family.robot ? family.robot : someRobot(chance);
-}
-
-class Cell {
+class Cell : public ControlledCell {
  public:
-  Cell(const ControlFamily& family, Chance chance, FreeMotionSummary& summary)
-      : chance_(chance),
-        model_(robotOf(family, chance_)),
-        scene_(model_),
+  Cell(const ControlFamily& family, Chance chance, stress::Tally& tally)
+      : ControlledCell(family, chance),
         derivatives_(model_),
         free_(model_),
         columns_(model_->robot),
         weights_(columns_.size()),
         gradient_(columns_.size()),
-        summary_(summary) {
-    if (!family.has_objects) return;
-    objects_ = someObjects(model_, chance_);
-    scene_.use(objects_);
+        tally_(tally) {
+    if (!objects_) return;
     derivatives_.use(objects_);
     free_.use(objects_);
     for (const int number : objects_->numbers()) refs_.push_back(ShapeRef::ofObject(number));
@@ -51,7 +48,7 @@ class Cell {
       if (model_->robot.hasGeometry(link)) refs_.push_back({link});
     for (int state = 0; state < kStates && failure.empty(); ++state) {
       start_ = somePoses(model_->robot, columns_, chance_);
-      if (objects_) frames_ = someFrames(*objects_, chance_);
+      moveFrames();
       place(start_);
       derivatives_.update(start_);
       free_.update(start_);
@@ -60,19 +57,15 @@ class Cell {
     }
   }
 
-  std::string failure;
-
  private:
-  void place(const BodyPoses& poses) { objects_ ? scene_.update(poses, frames_) : scene_.update(poses); }
-
   bool isUnbounded(const ShapeRef& ref) const {
     return ref.isObject() && objects_->placed(ref.object())->isUnbounded();
   }
 
   ShapeRefPair somePair() {
     for (;;) {
-      const auto one = [&] { return refs_[static_cast<std::size_t>(chance_.below(static_cast<int>(refs_.size())))]; };
-      const ShapeRefPair pair{one(), one()};
+      const ShapeRef a = chance_.oneOf(refs_), b = chance_.oneOf(refs_);
+      const ShapeRefPair pair{a, b};
       if (pair.a == pair.b || (pair.a.isLink() && pair.a.link() == pair.b.link()) ||
           (isUnbounded(pair.a) && isUnbounded(pair.b)))
         continue;
@@ -80,7 +73,7 @@ class Cell {
     }
   }
 
-  /// Towards the border of a bubble, in one of several ways.
+  /// Returns a direction towards the border of a bubble, of one of four kinds.
   VectorXd direction(int kind) {
     VectorXd motion = VectorXd::Zero(columns_.size());
     const auto column = [&] { return chance_.below(columns_.size()); };
@@ -113,17 +106,17 @@ class Cell {
       motion *= free / way * (1.0 - 1e-14);
       const double part = i % 2 == 0 ? 1.0 : chance_.between(0, 1);
       const double nearest = nearestAfter(part * motion, pair);
-      ++summary_.motions;
-      summary_.overlaps += before.result.distance < 0.0 ? 1 : 0;
+      tally_.add("motions");
+      tally_.add("overlaps", before.result.distance < 0.0);
       const double used = (before.result.lower_bound - nearest) / free;
-      summary_.most_used = std::max(summary_.most_used, used);
-      if (kind == 2 && part == 1.0) {
-        summary_.used += used;
-        ++summary_.along_gradient;
-      }
+      tally_.raise("most_used", used);
+      const bool is_along_gradient = kind == 2 && part == 1.0;
+      tally_.add("along_gradient", is_along_gradient);
+      tally_.add("used_along_gradient", is_along_gradient ? used : 0.0);
       if (!(nearest >= threshold))
         failure = "a pair comes below its threshold by " + std::to_string(threshold - nearest) + " m";
-      if (summary_.motions % kMotionsPerReach == 0) summary_.reaches.push_back(1.0 / reachOf(motion, pair, threshold));
+      if (std::fmod(tally_["motions"], kMotionsPerReach) == 0.0)
+        tally_.sample("reach", 1.0 / reachOf(motion, pair, threshold));
     }
   }
 
@@ -166,8 +159,8 @@ class Cell {
       }
       if (!free_.contains(motion * (1.0 - 1e-14))) failure = "a scaled motion is not in the bubbles";
       place(moved(model_->robot, columns_, start_, i % 4 < 2 ? motion : VectorXd(chance_.between(0, 1) * motion)));
-      ++summary_.motions;
-      ++summary_.of_scenes;
+      tally_.add("motions");
+      tally_.add("of_scenes");
       considerScene(PairKind::OfLinks, question.thresholds.links);
       if (objects_) considerScene(PairKind::WithObject, question.thresholds.objects);
     }
@@ -182,50 +175,43 @@ class Cell {
                   std::to_string(threshold - pair.result.upper_bound) + " m";
   }
 
-  Chance chance_;
-  const std::shared_ptr<const SceneModel> model_;
-  Scene scene_;
   Derivatives derivatives_;
   FreeMotion free_;
   const DegreesOfFreedom columns_;
-  std::shared_ptr<const Objects> objects_;
   std::vector<ShapeRef> refs_;
-  FramePoses frames_;
   BodyPoses start_;
   VectorXd weights_, gradient_;
-  FreeMotionSummary& summary_;
+  stress::Tally& tally_;
 };
 
 }  // namespace
-
-void FreeMotionSummary::merge(const FreeMotionSummary& other) {
-  motions += other.motions;
-  overlaps += other.overlaps;
-  of_scenes += other.of_scenes;
-  most_used = std::max(most_used, other.most_used);
-  used += other.used;
-  along_gradient += other.along_gradient;
-  reaches.insert(reaches.end(), other.reaches.begin(), other.reaches.end());
-  seconds += other.seconds;
-  failed += other.failed;
-  failures.insert(failures.end(), other.failures.begin(), other.failures.end());
-}
-
-std::vector<FreeMotionSummary> runFreeMotions(const FreeMotionRun& run, std::atomic<std::int64_t>& done) {
-  const double cells = static_cast<double>(run.motions) / kMotionsOfCell;
-  const narrowphase::Rounds rounds(controlFamilies(), run.family, cells);
-  return rounds.observe<FreeMotionSummary>(
-      run.threads, [&](std::size_t family, std::int64_t number, FreeMotionSummary& summary) {
-        const auto start = std::chrono::steady_clock::now();
-        const std::int64_t before = summary.motions;
-        Cell cell(controlFamilies()[family], chanceOf(run.seed, family, number), summary);
-        cell.observe();
-        summary.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        done += summary.motions - before;
-        if (cell.failure.empty()) return;
-        ++summary.failed;
-        if (summary.failures.size() < narrowphase::kFailuresKept) summary.failures.push_back({number, cell.failure});
-      });
-}
-
 }  // namespace proximity_server::scene
+
+namespace proximity_server::stress {
+
+Campaign freeMotionCampaign() {
+  using namespace scene;
+  Campaign campaign{"free_motion_stress", "Looks for free motions that are not free.", "motions", "cell"};
+  campaign.option = "--motions";
+  campaign.usual = 1000000;
+  campaign.cases_of_part = kMotionsOfCell;
+  campaign.record_file = "recorded_free_motions.jsonl";
+  campaign.families = namesOf(controlFamilies());
+  campaign.ask = [](const Part& part, Tally& tally) { askCell<Cell>(controlFamilies()[part.family], part, tally); };
+  campaign.columns = {count("motions", 10, "motions"),
+                      count("overlaps", 10, "overlaps"),
+                      count("of scenes", 10, "of_scenes"),
+                      number("most used", 9, "%*.6f", "most_used"),
+                      ratio("gradient", 9, "%*.3f", "used_along_gradient", "along_gradient"),
+                      {"of reach", 9, "%*.3f", [](const Tally& tally) { return tally.quantile("reach", 0.5); }},
+                      ratio("us", 8, "%*.2f", "seconds", "motions", 1e6),
+                      failures(8)};
+  campaign.legend =
+      "most used: the largest part of the free distance by which a pair came nearer; gradient: its mean of motions "
+      "along\n"
+      "the gradient; of reach: the median of the guaranteed over the true reach of a motion; us: time of a motion.\n"
+      "A failure ends its cell.";
+  return campaign;
+}
+
+}  // namespace proximity_server::stress
