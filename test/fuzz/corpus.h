@@ -9,7 +9,7 @@
 
 namespace proximity_server::fuzz {
 
-/// Every file of a folder of the corpus; returns how many there were.
+/// Tries every file of a folder of the corpus, and returns how many there were.
 inline int tryAll(const std::string& folder, void (*target)(const std::string&)) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(PROXIMITY_SOURCE_DIR "/test/fuzz/corpus/" + folder)) {

@@ -5,8 +5,8 @@
 
 namespace proximity_server::fuzz {
 
-// What a stranger's bytes may do: be taken, with a result that keeps its promises, or be refused with
-// std::invalid_argument. Anything else ends the program.
+// A stranger's bytes may be taken, with a result that keeps its promises, or be refused with std::invalid_argument.
+// Anything else ends the program.
 
 /// First byte: the format ('s'TL, 'o'BJ, else DAE); the rest: the file.
 void tryMesh(const std::string& bytes);
@@ -20,7 +20,7 @@ void tryStates(const std::string& bytes);
 /// First byte: the format ('s'cene of MoveIt, else YAML); the rest: a file of objects.
 void tryObjectFile(const std::string& bytes);
 
-// Of the node.
+// The inputs of the node.
 
 /// Two messages of changes of objects, one after the other, see RequestBytes.
 void tryObjects(const std::string& bytes);

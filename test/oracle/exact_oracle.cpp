@@ -33,7 +33,7 @@ bool isZero(const Integers& x) { return x[0] == 0 && x[1] == 0 && x[2] == 0; }
 
 std::vector<Eigen::Vector3d> verticesOf(const Shape& shape) {
   if (shape.kind() == Shape::Kind::Hull) return shape.hull().vertices();
-  // Of a segment and a point some of the corners are equal, which does no harm.
+  // Some of the corners of a segment and of a point are equal, which does no harm.
   std::vector<Eigen::Vector3d> corners;
   for (const double x : {-1.0, 1.0})
     for (const double y : {-1.0, 1.0})

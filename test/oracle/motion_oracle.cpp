@@ -67,7 +67,7 @@ long double speedLimitOf(const MotionChain& chain, long double reach) {
   return speed;
 }
 
-/// Of the pose of a point in the first frame, moved to `origin` [m].
+/// Returns the rounding [m] of a point in the first frame, moved to `origin` [m].
 double roundingOf(const MotionChain& chain, const Eigen::Vector3d& origin, double reach) {
   constexpr double kFewEpsilon = 16.0 * std::numeric_limits<double>::epsilon();
   double rounding = kFewEpsilon * reach;

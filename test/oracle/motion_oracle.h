@@ -48,7 +48,7 @@ struct MovingPair {
   double rounding() const;
 };
 
-/// What is known of a signed distance [m].
+/// Bounds of a signed distance [m].
 struct DistanceBounds {
   long double low = -std::numeric_limits<long double>::infinity();
   long double high = std::numeric_limits<long double>::infinity();
@@ -61,8 +61,8 @@ struct DistanceBounds {
 /// the bounds are widened by 2 epsilon scale, 4e-16 m for shapes of a metre.
 DistanceBounds exactDistanceAt(const MovingPair& pair, long double time, int max_cells = 200000);
 
-/// The same by signedDistance of the library and its bounds, widened by their rounding; microseconds. Not independent
-/// of the narrowphase at one time, which has a stress run of its own, but of all that moves.
+/// Bounds of the same distance by signedDistance() of the library, widened by their rounding; microseconds. Not
+/// independent of the narrowphase at one time, which has a stress run of its own, but of all that moves.
 DistanceBounds fastDistanceAt(const MovingPair& pair, long double time, double tolerance = 1e-13);
 
 /// A signed distance as a function of time, and how fast it may change.

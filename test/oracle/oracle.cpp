@@ -84,7 +84,7 @@ Vector3l nearestToAxis(const Vector3l& n0, const Vector3l& c, const Vector3l& d)
   return c + std::clamp(t, 0.0L, 1.0L) * (d - c);
 }
 
-/// Where the axis through 0 along n0 meets the triangle; the first corner where it does not.
+/// Returns the point in which the axis through 0 along n0 meets the triangle; the first corner if it does not meet it.
 Vector3l onAxis(const Vector3l& n0, const std::array<Vector3l, 3>& triangle) {
   const auto& [c, d, e] = triangle;
   const Vector3l weights(n0.dot(d.cross(e)), n0.dot(e.cross(c)), n0.dot(c.cross(d)));

@@ -44,7 +44,7 @@ Shape randomHull(std::mt19937& random, int points, const Eigen::Vector3d& half_a
 Eigen::Vector3d randomDirection(std::mt19937& random);
 Eigen::Isometry3d randomPose(std::mt19937& random, double reach);
 
-/// The same pair with b moved along the true normal until the signed distance is `distance`; in overlap the result is
+/// Moves b of a pair along the true normal until the signed distance is `distance`; in overlap the result is
 /// no deeper than that.
 PairCase movedTo(double distance, PairCase pair_case);
 

@@ -13,7 +13,7 @@
 
 namespace proximity_server::node {
 
-/// What can go wrong between a robot and tf.
+/// The faults that may happen between a robot and tf.
 enum class TfFault {
   None,
   Silence,          ///< nothing comes any more
@@ -37,7 +37,7 @@ enum class TfFault {
   TwoPublishers,   ///< a second one says kDisplacement in between the messages of the first
 };
 
-/// What a fault may do to the answers.
+/// The effect of a fault on the answers.
 enum class TfEffect {
   None,      ///< they stay right
   Blinds,    ///< there are none: INVALID, once the last good transforms are older than max_tf_age
@@ -64,7 +64,7 @@ class FaultyTf {
   /// Spoils the transform to `child_frame` from the next message on; "": all of them. None heals.
   void apply(TfFault fault, const std::string& child_frame = "");
 
-  /// Publishes these healthy transforms, or what the fault makes of them.
+  /// Publishes these healthy transforms, spoiled by the fault.
   void send(const std::vector<geometry_msgs::TransformStamped>& transforms);
 
  private:
@@ -80,7 +80,7 @@ class FaultyTf {
   ros::Publisher publisher_;
 };
 
-/// A FaultyTf that sends what `transforms` says of the current time, at `rate` [Hz] of wall time.
+/// A FaultyTf that sends the transforms of the current time, at `rate` [Hz] of wall time.
 class TfStream {
  public:
   using Source = std::function<std::vector<geometry_msgs::TransformStamped>(const ros::Time& now)>;

@@ -12,7 +12,7 @@
 
 namespace proximity_server::node {
 
-/// What one client does: calls a service again and again.
+/// The task of a client: it calls a service again and again.
 struct Calling {
   std::string service;
   Connection connection;
@@ -24,7 +24,8 @@ struct Calls {
   std::size_t failed = 0;      ///< lost, or answered without success
 };
 
-/// What a client process does: reads a task from `input`, calls, writes the outcome to `output`, until the input ends.
+/// Reads tasks from `input`, does them and writes the outcomes to `output`, until the input ends: the main() of a
+/// client process.
 void runClient(int input, int output);
 
 /// Processes that run runClient(): our own program, with the arguments "--client INPUT OUTPUT".

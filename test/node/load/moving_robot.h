@@ -24,10 +24,10 @@ class MovingRobot {
   /// [rad] or [m] of each of RobotModel::joints.
   std::vector<double> positionsAt(const ros::Time& time) const;
 
-  /// What robot_state_publisher would say of the movable joints.
+  /// The transforms of the movable joints, as robot_state_publisher has them.
   std::vector<geometry_msgs::TransformStamped> transformsAt(const ros::Time& time) const;
 
-  /// Those joints that have a position of their own.
+  /// The positions of the joints that have one of their own.
   sensor_msgs::JointState jointStateAt(const ros::Time& time) const;
 
  private:

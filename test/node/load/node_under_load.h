@@ -49,7 +49,7 @@ std::unique_ptr<ChildProcess> startNode(const std::map<std::string, XmlRpc::XmlR
 /// Whether there is such a service within so many seconds. Unlike roscpp's own wait it says nothing about it.
 bool awaitService(const std::string& service, double seconds);
 
-/// The same of the node.
+/// Waits for the services of the node.
 bool awaitNode(double seconds);
 
 /// How regularly a monitor ran.
