@@ -1,15 +1,14 @@
-// Answers of SceneBatch about the states that it reads from standard input, without Python: the tests compare them with those of the
-// module, to the last bit.
+// Answers of SceneBatch about the states that it reads from standard input, without Python: the tests compare them with
+// those of the module, to the last bit.
 //
 // usage: python_batch_answers URDF SRDF PACKAGES DISTANCE K <states
 //
-// A state is a line of positions; a row is a line of the question, the state and the fields. Numbers have all of their bits.
+// A state is a line of positions; a row is a line of the question, the state and the fields. Numbers have all of their
+// bits.
 
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <memory>
 #include <sstream>
 #include <string>
@@ -19,15 +18,10 @@
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "scene/example_robots.h"
 
 namespace proximity_server::scene {
 namespace {
-
-std::string textOf(const char* path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::vector<std::string> foldersOf(const std::string& path_list) {
   std::istringstream stream(path_list);
@@ -37,10 +31,9 @@ std::vector<std::string> foldersOf(const std::string& path_list) {
 }
 
 std::shared_ptr<const SceneModel> load(char** arguments) {
-  ModelOptions options;
-  options.mesh_cache = userMeshCache();
-  return std::make_shared<const SceneModel>(makeSceneModel(
-      loadRobotModel(textOf(arguments[1]), packageResolver(foldersOf(arguments[3])), options), textOf(arguments[2])));
+  const MeshResolver resolve = packageResolver(foldersOf(arguments[3]));
+  return std::make_shared<const SceneModel>(
+      makeSceneModel(loadRobotModel(readFile(arguments[1]), resolve, cachedLoading()), readFile(arguments[2])));
 }
 
 Eigen::MatrixXd readStates(Eigen::Index joints) {
