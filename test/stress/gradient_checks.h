@@ -19,7 +19,7 @@ struct GradientSample {
   ShapeRefPair pair;
 };
 
-/// Where samples come from.
+/// A source of samples.
 struct GradientFamily {
   std::string name;
   std::shared_ptr<const SceneModel> model;
@@ -31,8 +31,8 @@ struct GradientFamily {
 /// Every pair of two kinds of shapes, as objects "a" and "b" of a robot with joints of every type between them.
 std::vector<GradientFamily> pairsOfShapes();
 
-/// The demo robot, two of them in one model, and the one with objects; the example robots to test where they are found, and the same
-/// two of Panda.
+/// The demo robot, two of them in one model, and the one with objects; the example robots to test where they are found,
+/// and the same two of Panda.
 std::vector<GradientFamily> demoRobots();
 std::vector<GradientFamily> exampleRobots();
 
@@ -61,15 +61,17 @@ struct Difference {
   double error;
 };
 
-/// The two-sided derivative at time 0, extrapolated (Richardson) from three steps of time. Returns nullopt where the distance is not
-/// seen to be smooth around it: with each size of step, the extrapolations from two and from three steps differ, or that from a tenth
-/// of the size does; or an answer is not unique, or other <collision>s are the closest.
+/// The two-sided derivative at time 0, extrapolated (Richardson) from three steps of time. Returns nullopt where the
+/// distance is not seen to be smooth around it: with each size of step, the extrapolations from two and from three
+/// steps differ, or that from a tenth of the size does; or an answer is not unique, or other <collision>s are the
+/// closest.
 std::optional<Difference> centralDifference(const DistanceAlong& distance);
 
-/// The derivative at time 0 to the future side, extrapolated from four steps; nullopt where the distance is not smooth right after.
+/// The derivative at time 0 to the future side, extrapolated from four steps; nullopt where the distance is not smooth
+/// right after.
 std::optional<Difference> forwardDifference(const DistanceAlong& distance);
 
-/// What a sample showed.
+/// The result of a sample.
 struct GradientObservation {
   enum class Kind : unsigned char {
     Unmoved,     ///< nothing moves one against the other
@@ -81,7 +83,7 @@ struct GradientObservation {
   Kind kind;
   double distance = 0.0;
   double error = 0.0;    ///< of gradient . velocity, relative to the speed of the witness points against each other
-  double allowed = 0.0;  ///< what the differences add to it
+  double allowed = 0.0;  ///< error of the differences themselves
 };
 
 constexpr double kGradientError = 1e-7;
@@ -94,8 +96,8 @@ class GradientObserver {
 
   GradientObservation observe(unsigned seed);
 
-  /// Of the last observation that was Judged: the error that the same formula has with other points and another normal, in the frame
-  /// of the first body.
+  /// Returns the error that the same formula has, for the last observation that was Judged, with other points and
+  /// another normal. They are in the frame of the first body.
   double errorWith(const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b, const Eigen::Vector3d& normal);
 
   const PairProximity& lastPair() const { return pair_; }
