@@ -15,52 +15,37 @@ namespace proximity_server::narrowphase::exact_oracle_test {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-TEST(ExactOracle, KnowsTheGapOfBoxCorners) {
-  const ExactDistance d = exactDistance({Box{{2, 2, 2}}, Box{{2, 2, 2}}, at(5, 6, 14)});  // 3, 4, 12: 13
-  EXPECT_FALSE(d.overlap);
-  EXPECT_EQ(d.squared, 169);
-}
+struct Known {
+  const char* what;
+  Shape a, b;
+  Isometry3d a_T_b;
+  bool overlap;
+  mpq_class squared;
+};
 
-TEST(ExactOracle, KnowsAGapThatIsTheLastBitOfADouble) {
-  const ExactDistance d = exactDistance({Box{{1, 1, 1}}, Box{{1, 1, 1}}, at(1 + std::ldexp(1.0, -52), 0, 0)});
-  EXPECT_FALSE(d.overlap);
-  EXPECT_EQ(d.squared, mpq_class(std::ldexp(1.0, -104)));
-}
-
-TEST(ExactOracle, CallsTouchingAnOverlapOfDepthZero) {
-  const ExactDistance d = exactDistance({Box{{1, 1, 1}}, Box{{1, 1, 1}}, at(1, 0.25, 0.5)});
-  EXPECT_TRUE(d.overlap);
-  EXPECT_EQ(d.squared, 0);
-}
-
-TEST(ExactOracle, KnowsTheDepthOfIdenticalBoxes) {
-  const ExactDistance d = exactDistance({Box{{2, 3, 4}}, Box{{2, 3, 4}}, at(0, 0, 0)});
-  EXPECT_TRUE(d.overlap);
-  EXPECT_EQ(d.squared, 4);
-}
-
-TEST(ExactOracle, KnowsADepthThatIsNoDouble) {
+TEST(ExactOracle, KnowsDistancesOnPaper) {
+  const double ulp = std::ldexp(1.0, -52);
   // The slanted face is x + y + z = 0; the point stands 1/4 / sqrt(3) below it and 7/8 or more above the others.
-  const Shape corner = ConvexHull({{-1, -1, -1}, {2, -1, -1}, {-1, 2, -1}, {-1, -1, 2}});
-  const Shape point = ConvexHull({{0, 0, 0}});
-  const ExactDistance d = exactDistance({corner, point, at(-0.125, -0.125, 0)});
-  EXPECT_TRUE(d.overlap);
-  EXPECT_EQ(d.squared, mpq_class(1, 48));
-}
-
-TEST(ExactOracle, LeavesAFlatOverlapAtNoCost) {
+  const Shape corner = ConvexHull({{-1, -1, -1}, {2, -1, -1}, {-1, 2, -1}, {-1, -1, 2}}), point = hullOf({{0, 0, 0}});
   const Shape square = ConvexHull({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
-  const ExactDistance d = exactDistance({square, square, at(0.5, 0.25, 0)});
-  EXPECT_TRUE(d.overlap);
-  EXPECT_EQ(d.squared, 0);
-}
-
-TEST(ExactOracle, TakesTheRotationAsItIs) {
+  const Shape one = Box{{1, 1, 1}}, two = Box{{2, 2, 2}};
   Isometry3d sheared = at(3, 0, 0);
-  sheared.linear()(0, 0) = 1 + std::ldexp(1.0, -52);  // b reaches that much farther towards a
-  const ExactDistance d = exactDistance({Box{{2, 2, 2}}, Box{{2, 2, 2}}, sheared});
-  const mpq_class gap = mpq_class(1) - mpq_class(std::ldexp(1.0, -52));
-  EXPECT_EQ(d.squared, gap * gap);
+  sheared.linear()(0, 0) = 1 + ulp;  // b reaches that much farther towards a
+  const mpq_class gap = mpq_class(1) - mpq_class(ulp);
+  const Known cases[] = {
+      {"gap of box corners: 3, 4, 12", two, two, at(5, 6, 14), false, 169},
+      {"gap of the last bit of a double", one, one, at(1 + ulp, 0, 0), false, mpq_class(ulp * ulp)},
+      {"touching is an overlap of depth 0", one, one, at(1, 0.25, 0.5), true, 0},
+      {"depth of identical boxes", Box{{2, 3, 4}}, Box{{2, 3, 4}}, at(0, 0, 0), true, 4},
+      {"depth that is no double", corner, point, at(-0.125, -0.125, 0), true, mpq_class(1, 48)},
+      {"flat overlap", square, square, at(0.5, 0.25, 0), true, 0},
+      {"the rotation as it is", two, two, sheared, false, gap * gap},
+  };
+  for (const Known& c : cases) {
+    const ExactDistance d = exactDistance({c.a, c.b, c.a_T_b});
+    EXPECT_EQ(d.overlap, c.overlap) << c.what;
+    EXPECT_EQ(d.squared, c.squared) << c.what;
+  }
 }
 
 TEST(ExactOracle, RoundsOnlyTheResult) {
@@ -82,7 +67,7 @@ TEST(ExactOracle, AgreesWithTheLongDoubleOracleOnEveryPolytopePair) {
   for (const PairCase& c : pairsInEveryState(polytopes(), 1, /*seed=*/71)) {
     const Truth truth = signedDistanceOracle(c.pair());
     const long double exact = exactDistance(c.pair()).withMargins(c.pair());
-    // What gapAlong rounds: see signedDistanceOracle.
+    // gapAlong() rounds by as much, see signedDistanceOracle().
     const long double rounding = 16 * std::numeric_limits<long double>::epsilon() * c.pair().scale();
     EXPECT_GE(exact, truth.distance - rounding) << describe(c);
     EXPECT_LE(exact, truth.distance + truth.error_bound + rounding) << describe(c);
@@ -159,7 +144,7 @@ void visitRandomPoses(double size, int poses, const Visit& visit) {
       }
 }
 
-/// The same pair with b moved along the library's own normal, so that the gap is about `gap`.
+/// Moves b along the library's own normal, so that the gap is about `gap`.
 PairCase slidTo(double gap, PairCase c) {
   const SignedDistance now = signedDistance(c.a, c.b, c.a_T_b);
   c.a_T_b.pretranslate((gap - now.distance) * now.normal);

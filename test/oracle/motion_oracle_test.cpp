@@ -53,6 +53,12 @@ DistanceOverTime fastDistanceOf(const MovingPair& pair) {
   return {[pair](long double time) { return fastDistanceAt(pair, time); }, pair.speedLimit()};
 }
 
+void expectContactAt(long double expected, const FirstContact& found) {
+  ASSERT_TRUE(found.contact_by);
+  EXPECT_TRUE(isNear(found.free_until, expected, 1e-11L));
+  EXPECT_TRUE(isNear(*found.contact_by, expected, 1e-11L));
+}
+
 ScrewMotion translation(const Vector3d& from, const Vector3d& way) {
   return {at(from.x(), from.y(), from.z()), way, {0, 0, 0}};
 }
@@ -102,11 +108,9 @@ TEST(MotionOracle, FindsTheContactOfSpheresInTranslation) {
   const MovingPair pair{a, a_motion, b, b_motion};
   EXPECT_TRUE(firstContact(exactDistanceOf(pair), 0).never({0, 1}));
   const FirstContact found = firstContact(exactDistanceOf(pair), 0, {0, 2});
-  ASSERT_TRUE(found.contact_by);
+  expectContactAt(expected, found);
   EXPECT_LE(found.free_until, expected);
   EXPECT_GE(*found.contact_by, expected);
-  EXPECT_TRUE(isNear(found.free_until, expected, 1e-11L));
-  EXPECT_TRUE(isNear(*found.contact_by, expected, 1e-11L));
 }
 
 TEST(MotionOracle, FindsTheContactOfASphereOnAnArcWithABox) {
@@ -117,9 +121,7 @@ TEST(MotionOracle, FindsTheContactOfASphereOnAnArcWithABox) {
   const MotionChain still = {{at(0, 1, 0), {0, 0, 0}, {0, 0, 0}}};
   const long double expected = std::asin(0.7L) / static_cast<long double>(M_PI);
   const FirstContact found = firstContact(exactDistanceOf({sphere, arc, box, still}), 0);
-  ASSERT_TRUE(found.contact_by);
-  EXPECT_TRUE(isNear(found.free_until, expected, 1e-11L));
-  EXPECT_TRUE(isNear(*found.contact_by, expected, 1e-11L));
+  expectContactAt(expected, found);
 }
 
 /// A root of an increasing function by bisection.
@@ -145,9 +147,7 @@ TEST(MotionOracle, FindsTheContactOfAPointOnAHelixWithASphere) {
   const long double expected = rootOf([&](long double t) { return -distance(t); }, 0.9L, 1.0L);
   ASSERT_GT(distance(0.99L * expected), 0);
   const FirstContact found = firstContact(exactDistanceOf({point, helix, sphere, still}), 0);
-  ASSERT_TRUE(found.contact_by);
-  EXPECT_TRUE(isNear(found.free_until, expected, 1e-11L));
-  EXPECT_TRUE(isNear(*found.contact_by, expected, 1e-11L));
+  expectContactAt(expected, found);
 }
 
 TEST(MotionOracle, ProvesThatShapesNeverMeet) {

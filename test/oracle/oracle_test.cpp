@@ -25,39 +25,26 @@ testing::AssertionResult isNear(long double actual, long double expected, long d
 
 constexpr long double kExact = 1e-17L;
 
-TEST(Oracle, KnowsTheGapOfTwoSpheres) {
-  EXPECT_TRUE(isNear(oracle(Sphere{0.25}, Sphere{0.5}, at(3, 4, 0)), 4.25L, kExact));
-}
+struct Known {
+  const char* what;
+  Shape a, b;
+  Isometry3d a_T_b;
+  long double distance, tolerance;
+};
 
-TEST(Oracle, KnowsTheDepthOfTwoSpheres) {
-  EXPECT_TRUE(isNear(oracle(Sphere{0.25}, Sphere{0.5}, at(0.375, 0.5, 0)), -0.125L, kExact));
-}
-
-TEST(Oracle, KnowsTheSumOfRadiiOfConcentricSpheres) {
-  EXPECT_TRUE(isNear(oracle(Sphere{0.25}, Sphere{0.5}, at(0, 0, 0)), -0.75L, kExact));
-}
-
-TEST(Oracle, KnowsTheGapOfBoxCorners) {
-  EXPECT_TRUE(isNear(oracle(Box{{2, 2, 2}}, Box{{2, 2, 2}}, at(5, 6, 14)), 13.0L, 4 * kExact));  // 3, 4, 12: 13
-}
-
-TEST(Oracle, KnowsTheDepthOfIdenticalBoxes) {
-  EXPECT_TRUE(isNear(oracle(Box{{2, 3, 4}}, Box{{2, 3, 4}}, at(0, 0, 0)), -2.0L, kExact));
-}
-
-TEST(Oracle, KnowsTheGapOfAConeAndAPointBesideItsSlant) {
-  // Radius 3, height 4: slant of length 5. From the middle of the slant 1.25 outwards along (0.8, 0, 0.6).
-  const Shape point = ConvexHull({Vector3d(2.5, 0, 0.75)});
-  EXPECT_TRUE(isNear(oracle(Cone{3, 4}, point, at(0, 0, 0)), 1.25L, 4 * kExact));
-}
-
-TEST(Oracle, KnowsTheDepthOfAPointInACylinder) {
-  const Shape point = ConvexHull({Vector3d(0.5, 0, 0)});
-  EXPECT_TRUE(isNear(oracle(Cylinder{2, 8}, point, at(0, 0, 0)), -1.5L, 4 * kExact));
-}
-
-TEST(Oracle, KnowsTheGapOfEllipsoidsOnAnAxis) {
-  EXPECT_TRUE(isNear(oracle(Ellipsoid{{2, 1, 0.5}}, Ellipsoid{{0.5, 3, 1}}, at(4, 0, 0)), 1.5L, 4 * kExact));
+TEST(Oracle, KnowsDistancesOnPaper) {
+  const Known cases[] = {
+      {"gap of spheres", Sphere{0.25}, Sphere{0.5}, at(3, 4, 0), 4.25L, kExact},
+      {"depth of spheres", Sphere{0.25}, Sphere{0.5}, at(0.375, 0.5, 0), -0.125L, kExact},
+      {"concentric spheres", Sphere{0.25}, Sphere{0.5}, at(0, 0, 0), -0.75L, kExact},
+      {"gap of box corners: 3, 4, 12", Box{{2, 2, 2}}, Box{{2, 2, 2}}, at(5, 6, 14), 13.0L, 4 * kExact},
+      {"depth of identical boxes", Box{{2, 3, 4}}, Box{{2, 3, 4}}, at(0, 0, 0), -2.0L, kExact},
+      // Radius 3, height 4: slant of length 5. From the middle of the slant 1.25 outwards along (0.8, 0, 0.6).
+      {"point beside the slant of a cone", Cone{3, 4}, hullOf({{2.5, 0, 0.75}}), at(0, 0, 0), 1.25L, 4 * kExact},
+      {"point in a cylinder", Cylinder{2, 8}, hullOf({{0.5, 0, 0}}), at(0, 0, 0), -1.5L, 4 * kExact},
+      {"ellipsoids on an axis", Ellipsoid{{2, 1, 0.5}}, Ellipsoid{{0.5, 3, 1}}, at(4, 0, 0), 1.5L, 4 * kExact},
+  };
+  for (const Known& c : cases) EXPECT_TRUE(isNear(oracle(c.a, c.b, c.a_T_b), c.distance, c.tolerance)) << c.what;
 }
 
 TEST(Oracle, SaysWhatItCannotProveForCoaxialCylinders) {
