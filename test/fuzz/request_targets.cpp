@@ -23,6 +23,7 @@
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "robots/robots.h"
 #include "scene/files.h"
 #include "system/durations.h"
 
@@ -33,40 +34,24 @@ using namespace scene;
 using namespace node;
 namespace {
 
-const char* const kArm =
-    "<robot name='arm'><link name='base'><collision name='slab'><geometry><box size='1 1 0.2'/></geometry></collision>"
-    "</link><link name='arm'><collision><origin xyz='0 0 0.5'/><geometry><cylinder radius='0.1' length='1'/></geometry>"
-    "</collision><collision name='knob'><geometry><sphere radius='0.2'/></geometry></collision></link>"
-    "<link name='hand'><collision><geometry><box size='0.2 0.2 0.2'/></geometry></collision></link><link name='tool'/>"
-    "<link name='finger'><collision><geometry><sphere radius='0.05'/></geometry></collision></link><link name='ball'>"
-    "<collision><geometry><sphere radius='0.1'/></geometry></collision></link>"
-    "<joint name='shoulder' type='continuous'><origin xyz='0 0 0.5'/><parent link='base'/><child link='arm'/>"
-    "<axis xyz='0 1 0'/></joint><joint name='wrist' type='continuous'><origin xyz='0 0 1.2'/><parent link='arm'/>"
-    "<child link='hand'/><axis xyz='1 0 0'/></joint><joint name='mount' type='fixed'><parent link='hand'/>"
-    "<child link='tool'/></joint><joint name='grip' type='prismatic'><origin xyz='0.2 0 0'/><parent link='hand'/>"
-    "<child link='finger'/><axis xyz='1 0 0'/><limit lower='0' upper='0.1' effort='1' velocity='1'/>"
-    "<mimic joint='wrist' multiplier='0.1'/></joint><joint name='free' type='floating'><parent link='base'/>"
-    "<child link='ball'/></joint></robot>";
-const char* const kGroups =
-    "<robot name='arm'><group name='upper'><link name='hand'/><link name='finger'/></group>"
-    "<disable_collisions link1='hand' link2='finger' reason='Adjacent'/></robot>";
 const std::vector<std::string> kNames{"",     "base",     "arm",   "hand",  "tool", "finger", "ball",  "slab",
                                       "knob", "shoulder", "wrist", "mount", "grip", "free",   "upper", "part"};
 
-/// Puts a ball, the object "part", beside the robot.
-bool addPart(const Robot& robot) {
-  const Eigen::Isometry3d beside(Eigen::Translation3d(0.6, 0.0, 0.6));
-  const Object part = makeObject("part", {{Shape(Sphere{0.1})}}, Fixed{beside});
-  const auto none = robot.objects().get().all;
-  robot.objects().set({std::make_shared<const Objects>(none->changed({AddObject{part}})), 1});
-  return true;
+std::shared_ptr<const Robot> armWith(const Config& config) {
+  return std::make_shared<const Robot>(robotText("arm_with_hand.urdf"), robotText("arm_with_hand.srdf"), config);
 }
 
+/// The arm with a ball, the object "part", beside it.
 const Robot& arm() {
-  static const Robot robot(kArm, kGroups, Config());
-  static const bool has_part = addPart(robot);
-  static_cast<void>(has_part);
-  return robot;
+  static const std::shared_ptr<const Robot> robot = [] {
+    const auto alone = armWith(Config());
+    const Eigen::Isometry3d beside(Eigen::Translation3d(0.6, 0.0, 0.6));
+    const Object part = makeObject("part", {{Shape(Sphere{0.1})}}, Fixed{beside});
+    const auto none = alone->objects().get().all;
+    alone->objects().set({std::make_shared<const Objects>(none->changed({AddObject{part}})), 1});
+    return alone;
+  }();
+  return *robot;
 }
 
 /// Joints that a request leaves open are not known, as without tf.
@@ -175,7 +160,7 @@ void askOf(std::string_view bytes) {
   }
 }
 
-/// What an object of the arm may be called, where it may be, and files that are not there.
+/// Names of objects of the arm, of links and frames where they may be, and of files that are not there.
 const std::vector<std::string> kObjectNames{
     "", "part", "box", "*", "arm", "hand", "tool", "finger", "camera", "package://nowhere/a.stl", "base"};
 
@@ -191,12 +176,12 @@ const std::shared_ptr<const Robot>& armWithoutMeshFiles() {
     Config config;
     config.allowed_mesh_roots = {std::filesystem::path(none.write("empty/a", "")).parent_path()};
     config.model.mesh_time_budget = 1e-3;
-    return std::make_shared<const Robot>(kArm, kGroups, config);
+    return armWith(config);
   }();
   return robot;
 }
 
-/// All pairs with an object are answered.
+/// Asks about all pairs with an object.
 void checkAnswers(const std::shared_ptr<const Objects>& objects) {
   const Robot& robot = *armWithoutMeshFiles();
   const ScenePool::Lease scene = robot.borrowScene();
@@ -207,7 +192,7 @@ void checkAnswers(const std::shared_ptr<const Objects>& objects) {
     require(!(pair.result.lower_bound > pair.result.upper_bound), "the lower bound is below the upper one");
 }
 
-/// What is there now is what the next start of the node has.
+/// Checks that the next start of the node has the objects of now.
 void checkKeeping(const ObjectStore& store) {
   const ObjectStore::Snapshot now = store.snapshot();
   ObjectFile file = objectFileFrom(readYaml(yamlOf(now.file), "file"), "file");

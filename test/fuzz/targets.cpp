@@ -14,6 +14,7 @@
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "proximity_server/scene/query/scene.h"
+#include "robots/robots.h"
 #include "scene/files.h"
 #include "tools/clearance/object_schedule.h"
 #include "tools/states/csv_states.h"
@@ -59,11 +60,7 @@ void checkRobot(const RobotModel& model, const std::string& srdf) {
   makeSceneModel(model, srdf);
 }
 
-const char* const kSlider =
-    "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/>"
-    "<joint name='x' type='continuous'><parent link='a'/><child link='b'/></joint>"
-    "<joint name='y' type='continuous'><parent link='b'/><child link='c'/><mimic joint='x'/></joint>"
-    "<joint name='a long name' type='floating'><parent link='c'/><child link='d'/></joint></robot>";
+RobotModel slider() { return loadRobotModel(robotText("slider.urdf"), packageResolver({})); }
 
 void checkStates(StateSource&& states) {
   const RobotModel& robot = states.robot();
@@ -89,7 +86,7 @@ void checkObject(const ObjectEdit& object) {
   }
 }
 
-/// What is written is read back.
+/// Checks that a file is read as it was written.
 void checkWriting(const ObjectFile& file) {
   const ObjectFile again = objectFileFrom(readYaml(yamlOf(file), "again"), "again");
   require(again.objects.size() == file.objects.size() && again.rules.size() == file.rules.size(), "nothing is lost");
@@ -139,7 +136,7 @@ void tryRobot(const std::string& bytes) {
 }
 
 void tryStates(const std::string& bytes) {
-  static const RobotModel robot = loadRobotModel(kSlider, packageResolver({}));
+  static const RobotModel robot = slider();
   static const TemporaryFiles files;
   std::istringstream stream(bytes);
   try {
@@ -156,8 +153,7 @@ void tryStates(const std::string& bytes) {
 
 void tryObjectFile(const std::string& bytes) {
   if (bytes.empty()) return;
-  static const auto robot =
-      std::make_shared<const SceneModel>(makeSceneModel(loadRobotModel(kSlider, packageResolver({})), ""));
+  static const auto robot = std::make_shared<const SceneModel>(makeSceneModel(slider(), ""));
   const std::string text = bytes.substr(1);
   try {
     const ObjectFile file =
