@@ -26,18 +26,51 @@ bool isUsable(const PairProximity& pair, const PairProximity& other) {
          pair.collision_a == other.collision_a && pair.collision_b == other.collision_b;
 }
 
-/// One distance less another one, over a time.
-struct Slope {
-  double value, error;
-};
+/// The difference of two distances over a time.
+using Slope = Difference;
 Slope slopeOf(const PairProximity& later, const PairProximity& earlier, double time) {
   return {(later.result.distance - earlier.result.distance) / time, (gapOf(later) + gapOf(earlier)) / time};
 }
 
-/// Of two slopes, the second with half the step: without the error that is proportional to the step to the power that
-/// `ratio` is of two.
+/// Extrapolates from two slopes, the second with half the step: the error that is proportional to a power of the step
+/// vanishes. `ratio` is two to that power.
 Slope extrapolated(const Slope& whole, const Slope& half, double ratio) {
   return {(ratio * half.value - whole.value) / (ratio - 1.0), (ratio * half.error + whole.error) / (ratio - 1.0)};
+}
+
+enum class Sides : unsigned char { Both, Future };
+
+/// Extrapolates (Richardson) from steps of time that halve; the error of a slope has even powers of the step only if it
+/// is two-sided. Returns nullopt if a distance is not usable, or if the extrapolation is too far from that of all steps
+/// but the first.
+std::optional<Difference> difference(const DistanceAlong& distance, double step, Sides sides) {
+  const bool both = sides == Sides::Both;
+  const PairProximity first = distance.after(step);
+  if (!isUsable(first, first)) return std::nullopt;
+  const PairProximity now = both ? first : distance.after(0.0);
+  std::vector<Slope> slopes;
+  for (int i = 0; i < (both ? 3 : 4); ++i) {
+    const double time = std::ldexp(step, -i);
+    const PairProximity after = i == 0 ? first : distance.after(time), before = both ? distance.after(-time) : now;
+    if (!isUsable(after, first) || (both && !isUsable(before, first))) return std::nullopt;
+    slopes.push_back(slopeOf(after, before, both ? 2.0 * time : time));
+  }
+  for (std::size_t order = 1; order < slopes.size(); ++order)
+    for (std::size_t i = 0; i < slopes.size() - order; ++i)
+      slopes[i] = extrapolated(slopes[i], slopes[i + 1], std::pow(both ? 4.0 : 2.0, order));
+  if (!(std::abs(slopes[0].value - slopes[1].value) <= kSmoothWithin)) return std::nullopt;
+  return slopes[0];
+}
+
+/// Returns the first difference that agrees with the one of the next size of step.
+std::optional<Difference> agreed(const DistanceAlong& distance, Sides sides) {
+  std::optional<Difference> last;
+  for (const double step : kSteps) {
+    const std::optional<Difference> next = difference(distance, step, sides);
+    if (last && next && std::abs(last->value - next->value) <= kSmoothWithin) return last;
+    last = next;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -49,65 +82,9 @@ PairProximity DistanceAlong::after(double time) const {
   return scene_.proximity(sample_.pair, question);
 }
 
-namespace {
+std::optional<Difference> centralDifference(const DistanceAlong& distance) { return agreed(distance, Sides::Both); }
 
-/// The extrapolation from three steps; nullopt if it is not usable, or too far from the one of the last two.
-std::optional<Difference> centralDifference(const DistanceAlong& distance, double step) {
-  const PairProximity first = distance.after(step);
-  if (!isUsable(first, first)) return std::nullopt;
-  std::array<Slope, 3> slopes{};
-  for (std::size_t i = 0; i < slopes.size(); ++i) {
-    const double time = std::ldexp(step, -static_cast<int>(i));
-    const PairProximity after = i == 0 ? first : distance.after(time), before = distance.after(-time);
-    if (!isUsable(after, first) || !isUsable(before, first)) return std::nullopt;
-    slopes[i] = slopeOf(after, before, 2.0 * time);
-  }
-  const Slope coarse = extrapolated(slopes[0], slopes[1], 4.0), fine = extrapolated(slopes[1], slopes[2], 4.0);
-  const Slope best = extrapolated(coarse, fine, 16.0);
-  if (!(std::abs(best.value - fine.value) <= kSmoothWithin)) return std::nullopt;
-  return Difference{best.value, best.error};
-}
-
-/// The extrapolation from four steps; nullopt as above.
-std::optional<Difference> forwardDifference(const DistanceAlong& distance, double step) {
-  const PairProximity now = distance.after(0.0), first = distance.after(step);
-  if (!isUsable(first, first)) return std::nullopt;
-  std::array<Slope, 4> slopes{};
-  for (std::size_t i = 0; i < slopes.size(); ++i) {
-    const double time = std::ldexp(step, -static_cast<int>(i));
-    const PairProximity after = i == 0 ? first : distance.after(time);
-    if (!isUsable(after, first)) return std::nullopt;
-    slopes[i] = slopeOf(after, now, time);
-  }
-  for (std::size_t order = 1; order < 3; ++order)
-    for (std::size_t i = 0; i < slopes.size() - order; ++i)
-      slopes[i] = extrapolated(slopes[i], slopes[i + 1], std::ldexp(1.0, static_cast<int>(order)));
-  const Slope best = extrapolated(slopes[0], slopes[1], 8.0);
-  if (!(std::abs(best.value - slopes[1].value) <= kSmoothWithin)) return std::nullopt;
-  return Difference{best.value, best.error};
-}
-
-/// The first of two sizes of step, one after the other, that agree.
-using DifferenceOf = std::optional<Difference> (*)(const DistanceAlong& distance, double step);
-std::optional<Difference> agreed(const DistanceAlong& distance, DifferenceOf difference) {
-  std::optional<Difference> last;
-  for (const double step : kSteps) {
-    const std::optional<Difference> next = difference(distance, step);
-    if (last && next && std::abs(last->value - next->value) <= kSmoothWithin) return last;
-    last = next;
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
-std::optional<Difference> centralDifference(const DistanceAlong& distance) {
-  return agreed(distance, centralDifference);
-}
-
-std::optional<Difference> forwardDifference(const DistanceAlong& distance) {
-  return agreed(distance, forwardDifference);
-}
+std::optional<Difference> forwardDifference(const DistanceAlong& distance) { return agreed(distance, Sides::Future); }
 
 GradientObserver::GradientObserver(const GradientFamily& family, double tolerance)
     : family_(family), scene_(family.model), exact_scene_(family.model), derivatives_(family.model) {
@@ -151,8 +128,8 @@ double GradientObserver::errorWith(const Vector3d& point_a, const Vector3d& poin
   return std::abs(row_.dot(velocity_) - reference_);
 }
 
-/// The velocity at which the two witness points, each as a point of its body, move by 1 m/s against each other; nothing where they do
-/// not.
+/// The velocity at which the two witness points, each as a point of its body, move by 1 m/s against each other; nothing
+/// where they do not.
 VectorXd GradientObserver::scaledVelocity(const GradientSample& sample, VectorXd velocity) const {
   constexpr double kTime = 1e-5;
   const DegreesOfFreedom& columns = derivatives_.degreesOfFreedom();
@@ -170,7 +147,7 @@ Vector3d GradientObserver::shiftOf(const ShapeRef& ref, const Vector3d& point, c
                                    const BodyPoses& after) const {
   int body = -1;
   if (ref.isLink())
-    body = family_.model->robot.links[static_cast<std::size_t>(ref.link())].body;
+    body = family_.model->robot.links[ref.link()].body;
   else
     body = family_.objects->placed(ref.object())->body;
   if (body < 0) return Vector3d::Zero();

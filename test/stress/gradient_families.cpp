@@ -2,7 +2,9 @@
 
 #include "oracle/shape_pairs.h"
 #include "peers/robots.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/joined_robots.h"
+#include "robots/robots.h"
 #include "scene/example_robots.h"
 #include "stress/gradient_checks.h"
 
@@ -13,32 +15,8 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using narrowphase::NamedShape;
 
-/// Two branches without geometry, which have joints of every type between their ends "left" and "right", also one that follows
-/// another one that follows a third.
-std::shared_ptr<const SceneModel> branches() {
-  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent,
-                        const std::string& child, const std::string& more) {
-    return "<link name='" + child + "'/><joint name='" + name + "' type='" + type + "'><parent link='" + parent +
-           "'/><child link='" + child + "'/>" + more + "</joint>";
-  };
-  const std::string limits = "<limit lower='-2' upper='2' effort='1' velocity='1'/>";
-  auto model = std::make_shared<SceneModel>();
-  model->robot = robotOf(
-      "<robot name='branches'><link name='base'/>" +
-      joint("turn", "revolute", "base", "l1",
-            "<origin xyz='0.1 0.2 0.3' rpy='0.3 -0.2 1'/><axis xyz='1 2 3'/>" + limits) +
-      joint("slide", "prismatic", "l1", "l2", "<origin xyz='0.2 0 0.1' rpy='0 0.5 0'/><axis xyz='0 1 1'/>" + limits) +
-      joint("spin", "continuous", "l2", "l3", "<origin xyz='0 0.1 0.2'/><axis xyz='1 0 -1'/>") +
-      joint("follower", "revolute", "l3", "l4",
-            "<origin xyz='0.1 0 0' rpy='1 0 0'/><axis xyz='0 0 1'/>" + limits +
-                "<mimic joint='turn' multiplier='-0.7' offset='0.2'/>") +
-      joint("chain", "prismatic", "l4", "left",
-            "<origin xyz='0 0 0.3'/><axis xyz='0 1 0'/>" + limits +
-                "<mimic joint='follower' multiplier='0.5' offset='-0.1'/>") +
-      joint("plane", "planar", "base", "r1", "<origin xyz='-0.1 0 0.2' rpy='0.4 0 0'/><axis xyz='1 1 2'/>") +
-      joint("float", "floating", "r1", "right", "<origin xyz='0 0.1 0' rpy='0 0.7 0.2'/>") + "</robot>");
-  model->pairs = filterPairs(model->robot, "");
-  return model;
+std::shared_ptr<const SceneModel> modelOf(RobotModel robot, const std::string& srdf = "") {
+  return std::make_shared<const SceneModel>(makeSceneModel(std::move(robot), srdf));
 }
 
 Object attached(const std::string& id, const narrowphase::Shape& shape, const std::string& link,
@@ -61,8 +39,8 @@ GradientSample drawPairOfShapes(const SceneModel& model, const ShapeRefPair& pai
   Posture posture = Posture::random(robot, chance);
   const BodyPoses poses = posture.poses();
   const Joint& floating = robot.joints.back();
-  const Isometry3d joint_pose = *poses[static_cast<std::size_t>(bodyOf(robot, "r1"))] * floating.parent_T_joint;
-  const Isometry3d pose_a = *poses[static_cast<std::size_t>(bodyOf(robot, "left"))] * inLeft();
+  const Isometry3d joint_pose = *poses[bodyOf(robot, "r1")] * floating.parent_T_joint;
+  const Isometry3d pose_a = *poses[bodyOf(robot, "left")] * inLeft();
   const Isometry3d pose_b = pose_a * chance.pose(chance.between(0.1, 0.7));
   posture.setMotion(static_cast<int>(robot.joints.size()) - 1,
                     joint_pose.inverse(Eigen::Isometry) * pose_b * inRight().inverse(Eigen::Isometry));
@@ -81,7 +59,7 @@ GradientFamily pairOfShapes(const std::shared_ptr<const SceneModel>& model, cons
 ShapeRefPair drawPairOfLinks(Scene& scene, Chance& chance) {
   if (chance.below(2) == 0)
     if (const PairProximity* closest = scene.minimum({scene.candidates(), PairKind::OfLinks})) return closest->asked;
-  return scene.candidates()[static_cast<std::size_t>(chance.below(static_cast<int>(scene.candidates().size())))];
+  return scene.candidates()[chance.below(static_cast<int>(scene.candidates().size()))];
 }
 
 GradientFamily robotByItself(const std::string& name, const std::shared_ptr<const SceneModel>& model) {
@@ -93,9 +71,8 @@ GradientFamily robotByItself(const std::string& name, const std::shared_ptr<cons
 }
 
 GradientFamily twoRobots(const std::string& name, const RobotModel& one, double apart) {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = joined({{"left", one}, {"right", one}});
-  model->pairs = filterPairs(model->robot, std::vector<std::string>(2));
+  const auto model = std::make_shared<const SceneModel>(
+      makeSceneModel(joined({{"left", one}, {"right", one}}), std::vector<std::string>(2)));
   return {name, model, nullptr, [apart](Scene& scene, Chance& chance) {
             const RobotModel& robot = scene.model().robot;
             Posture posture = Posture::random(robot, chance);
@@ -145,7 +122,7 @@ GradientFamily robotWithObjects(const std::string& name, const std::shared_ptr<c
 
 std::vector<GradientFamily> pairsOfShapes() {
   std::vector<GradientFamily> families;
-  const auto model = branches();
+  const auto model = modelOf(robotOf(robotText("branches.urdf")));
   const std::vector<NamedShape> shapes = narrowphase::allShapes();
   for (std::size_t i = 0; i < shapes.size(); ++i)
     for (std::size_t j = i; j < shapes.size(); ++j) families.push_back(pairOfShapes(model, shapes[i], shapes[j]));
@@ -163,9 +140,8 @@ std::vector<GradientFamily> exampleRobots() {
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) return families;
   for (const ExampleRobot& robot : robotsToTest()) {
-    auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve, robot.urdf)), resolve, quickLoading());
-    model->pairs = filterPairs(model->robot, readFile(exampleRobotFile(resolve, robot.srdf)));
+    const auto model = modelOf(loadRobotModel(readFile(exampleRobotFile(resolve, robot.urdf)), resolve, quickLoading()),
+                               readFile(exampleRobotFile(resolve, robot.srdf)));
     families.push_back(robotByItself(robot.name, model));
     if (families.size() > 1) continue;  // the first one is Panda
     families.push_back(robotWithObjects("Panda with objects", model, "panda_hand"));

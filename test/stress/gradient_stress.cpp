@@ -1,7 +1,6 @@
 // ./dev stress gradients: gradients of as many random states as asked for, against differences of the distance.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <string>
@@ -10,36 +9,16 @@
 #include "peers/aborts.h"
 #include "peers/witnesses.h"
 #include "scene/objects/placed_object.h"
+#include "stress/campaign.h"
 #include "stress/gradient_checks.h"
 
 namespace proximity_server::scene {
 namespace {
 
 using Kind = GradientObservation::Kind;
+using namespace stress;
 
-/// Errors of one way to a gradient.
-class Errors {
- public:
-  void add(double error) { errors_.push_back(error); }
-  std::size_t size() const { return errors_.size(); }
-
-  /// The error that a share of all does not exceed.
-  double quantile(double share) {
-    if (errors_.empty()) return 0.0;
-    std::sort(errors_.begin(), errors_.end());
-    return errors_[static_cast<std::size_t>(share * static_cast<double>(errors_.size() - 1))];
-  }
-
- private:
-  std::vector<double> errors_;
-};
-
-struct Summary {
-  std::map<Kind, int> kinds;
-  int overlaps = 0, wrong = 0;
-  Errors errors;
-  std::map<std::string, Errors> of_others;
-};
+constexpr int kNameWidth = 28;
 
 /// How the other libraries would have answered the last question of an observer.
 class Others {
@@ -50,7 +29,7 @@ class Others {
     b_ = peers::solidOf(pieceOf("b").shape);
   }
 
-  void ask(GradientObserver& observer, Summary& summary) const {
+  void ask(GradientObserver& observer, std::map<std::string, Tally>& tallies) const {
     if (!a_ || !b_) return;
     const Eigen::Isometry3d pose_a = poseOf("a", observer), pose_b = poseOf("b", observer);
     const Eigen::Isometry3d a_T_b = pose_a.inverse(Eigen::Isometry) * pose_b;
@@ -59,7 +38,10 @@ class Others {
       if (!witnesses) continue;
       const double error = observer.errorWith(pose_a * witnesses->point_a, pose_a * witnesses->point_b,
                                               pose_a.linear() * witnesses->normal);
-      summary.of_others[library.name].add(error);
+      Tally& tally = tallies[library.name];
+      tally.family = "  " + library.name;
+      tally.add("judged");
+      tally.sample("errors", error);
     }
   }
 
@@ -67,50 +49,76 @@ class Others {
   const PlacedObject& placed(const char* id) const { return *family_.objects->placed(family_.objects->find(id)); }
   const Piece& pieceOf(const char* id) const { return placed(id).geometry->pieces().front(); }
   Eigen::Isometry3d poseOf(const char* id, const GradientObserver& observer) const {
-    return *observer.lastPoses()[static_cast<std::size_t>(placed(id).body)] * pieceOf(id).body_T_piece;
+    return *observer.lastPoses()[placed(id).body] * pieceOf(id).body_T_piece;
   }
 
   const GradientFamily& family_;
   std::optional<peers::Solid> a_, b_;
 };
 
-void print(const GradientFamily& family, unsigned seed, const GradientObservation& seen) {
-  std::printf("%s, sample %u: distance %.9g, error %.3g, of the differences %.3g\n", family.name.c_str(), seed,
-              seen.distance, seen.error, seen.allowed);
+Column quantile(const char* head, int width, double share) {
+  return {head, width, "%*.1e", [share](const Tally& tally) { return tally.quantile("errors", share); }};
 }
 
-Summary run(const GradientFamily& family, double tolerance, unsigned first_seed, int samples) {
-  Summary summary;
+const std::vector<Column>& columns() {
+  static const std::vector<Column> all{count("judged", 8, "judged"), count("overlap", 8, "overlaps"),
+                                       count("kink", 8, "kinks"),    count("choice", 8, "not_unique"),
+                                       count("coarse", 8, "coarse"), count("at rest", 8, "at_rest"),
+                                       quantile("half", 9, 0.5),     quantile("99 %", 9, 0.99),
+                                       quantile("worst", 9, 1.0),    failures(6)};
+  return all;
+}
+
+/// The columns of another library: the number of its answers, and its errors under those of ours.
+const std::vector<Column>& columnsOfOthers() {
+  static const std::vector<Column> all{count("judged", 8, "judged"), quantile("half", 63, 0.5),
+                                       quantile("99 %", 9, 0.99), quantile("worst", 9, 1.0)};
+  return all;
+}
+
+const char* nameOf(Kind kind) {
+  switch (kind) {
+    case Kind::Unmoved:
+      return "at_rest";
+    case Kind::NotUnique:
+      return "not_unique";
+    case Kind::Kink:
+      return "kinks";
+    case Kind::Unresolved:
+      return "coarse";
+    case Kind::Judged:
+      return "judged";
+  }
+  return "";
+}
+
+/// Asks so many samples of a family, prints their row, and returns how many answers were wrong.
+std::int64_t run(const GradientFamily& family, double tolerance, unsigned first_seed, int samples) {
+  Tally tally;
+  tally.family = family.name;
+  std::map<std::string, Tally> of_others;
   GradientObserver observer(family, tolerance);
   const Others others(family);
   for (int i = 0; i < samples; ++i) {
     const unsigned seed = first_seed + static_cast<unsigned>(i);
     const GradientObservation seen = observer.observe(seed);
-    ++summary.kinds[seen.kind];
+    tally.add(nameOf(seen.kind));
     if (seen.kind != Kind::Judged && seen.kind != Kind::Unresolved) continue;
-    if (seen.error > kGradientError + seen.allowed && ++summary.wrong <= 3) print(family, seed, seen);
+    if (seen.error > kGradientError + seen.allowed) {
+      tally.fail({seed, "", {}});
+      if (tally.failed() <= 3)
+        std::printf("%s, sample %u: distance %.9g, error %.3g, of the differences %.3g\n", family.name.c_str(), seed,
+                    seen.distance, seen.error, seen.allowed);
+    }
     if (seen.kind == Kind::Unresolved) continue;
-    summary.overlaps += static_cast<int>(seen.distance < 0.0);
-    summary.errors.add(seen.error);
-    others.ask(observer, summary);
+    tally.add("overlaps", seen.distance < 0.0);
+    tally.sample("errors", seen.error);
+    others.ask(observer, of_others);
   }
-  return summary;
-}
-
-void printHead() {
-  std::printf("%-28s %8s %8s %8s %8s %8s %8s %9s %9s %9s %6s\n", "family", "judged", "overlap", "kink", "choice",
-              "coarse", "at rest", "half", "99 %", "worst", "wrong");
-}
-
-void print(const std::string& name, Summary& summary) {
-  std::printf("%-28s %8zu %8d %8d %8d %8d %8d %9.1e %9.1e %9.1e %6d\n", name.c_str(), summary.errors.size(),
-              summary.overlaps, summary.kinds[Kind::Kink], summary.kinds[Kind::NotUnique],
-              summary.kinds[Kind::Unresolved], summary.kinds[Kind::Unmoved], summary.errors.quantile(0.5),
-              summary.errors.quantile(0.99), summary.errors.quantile(1.0), summary.wrong);
-  for (auto& [library, errors] : summary.of_others)
-    std::printf("  %-26s %8zu %53s %9.1e %9.1e %9.1e\n", library.c_str(), errors.size(), "", errors.quantile(0.5),
-                errors.quantile(0.99), errors.quantile(1.0));
+  printRow(kNameWidth, columns(), tally);
+  for (const auto& [library, of_library] : of_others) printRow(kNameWidth, columnsOfOthers(), of_library);
   std::fflush(stdout);
+  return tally.failed();
 }
 
 std::vector<GradientFamily> allFamilies() {
@@ -149,21 +157,20 @@ int main(int argc, char** argv) {
       std::count_if(families.begin(), families.end(), [](const auto& f) { return !f.is_pair_of_solids; });
   const auto pairs = static_cast<std::ptrdiff_t>(families.size()) - robots;
   const double share = robots > 0 && pairs > 0 ? 0.5 : 1.0;
-  int wrong = 0;
-  printHead();
+  std::int64_t wrong = 0;
+  printHead("family", kNameWidth, columns());
   for (const GradientFamily& family : families) {
     const auto alike = static_cast<double>(family.is_pair_of_solids ? pairs : robots);
     const auto samples = static_cast<int>(std::ceil(share * static_cast<double>(states) / alike));
-    Summary summary = run(family, tolerance, seed * 10000000, samples);
-    print(family.name, summary);
-    wrong += summary.wrong;
+    wrong += run(family, tolerance, seed * 10000000, samples);
   }
   std::printf(
       "judged: answers that were held against differences of the distance, two-sided and extrapolated; overlap: of\n"
       "these; kink: the distance is not smooth within the steps; choice: the answer is not unique, as it says; "
       "coarse:\n"
       "the differences are not good enough; at rest: nothing moves one against the other. Errors are relative to the\n"
-      "speed of the points against each other. wrong: more than %.0e off. Indented: the same formula with the points\n"
+      "speed of the points against each other. failures: more than %.0e off. Indented: the same formula with the "
+      "points\n"
       "and normals of other libraries.\n",
       kGradientError);
   return wrong == 0 ? 0 : 1;
