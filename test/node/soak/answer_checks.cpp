@@ -11,14 +11,14 @@ namespace proximity_server::node {
 using namespace narrowphase;
 using namespace scene;
 
-/// What was said about the first contact on the clock of a motion.
+/// An answer about the first contact, on the clock of a motion.
 struct SaidContact {
   double begin;  ///< [s] of the motion
   bool contact;
   double t_free, t_contact;
 };
 
-/// What was said about the smallest distance of a motion from `begin` to `end` [s].
+/// An answer about the smallest distance of a motion from `begin` to `end` [s].
 struct SaidMinimum {
   double begin, end;
   const MotionMinimum& minimum;
@@ -43,7 +43,7 @@ Verdict because(const Parts&... parts) {
 
 bool isUnit(const geometry_msgs::Vector3& v) { return std::abs(v.x * v.x + v.y * v.y + v.z * v.z - 1.0) <= 1e-9; }
 
-/// What holds whatever the poses are.
+/// Checks what holds for any poses.
 Verdict soundness(const Proximity& said) {
   if (said.state == Proximity::UNKNOWN) return because(said.a.link, " and ", said.b.link, " are unknown");
   if (!(said.lower_bound <= said.upper_bound))
@@ -84,8 +84,8 @@ void AnswerChecks::placeIn(const std::vector<double>& positions) {
   if (!scene_.objects()) return scene_.update(poses);
   FramePoses frames;
   for (const std::string& name : scene_.objects()->frames()) {
-    const Link& link = robot.links[static_cast<std::size_t>(robot.findLink(name))];
-    frames.emplace_back(*poses[static_cast<std::size_t>(link.body)] * link.body_T_link);
+    const Link& link = robot.links[robot.findLink(name)];
+    frames.emplace_back(*poses[link.body] * link.body_T_link);
   }
   scene_.update(poses, frames);
 }
@@ -167,7 +167,7 @@ Verdict AnswerChecks::checkPosed(const QueryPairsRequest& request, const std::ve
     const std::vector<PairProximity> truth = scene_.closest(pairs, static_cast<int>(asked));
     if (said.size() != truth.size()) return because(said.size(), " closest pairs, not ", truth.size());
     for (std::size_t i = 0; i < said.size(); ++i) {
-      // Of two that are equally far either may come first.
+      // Either of two pairs that are equally far may come first.
       if (std::abs(said[i].distance - truth[i].result.distance) > 2.0 * kTolerance) {
         return because("number ", i, " of the closest is ", said[i].distance, " away, not ", truth[i].result.distance);
       }
@@ -298,7 +298,7 @@ Verdict AnswerChecks::check(const QueryTrajectoryRequest& request, const QueryTr
   return {};
 }
 
-/// What a cycle says about the closest pair of a kind.
+/// Checks the closest pair of a kind in a message of a cycle.
 Verdict AnswerChecks::checkKind(PairKind kind, const Proximity& said) {
   const bool is_none = kind == PairKind::WithObject && (!scene_.objects() || scene_.objects()->pairCount() == 0);
   if (is_none) return said.state == Proximity::UNKNOWN ? Verdict() : because("there is no pair with an object");

@@ -24,7 +24,7 @@ using namespace scene;
 struct SaidContact;
 struct SaidMinimum;
 
-/// What is wrong with an answer; "" where nothing is.
+/// Says what is wrong with an answer; empty if nothing is.
 using Verdict = std::string;
 
 /// Checks what the node says about a MovingRobot against the library by itself: the stamp of an answer, or the states
@@ -37,7 +37,7 @@ class AnswerChecks {
   /// The objects that the node has from now on, none at first. Their frames are those of links.
   void use(const std::shared_ptr<const Objects>& objects) { scene_.use(objects); }
 
-  // Of answers with success.
+  // These check answers with success.
 
   Verdict check(const MinimumDistanceRequest& request, const MinimumDistanceResponse& response);
   Verdict check(const SeparationAxisRequest& request, const SeparationAxisResponse& response);

@@ -33,7 +33,8 @@ constexpr double kSpeed = 2.0;         // [rad/s] or [m/s] of a joint at most
 constexpr double kSize = 0.1;          // [m] of the object that is held
 constexpr double kLeastScale = 0.1;    // slower than that may mean that it is stopped
 constexpr double kScaleTolerance = 1e-3;
-// [s] promised, from the stop of the clock to the first INVALID: two periods of the keep-alive, and as much for a busy machine.
+// [s] promised, from the stop of the clock to the first INVALID: two periods of the keep-alive, and as much for a busy
+// machine.
 constexpr double kFrozenAfter = 4.0;
 constexpr double kUnderWay = 0.5;  // [s] after that no message of the clock is under way any more
 constexpr double kStart = 20.0;    // [s] that the node has to start
@@ -67,8 +68,8 @@ struct HeldOverlap {
 
 /// A box or a closed bracket in the middle of the first piece of the link that it overlaps.
 HeldOverlap randomOverlap(const RobotModel& robot, const Link& holder, const Link& overlapped, bool is_mesh) {
-  const Collision& first = robot.collisions[static_cast<std::size_t>(overlapped.collisions.front())];
-  const Piece& piece = robot.pieces[static_cast<std::size_t>(first.pieces.front())];
+  const Collision& first = robot.collisions[overlapped.collisions.front()];
+  const Piece& piece = robot.pieces[first.pieces.front()];
   HeldOverlap overlap{
       {},
       {Shape(Box{{kSize, kSize, kSize}})},
@@ -223,35 +224,30 @@ void SimulatedNode::onScale(const std_msgs::Float64& message) {
   arrived_.notify_all();
 }
 
-/// The child of a joint without velocity holds an object that overlaps the joint's parent. Returns nullopt where two links limit the
-/// velocities, or where the robot would hardly move.
-std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(std::mt19937_64& generator) const {
+/// The child of a joint without velocity holds an object that overlaps the joint's parent. Returns nullopt where two
+/// links limit the velocities, or where the robot would hardly move.
+std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(Chance& chance) const {
   const RobotModel& robot = robot_.model->robot;
-  const auto random = [&](double from, double to) {
-    return std::uniform_real_distribution<double>(from, to)(generator);
-  };
-  const auto joint = static_cast<std::size_t>(random(0.0, static_cast<double>(robot.joints.size()) - 0.01));
-  const Link& holder = robot.links[static_cast<std::size_t>(robot.joints[joint].child_link)];
-  const Link& overlapped = robot.links[static_cast<std::size_t>(robot.joints[joint].parent_link)];
+  const auto joint = static_cast<std::size_t>(chance.below(static_cast<int>(robot.joints.size())));
+  const Link& holder = robot.links[robot.joints[joint].child_link];
+  const Link& overlapped = robot.links[robot.joints[joint].parent_link];
   if (!isSettable(robot.joints[joint]) || overlapped.collisions.empty() || holder.collisions.empty()) return {};
 
-  const ros::Time time(random(1.0, 86400.0));
+  const ros::Time time(chance.between(1.0, 86400.0));
   Posture posture{motion_.jointStateAt(time), motion_.transformsAt(time), {}, 0.0, 0.0};
   const std::vector<double> positions = motion_.positionsAt(time);
   MovingState state;
   state.poses = forwardKinematics(robot, positions);
   state.positions.assign(positions.begin(), positions.end());
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    state.velocities.push_back(i == joint || !isSettable(robot.joints[i]) ? 0.0 : random(-kSpeed, kSpeed));
+    state.velocities.push_back(i == joint || !isSettable(robot.joints[i]) ? 0.0 : chance.between(-kSpeed, kSpeed));
     if (isSettable(robot.joints[i])) posture.joints.velocity.push_back(state.velocities.back());
   }
-  const HeldOverlap overlap = randomOverlap(robot, holder, overlapped, generator() % 2 == 0);
-  const Eigen::Vector3d ahead(random(-1.0, 1.0), random(-1.0, 1.0), random(0.0, 1.5));
+  const HeldOverlap overlap = randomOverlap(robot, holder, overlapped, chance.below(2) == 0);
+  const Eigen::Vector3d ahead(chance.between(-1.0, 1.0), chance.between(-1.0, 1.0), chance.between(0.0, 1.5));
   posture.objects.changes.changes = {overlap.change, ballAt(ahead)};
 
-  const auto poseOf = [&](const Link& link) {
-    return *state.poses[static_cast<std::size_t>(link.body)] * link.body_T_link;
-  };
+  const auto poseOf = [&](const Link& link) { return *state.poses[link.body] * link.body_T_link; };
   Attached held{holder.name, {}, poseOf(holder).inverse() * poseOf(overlapped) * overlap.overlapped_T_held};
   for (const Link& link : robot.links) held.touch_links.push_back(link.name);
   ObjectOptions exact;
@@ -264,8 +260,8 @@ std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(std::mt19937_
   return is_useful ? std::optional(posture) : std::nullopt;
 }
 
-/// Sets the scales of a posture, for a robot that may touch what it holds. Returns whether an object limits them, and they are not
-/// nearly 0.
+/// Sets the scales of a posture, for a robot that may touch what it holds. Returns whether an object limits them, and
+/// they are not nearly 0.
 bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object>& added, Posture& posture) const {
   ObjectRules rules;
   rules.base = ObjectRules::Base::StandsStill;
@@ -288,9 +284,9 @@ bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object
   return meets_object && posture.slowest > kLeastScale;
 }
 
-bool SimulatedNode::isNotSlowedByAnOverlapThatStays(std::mt19937_64& generator, double patience) {
+bool SimulatedNode::isNotSlowedByAnOverlapThatStays(Chance& chance, double patience) {
   std::optional<Posture> posture;
-  while (!posture) posture = randomPosture(generator);
+  while (!posture) posture = randomPosture(chance);
   {
     const Lock lock(mutex_);
     posture_ = posture;

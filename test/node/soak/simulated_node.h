@@ -8,9 +8,9 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <random>
 #include <string>
 
+#include "chance.h"
 #include "node/faults/tf_faults.h"
 #include "node/load/moving_robot.h"
 #include "node/load/node_under_load.h"
@@ -36,18 +36,19 @@ class SimulatedClock {
   Clock::time_point since_ = Clock::now();
 };
 
-/// A second node, which has simulated time, and whose robot moves in that time. All of its levels are checked, as SoakMonitor
-/// does it.
+/// A second node, which has simulated time, and whose robot moves in that time. All of its levels are checked, as
+/// SoakMonitor does it.
 class SimulatedNode {
  public:
-  /// The robot has meshes with a tolerance of 0. All must outlive this. `rate` is the parameter of the node, `speed` that of its
-  /// clock [s of simulated time in a second of wall time].
+  /// The robot has meshes with a tolerance of 0. All must outlive this. `rate` is the parameter of the node, `speed`
+  /// that of its clock [s of simulated time in a second of wall time].
   /// Failure: throws std::runtime_error where the node does not start.
   SimulatedNode(const TestRobot& robot, SoakRecord& record, AnswerChecks::Levels levels, double rate, double speed);
   ~SimulatedNode();
 
-  /// Stops the clock for a while; the transforms go on, with the stamp of that time. Whether the node is INVALID within the
-  /// promised time, and says something at all after `seconds` more. A level that is not INVALID in between counts as wrong.
+  /// Stops the clock for a while; the transforms go on, with the stamp of that time. Whether the node is INVALID within
+  /// the promised time, and says something at all after `seconds` more. A level that is not INVALID in between counts
+  /// as wrong.
   bool staysInvalidWithoutTime(double seconds);
 
   /// Sets the clock ahead, or back where `seconds` is negative.
@@ -57,12 +58,14 @@ class SimulatedNode {
   /// Waits for a cycle that is right about poses from now on.
   bool awaitRightAnswer(double patience);
 
-  /// The robot rests and states velocities, with which a link carries an object that overlaps another link by a constant depth.
-  /// Whether the scale of the velocities becomes that of a robot that may touch it within `patience` [s]. To be called once.
-  bool isNotSlowedByAnOverlapThatStays(std::mt19937_64& generator, double patience);
+  /// The robot rests and states velocities, with which a link carries an object that overlaps another link by a
+  /// constant depth. Whether the scale of the velocities becomes that of a robot that may touch it within `patience`
+  /// [s]. To be called once.
+  bool isNotSlowedByAnOverlapThatStays(Chance& chance, double patience);
 
  private:
-  /// What the robot states while it rests, and the objects then: a link holds one that overlaps another link, one is ahead.
+  /// The state of the robot while it rests, and the objects then: a link holds one that overlaps another link, and one
+  /// is ahead.
   struct Posture {
     sensor_msgs::JointState joints;
     std::vector<geometry_msgs::TransformStamped> transforms;
@@ -73,7 +76,7 @@ class SimulatedNode {
   std::vector<geometry_msgs::TransformStamped> publish();
   void onClearance(const Clearance& message);
   void onScale(const std_msgs::Float64& message);
-  std::optional<Posture> randomPosture(std::mt19937_64& generator) const;
+  std::optional<Posture> randomPosture(Chance& chance) const;
   bool setScales(const MovingState& state, const std::vector<Object>& added, Posture& posture) const;
 
   const TestRobot& robot_;

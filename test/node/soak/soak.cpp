@@ -1,6 +1,7 @@
-// A long run: the demo's robot in motion, the node, objects that change all the time, clients that ask all services, and
-// faults at random. Every answer is checked against the library by itself. Ends with a summary; the exit code is 1 where
-// anything was wrong. Has its own ROS master, uses only this machine, and leaves nothing running. ./dev soak runs it.
+// A long run: the demo's robot in motion, the node, objects that change all the time, clients that ask all services,
+// and faults at random. Every answer is checked against the library by itself. Ends with a summary; the exit code is 1
+// where anything was wrong. Has its own ROS master, uses only this machine, and leaves nothing running. ./dev soak runs
+// it.
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <unistd.h>
@@ -37,7 +38,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kTfRate = 100.0, kMonitorRate = 100.0;       // [Hz]
 constexpr double kMaxTfAge = 0.2;                             // [s]
 constexpr AnswerChecks::Levels kLevels{0.05, 0.02, 0.3, 10};  // [m], the node's defaults
-constexpr int kClients = 6;
+constexpr unsigned kClients = 6;
 constexpr double kTfRecovery = 2.0;       // [s] promised, from the end of a fault of tf to the right answer
 constexpr double kRestart = 20.0;         // [s] promised, from the start of the node to the right answer
 constexpr double kRegisteredAgain = 5.0;  // [s] promised, from the return of the master on
@@ -54,11 +55,26 @@ void sleepFor(double seconds) { std::this_thread::sleep_for(std::chrono::duratio
 
 struct SoakOptions {
   double minutes = 60.0;
-  std::uint64_t seed = 1;
+  unsigned seed = 1;
   std::string only;  ///< the fault that happens; "": all of them
 };
 
-/// Where it is, and its process.
+stress::Tally sumOf(const SoakRecord::Tallies& tallies) {
+  stress::Tally all;
+  for (const auto& [name, tally] : tallies) all.merge(tally);
+  return all;
+}
+
+void print(const char* what, SoakRecord::Tallies tallies, const std::vector<stress::Column>& columns) {
+  constexpr int kNameWidth = 20;
+  stress::printHead(what, kNameWidth, columns);
+  for (auto& [name, tally] : tallies) {
+    tally.family = name;
+    stress::printRow(kNameWidth, columns, tally);
+  }
+}
+
+/// The ROS master of the run: its port and its process.
 struct Master {
   int port;
   std::unique_ptr<ChildProcess>& process;
@@ -75,7 +91,7 @@ class Soak {
         motion_(robot_.model->robot),
         monitor_(ros::NodeHandle(), robot_.model, record_, {kMaxTfAge, kLevels}),
         timing_(ros::NodeHandle()),
-        generator_(options.seed) {
+        chance_(options.seed) {
     describe(robot_);
     tf_ = std::make_unique<TfStream>(ros::NodeHandle(), kTfRate,
                                      [this](const ros::Time& now) { return motion_.transformsAt(now); });
@@ -83,9 +99,8 @@ class Soak {
     if (!monitor_.awaitRightAnswer(ros::Time::now(), kRestart)) throw std::runtime_error("the node does not start");
     objects_ = std::make_unique<SoakObjects>(robot_.model, record_, options.seed + 1);
     monitor_.follow(objects_.get());
-    for (int i = 0; i < kClients; ++i) {
-      clients_.emplace_back(robot_.model, *objects_, record_, options.seed + 1000 * static_cast<std::uint64_t>(i + 1));
-    }
+    for (unsigned i = 1; i <= kClients; ++i)
+      clients_.emplace_back(robot_.model, *objects_, record_, options.seed + 1000 * i);
     timing_.start(kMonitorRate);
   }
 
@@ -106,7 +121,7 @@ class Soak {
       may_restart_ = since(start_) < kShareWithRestarts * duration;
       if (since(start_) < 0.5 * duration) memory_settled_ = node_->residentMemory();
       oneFault();
-      rest(random(0.2, 1.5));
+      rest(chance_.between(0.2, 1.5));
     }
     rest(1.0);
     return summary();
@@ -120,10 +135,6 @@ class Soak {
   };
 
   bool isOver() const { return interrupted != 0 || hangs_ || died_; }
-  double random(double from, double to) { return std::uniform_real_distribution<double>(from, to)(generator_); }
-  std::size_t randomIndex(std::size_t size) {
-    return std::uniform_int_distribution<std::size_t>(0, size - 1)(generator_);
-  }
 
   void startTheNode(const std::string& mesh_cache) {
     node_.reset();
@@ -144,9 +155,9 @@ class Soak {
       record_.countWrong("node", "it ended by itself, exit code " + std::to_string(node_->exitCode()));
     }
     for (const SoakClient& client : clients_) {
-      if (client.waiting() < kLongestAnswer) continue;
+      if (client.calls().waiting() < kLongestAnswer) continue;
       hangs_ = true;
-      record_.countWrong(client.service(), "no answer within " + std::to_string(kLongestAnswer) + " s");
+      record_.countWrong(client.calls().service(), "no answer within " + std::to_string(kLongestAnswer) + " s");
     }
     if (since(shown_) < (isatty(STDOUT_FILENO) ? 1.0 : 60.0)) return;
     shown_ = Clock::now();
@@ -154,20 +165,14 @@ class Soak {
   }
 
   void showProgress() const {
-    std::uint64_t right = 0, wrong = 0, faults = 0;
-    for (const auto& [name, tally] : record_.services()) {
-      right += tally.right;
-      wrong += tally.wrong;
-    }
-    for (const auto& [name, tally] : record_.faults()) faults += tally.count;
+    const stress::Tally answers = sumOf(record_.answers()), faults = sumOf(record_.faults());
     const MonitorTiming timing = timing_.timing();
     const int seconds = static_cast<int>(since(start_));
     std::printf(
-        "%s%3d:%02d of %g min  %llu cycles, %llu missed  %llu right answers, %llu wrong  %llu faults  %.1f MB  %-16s%s",
+        "%s%3d:%02d of %g min  %llu cycles, %llu missed  %.0f right answers, %.0f wrong  %.0f faults  %.1f MB  %-16s%s",
         isatty(STDOUT_FILENO) ? "\r" : "", seconds / 60, seconds % 60, options_.minutes,
         static_cast<unsigned long long>(timing.cycles), static_cast<unsigned long long>(timing.missed),
-        static_cast<unsigned long long>(right), static_cast<unsigned long long>(wrong),
-        static_cast<unsigned long long>(faults), 1e-6 * static_cast<double>(node_->residentMemory()),
+        answers["right"], answers["wrong"], faults["happened"], 1e-6 * static_cast<double>(node_->residentMemory()),
         fault_name_.c_str(), isatty(STDOUT_FILENO) ? "" : "\n");
     std::fflush(stdout);
   }
@@ -208,7 +213,7 @@ class Soak {
       leaveOthersOut(of_others);
       if (of_tf.empty() && of_others.empty()) return;  // not in this phase
     }
-    const std::size_t chosen = randomIndex(of_tf.size() + of_others.size());
+    const auto chosen = static_cast<std::size_t>(chance_.below(static_cast<int>(of_tf.size() + of_others.size())));
     if (chosen < of_tf.size()) return tfFault(of_tf[chosen]);
     const Fault& fault = of_others[chosen - of_tf.size()];
     fault_name_ = fault.name;
@@ -228,17 +233,16 @@ class Soak {
   }
 
   void tfFault(const TfFaultKind& kind) {
-    const std::vector<Joint>& joints = robot_.model->robot.joints;
-    const int child = joints[randomIndex(joints.size())].child_link;
-    const bool everywhere = random(0.0, 1.0) < 0.3;
+    const int child = chance_.oneOf(robot_.model->robot.joints).child_link;
+    const bool everywhere = chance_.happens(0.3);
     fault_name_ = kind.name;
     const bool misleads = kind.effect == TfEffect::Misleads;
     if (misleads) record_.startMisleading();
-    tf_->apply(kind.fault, everywhere ? "" : robot_.model->robot.links[static_cast<std::size_t>(child)].name);
-    rest(random(0.05, 3.0 * kMaxTfAge));
+    tf_->apply(kind.fault, everywhere ? "" : robot_.model->robot.links[child].name);
+    rest(chance_.between(0.05, 3.0 * kMaxTfAge));
     tf_->apply(TfFault::None);
     if (misleads) record_.stopMisleading();
-    // What tf was told wrongly must be out of the way first.
+    // The wrong transforms must have gone from tf first.
     if (misleads) rest(0.5);
     recover(kTfRecovery);
     fault_name_.clear();
@@ -258,7 +262,7 @@ class Soak {
   void badModel() {
     const std::string broken[] = {"", "<robot name=", "<robot name='r'><link name='a'/><link name='b'/></robot>",
                                   robot_.urdf.substr(0, robot_.urdf.size() / 2)};
-    ros::param::set("/robot_description", broken[randomIndex(std::size(broken))]);
+    ros::param::set("/robot_description", chance_.oneOf(broken));
     callReload(false);
     describe(robot_);
     recover(kTfRecovery);
@@ -281,7 +285,7 @@ class Soak {
   /// It dies in the middle of a call.
   void dyingClient() {
     const std::unique_ptr<ChildProcess> client = startOurselves({"--ask"});
-    rest(random(0.5, 2.0));
+    rest(chance_.between(0.5, 2.0));
     client->signal(SIGKILL);
     recover(kTfRecovery);
   }
@@ -299,7 +303,7 @@ class Soak {
   template <class Happen>
   void inSimulatedTime(double rate, Happen happen) {
     const double speeds[] = {0.5, 1.0, 2.0};
-    SimulatedNode node(simulated_robot_, record_, kLevels, rate, speeds[randomIndex(std::size(speeds))]);
+    SimulatedNode node(simulated_robot_, record_, kLevels, rate, chance_.oneOf(speeds));
     const Recovery recovery = node.awaitRightAnswer(kRestart) ? happen(node) : std::nullopt;
     record_.countFault(fault_name_, recovery.has_value(), recovery.value_or(0.0));
     look();
@@ -307,12 +311,12 @@ class Soak {
 
   double randomRate() {
     const double rates[] = {0.0, 5.0, kMonitorRate, 500.0};
-    return rates[randomIndex(std::size(rates))];
+    return chance_.oneOf(rates);
   }
 
   void standingClock() {
     inSimulatedTime(randomRate(), [this](SimulatedNode& node) {
-      return node.staysInvalidWithoutTime(random(0.0, 2.0)) ? recoveryOf(node) : std::nullopt;
+      return node.staysInvalidWithoutTime(chance_.between(0.0, 2.0)) ? recoveryOf(node) : std::nullopt;
     });
   }
 
@@ -320,17 +324,17 @@ class Soak {
     inSimulatedTime(randomRate(), [this](SimulatedNode& node) {
       Recovery recovery = 0.0;
       for (int i = 0; i < 4 && recovery; ++i) {
-        node.jump(random(-100.0, 100.0));
+        node.jump(chance_.between(-100.0, 100.0));
         recovery = recoveryOf(node);
       }
       return recovery;
     });
   }
 
-  /// As of a bag that is played again and again.
+  /// Its clock is that of a bag that is played again and again.
   void loopingClock() {
     inSimulatedTime(randomRate(), [this](SimulatedNode& node) {
-      const double begin = node.now(), length = random(0.2, 1.5);
+      const double begin = node.now(), length = chance_.between(0.2, 1.5);
       Recovery recovery = 0.0;
       for (int i = 0; i < 5 && recovery; ++i) {
         rest(length);
@@ -344,7 +348,7 @@ class Soak {
   void overlapThatStays() {
     constexpr double kRate = 2.5;  // [Hz] the search may take 0.1 s
     inSimulatedTime(kRate, [this](SimulatedNode& node) {
-      return node.isNotSlowedByAnOverlapThatStays(generator_, kRestart) ? Recovery(0.0) : std::nullopt;
+      return node.isNotSlowedByAnOverlapThatStays(chance_, kRestart) ? Recovery(0.0) : std::nullopt;
     });
   }
 
@@ -355,7 +359,7 @@ class Soak {
   void dyingMaster() {
     master_.process->signal(SIGKILL);
     master_.process->hasEndedWithin(std::chrono::seconds(5));
-    rest(random(0.2, 2.0));
+    rest(chance_.between(0.2, 2.0));
     master_.process = startMasterAt(master_.port);
     describe(robot_);
     if (!awaitNode(kRegisteredAgain)) record_.countWrong(fault_name_, "newcomers do not find the node any more");
@@ -381,39 +385,31 @@ class Soak {
     const MonitorTiming timing = timing_.timing();
     const double end = static_cast<double>(node_->residentMemory());
     const double growth = end - static_cast<double>(memory_settled_);
-    std::uint64_t wrong = 0, right = 0, faults = 0, survived = 0;
-    std::printf("\n\n%-20s %10s %10s %10s %8s %8s\n", "answers", "right", "no tf", "misled tf", "lost", "wrong");
-    for (const auto& [name, tally] : record_.services()) {
-      std::printf("%-20s %10llu %10llu %10llu %8llu %8llu\n", name.c_str(),
-                  static_cast<unsigned long long>(tally.right), static_cast<unsigned long long>(tally.refused),
-                  static_cast<unsigned long long>(tally.misled), static_cast<unsigned long long>(tally.lost),
-                  static_cast<unsigned long long>(tally.wrong));
-      wrong += tally.wrong;
-      right += tally.right;
-    }
-    std::printf("\n%-20s %10s %10s %22s\n", "faults", "happened", "survived", "slowest recovery [s]");
-    for (const auto& [name, tally] : record_.faults()) {
-      std::printf("%-20s %10llu %10llu %22.2f\n", name.c_str(), static_cast<unsigned long long>(tally.count),
-                  static_cast<unsigned long long>(tally.survived), tally.slowest_recovery);
-      faults += tally.count;
-      survived += tally.survived;
-    }
+    const stress::Tally answers = sumOf(record_.answers()), faults = sumOf(record_.faults());
+    std::printf("\n\n");
+    print("answers", record_.answers(),
+          {stress::count("right", 10, "right"), stress::count("no tf", 10, "refused"),
+           stress::count("misled tf", 10, "misled"), stress::count("lost", 8, "lost"),
+           stress::count("wrong", 8, "wrong")});
+    std::printf("\n");
+    print("faults", record_.faults(),
+          {stress::count("happened", 10, "happened"), stress::count("survived", 10, "survived"),
+           stress::number("slowest recovery [s]", 22, "%*.2f", "recovery")});
     const bool grown = growth > kMaxGrowth;
     std::printf(
-        "\n%.1f min, seed %llu: %llu cycles at %g Hz, %llu missed (%.3f %%); %llu of %llu faults survived\n",
-        since(start_) / 60.0, static_cast<unsigned long long>(options_.seed),
-        static_cast<unsigned long long>(timing.cycles), kMonitorRate, static_cast<unsigned long long>(timing.missed),
+        "\n%.1f min, seed %u: %llu cycles at %g Hz, %llu missed (%.3f %%); %.0f of %.0f faults survived\n",
+        since(start_) / 60.0, options_.seed, static_cast<unsigned long long>(timing.cycles), kMonitorRate,
+        static_cast<unsigned long long>(timing.missed),
         100.0 * static_cast<double>(timing.missed) / static_cast<double>(std::max<std::uint64_t>(1, timing.cycles)),
-        static_cast<unsigned long long>(survived), static_cast<unsigned long long>(faults));
+        faults["survived"], faults["happened"]);
     std::printf(
-        "%llu right answers, %llu wrong; memory of the node %.1f MB at the start, %.1f MB in the middle, "
+        "%.0f right answers, %.0f wrong; memory of the node %.1f MB at the start, %.1f MB in the middle, "
         "%.1f MB at the end%s\n",
-        static_cast<unsigned long long>(right), static_cast<unsigned long long>(wrong),
-        1e-6 * static_cast<double>(memory_at_start_), 1e-6 * static_cast<double>(memory_settled_), 1e-6 * end,
-        grown ? ": it grows" : "");
+        answers["right"], answers["wrong"], 1e-6 * static_cast<double>(memory_at_start_),
+        1e-6 * static_cast<double>(memory_settled_), 1e-6 * end, grown ? ": it grows" : "");
     std::fflush(stdout);
     if (hangs_) std::_Exit(1);  // a client that hangs cannot be joined
-    return wrong == 0 && !grown && !died_ && survived == faults;
+    return answers["wrong"] == 0.0 && !grown && !died_ && faults["survived"] == faults["happened"];
   }
 
   const SoakOptions options_;
@@ -423,7 +419,7 @@ class Soak {
   MovingRobot motion_;
   SoakMonitor monitor_;
   MonitorWatch timing_;
-  std::mt19937_64 generator_;
+  Chance chance_;
   std::unique_ptr<TfStream> tf_;
   std::unique_ptr<ChildProcess> node_;
   std::unique_ptr<SoakObjects> objects_;

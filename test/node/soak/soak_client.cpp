@@ -34,53 +34,54 @@ constexpr bool kIsMotion =
 }  // namespace
 
 SoakClient::SoakClient(const std::shared_ptr<const SceneModel>& model, const SoakObjects& objects, SoakRecord& record,
-                       std::uint64_t seed)
-    : model_(*model), objects_(objects), record_(record), checks_(model), generator_(seed), thread_([this] {
-        run();
-      }) {}
-
-double SoakClient::waiting() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return std::max(0.0, std::chrono::duration<double>(Clock::now() - begin_).count());
-}
-
-std::string SoakClient::service() const {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  return service_;
-}
+                       unsigned seed)
+    : model_(*model),
+      objects_(objects),
+      record_(record),
+      checks_(model),
+      chance_(seed),
+      calls_(record),
+      thread_([this] { run(); }) {}
 
 void SoakClient::run() {
   while (!record_.isStopped()) {
     askSomething();
-    std::this_thread::sleep_for(std::chrono::duration<double>(random(0.0, kLongestPause)));
+    std::this_thread::sleep_for(std::chrono::duration<double>(chance_.between(0.0, kLongestPause)));
   }
 }
 
-double SoakClient::random(double from, double to) {
-  return std::uniform_real_distribution<double>(from, to)(generator_);
+/// Asks about one checked pair of links, or half of the time about all that are checked.
+template <class Request>
+Request SoakClient::aboutAPair() {
+  Request request;
+  if (chance_.happens(0.5)) {
+    const LinkPair& pair = model_.pairs.pairs[chance_.oneOf(model_.pairs.checked)];
+    request.a.link = model_.robot.links[pair.link_a].name;
+    request.b.link = model_.robot.links[pair.link_b].name;
+  }
+  if constexpr (!std::is_same_v<Request, QueryTrajectoryRequest>) request.stamp = chooseStamp();
+  return request;
+}
+
+/// Mostly the latest time; else one at which tf had a message, a short while ago.
+ros::Time SoakClient::chooseStamp() {
+  const bool again = !last_stamp_.isZero() && ros::Time::now() - last_stamp_ < ros::Duration(kLongestMemory);
+  return again && chance_.happens(0.3) ? last_stamp_ : ros::Time();
 }
 
 void SoakClient::askSomething() {
-  switch (static_cast<int>(random(0.0, 8.0))) {
-    case 0: {
-      MinimumDistanceRequest request;
-      choosePair(request.a, request.b);
-      request.stamp = chooseStamp();
-      return ask<MinimumDistanceRequest, MinimumDistanceResponse>("minimum_distance", request);
-    }
+  switch (chance_.below(8)) {
+    case 0:
+      return ask<MinimumDistanceRequest, MinimumDistanceResponse>("minimum_distance",
+                                                                  aboutAPair<MinimumDistanceRequest>());
     case 1: {
-      SeparationAxisRequest request;
-      choosePair(request.a, request.b);
-      request.stamp = chooseStamp();
-      request.margin = random(0.0, 0.3);
+      SeparationAxisRequest request = aboutAPair<SeparationAxisRequest>();
+      request.margin = chance_.between(0.0, 0.3);
       return ask<SeparationAxisRequest, SeparationAxisResponse>("separation_axis", request);
     }
-    case 2: {
-      PenetrationDepthRequest request;
-      choosePair(request.a, request.b);
-      request.stamp = chooseStamp();
-      return ask<PenetrationDepthRequest, PenetrationDepthResponse>("penetration_depth", request);
-    }
+    case 2:
+      return ask<PenetrationDepthRequest, PenetrationDepthResponse>("penetration_depth",
+                                                                    aboutAPair<PenetrationDepthRequest>());
     case 3:
       return ask<QueryPairsRequest, QueryPairsResponse>("query_pairs", pairs());
     case 4:
@@ -93,53 +94,20 @@ void SoakClient::askSomething() {
       std_srvs::SetBoolRequest request;
       request.data = 1;
       std_srvs::SetBoolResponse response;
-      if (call("enable_monitor", request, response)) record_.count("enable_monitor", Outcome::Right);
+      if (calls_.call("enable_monitor", request, response)) record_.count("enable_monitor", Outcome::Right);
     }
   }
-}
-
-/// A call that is lost while the node is there, and was there before, is a wrong answer.
-template <class Request, class Response>
-bool SoakClient::call(const std::string& service, const Request& request, Response& response) {
-  ros::ServiceClient& client = clients_[service];
-  if (!client.isValid()) {
-    client = ros::NodeHandle().serviceClient<Request, Response>(kNodeName + "/" + service, /*persistent=*/true);
-  }
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    begin_ = Clock::now();
-    service_ = service;
-  }
-  const int starts = record_.starts();
-  const bool was_up = record_.nodeIsUp();
-  Request sent = request;
-  const bool answered = client.isValid() && client.call(sent, response);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    begin_ = Clock::time_point::max();
-  }
-  if (answered) return true;
-  client = ros::ServiceClient();
-  const bool excused = !was_up || !record_.nodeIsUp() || record_.starts() != starts || starts_seen_ != starts;
-  starts_seen_ = starts;  // once: every connection of before is broken
-  if (excused || record_.isStopped()) {
-    record_.count(service, Outcome::Lost);
-    for (auto& entry : clients_) entry.second = ros::ServiceClient();
-  } else {
-    record_.countWrong(service, "the call was lost while the node was there");
-  }
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  return false;
 }
 
 template <class Request, class Response>
 void SoakClient::ask(const std::string& service, const Request& request) {
   Response response;
   const Clock::time_point asked_at = Clock::now();
-  if (call(service, request, response)) judge(service, request, response, asked_at);
+  if (calls_.call(service, request, response)) return judge(service, request, response, asked_at);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
-/// Of the objects that the node may have used, one set must give the answer.
+/// One of the sets of objects that the node may have used must give the answer.
 template <class Request, class Response>
 Verdict SoakClient::verdictWith(const std::vector<SoakObjects::Set>& sets, const Request& request,
                                 const Response& response) {
@@ -187,25 +155,9 @@ sensor_msgs::JointState SoakClient::randomState() {
     if (!isSettable(joint)) continue;
     const bool limited = std::isfinite(joint.lower) && std::isfinite(joint.upper);
     state.name.push_back(joint.name);
-    state.position.push_back(limited ? random(joint.lower, joint.upper) : random(-M_PI, M_PI));
+    state.position.push_back(limited ? chance_.between(joint.lower, joint.upper) : chance_.between(-M_PI, M_PI));
   }
   return state;
-}
-
-/// Half of the time none, which means all.
-void SoakClient::choosePair(proximity_server::ShapeRef& a, proximity_server::ShapeRef& b) {
-  if (randomly(0.5)) return;
-  const std::vector<int>& checked = model_.pairs.checked;
-  const auto row = static_cast<std::size_t>(random(0.0, static_cast<double>(checked.size())));
-  const LinkPair& pair = model_.pairs.pairs[static_cast<std::size_t>(checked[std::min(row, checked.size() - 1)])];
-  a.link = model_.robot.links[static_cast<std::size_t>(pair.link_a)].name;
-  b.link = model_.robot.links[static_cast<std::size_t>(pair.link_b)].name;
-}
-
-/// Mostly the latest time; else one at which tf had a message, a short while ago.
-ros::Time SoakClient::chooseStamp() {
-  const bool again = !last_stamp_.isZero() && ros::Time::now() - last_stamp_ < ros::Duration(kLongestMemory);
-  return again && randomly(0.3) ? last_stamp_ : ros::Time();
 }
 
 QueryPairsRequest SoakClient::pairs() {
@@ -213,9 +165,9 @@ QueryPairsRequest SoakClient::pairs() {
   request.stamp = chooseStamp();
   const std::uint8_t modes[] = {QueryPairsRequest::MINIMUM, QueryPairsRequest::K_CLOSEST, QueryPairsRequest::PER_PAIR,
                                 QueryPairsRequest::BELOW_THRESHOLD};
-  request.mode = modes[static_cast<std::size_t>(random(0.0, 3.999))];
+  request.mode = chance_.oneOf(modes);
   if (request.mode == QueryPairsRequest::K_CLOSEST) request.k = 5;
-  if (request.mode == QueryPairsRequest::BELOW_THRESHOLD) request.threshold = random(0.0, 0.3);
+  if (request.mode == QueryPairsRequest::BELOW_THRESHOLD) request.threshold = chance_.between(0.0, 0.3);
   return request;
 }
 
@@ -225,29 +177,26 @@ QueryConfigurationRequest SoakClient::configuration() {
   request.mode = asked.mode;
   request.k = asked.k;
   request.threshold = asked.threshold;
-  request.states.resize(static_cast<std::size_t>(random(1.0, 9.0)));
+  request.states.resize(static_cast<std::size_t>(1 + chance_.below(8)));
   for (sensor_msgs::JointState& state : request.states) state = randomState();
   return request;
 }
 
 FirstContactRequest SoakClient::contact() {
-  FirstContactRequest request;
-  choosePair(request.a, request.b);
-  request.stamp = chooseStamp();
+  auto request = aboutAPair<FirstContactRequest>();
   request.joints = randomState();
   request.joints.position.clear();
   for (std::size_t i = 0; i < request.joints.name.size(); ++i) {
-    request.joints.velocity.push_back(random(-0.5, 0.5));
+    request.joints.velocity.push_back(chance_.between(-0.5, 0.5));
   }
-  request.horizon = random(0.1, 2.0);
-  request.contact_distance = random(0.0, 0.05);
+  request.horizon = chance_.between(0.1, 2.0);
+  request.contact_distance = chance_.between(0.0, 0.05);
   return request;
 }
 
 QueryTrajectoryRequest SoakClient::trajectory() {
-  QueryTrajectoryRequest request;
-  choosePair(request.a, request.b);
-  request.contact_distance = random(0.0, 0.05);
+  auto request = aboutAPair<QueryTrajectoryRequest>();
+  request.contact_distance = chance_.between(0.0, 0.05);
   for (int i = 0; i < 3; ++i) {
     const sensor_msgs::JointState state = randomState();
     trajectory_msgs::JointTrajectoryPoint point;

@@ -1,7 +1,6 @@
 #include "node/soak/soak_objects.h"
 
 #include <algorithm>
-#include <array>
 
 #include "node/load/node_under_load.h"
 
@@ -28,8 +27,10 @@ SoakObjects::Set noObjects(const std::shared_ptr<const SceneModel>& model) {
 
 }  // namespace
 
-SoakObjects::SoakObjects(const std::shared_ptr<const SceneModel>& model, SoakRecord& record, std::uint64_t seed)
-    : model_(model), none_(noObjects(model)), record_(record), generator_(seed), thread_([this] { run(); }) {}
+SoakObjects::SoakObjects(const std::shared_ptr<const SceneModel>& model, SoakRecord& record, unsigned seed)
+    : model_(model), none_(noObjects(model)), record_(record), chance_(seed), calls_(record), thread_([this] {
+        run();
+      }) {}
 
 SoakObjects::Set SoakObjects::ofRevision(std::uint64_t revision) const {
   if (revision == 0) return none_;
@@ -51,17 +52,13 @@ std::vector<SoakObjects::Set> SoakObjects::since(Clock::time_point begin) const 
 void SoakObjects::run() {
   while (!record_.isStopped()) {
     if (is_known_ || beginAnew()) changeOnce();
-    std::this_thread::sleep_for(std::chrono::duration<double>(random(0.0, kLongestPause)));
+    std::this_thread::sleep_for(std::chrono::duration<double>(chance_.between(0.0, kLongestPause)));
   }
-}
-
-double SoakObjects::random(double from, double to) {
-  return std::uniform_real_distribution<double>(from, to)(generator_);
 }
 
 void SoakObjects::forget() {
   is_known_ = false;
-  client_ = ros::ServiceClient();
+  calls_.disconnect();
   const std::lock_guard<std::mutex> lock(mutex_);
   history_.clear();
 }
@@ -102,11 +99,11 @@ void SoakObjects::changeOnce() {
 /// A new ball, another place for one, or one less.
 SoakObjects::Change SoakObjects::randomChange() {
   const Set& now = history_.back().objects;  // only this thread writes it
-  const std::string id = "ball " + std::to_string(static_cast<int>(random(0.0, kIds)));
+  const std::string id = "ball " + std::to_string(chance_.below(kIds));
   const bool is_there = now->find(id) >= 0;
   Change change;
   change.asked.id = id;
-  if (is_there && random(0.0, 1.0) < 0.2) {
+  if (is_there && chance_.happens(0.2)) {
     change.asked.operation = proximity_server::ObjectChange::REMOVE;
     change.same = RemoveObject{id};
     return change;
@@ -115,15 +112,15 @@ SoakObjects::Change SoakObjects::randomChange() {
   change.asked.primitives.resize(1);
   change.asked.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
   change.asked.primitives[0].dimensions = {kRadius};
-  const std::array<double, 3> at = {random(-1.0, 1.0), random(-1.0, 1.0), random(0.0, 1.5)};
-  change.asked.pose.position.x = at[0];
-  change.asked.pose.position.y = at[1];
-  change.asked.pose.position.z = at[2];
-  Eigen::Isometry3d pose(Eigen::Translation3d(at[0], at[1], at[2]));
+  geometry_msgs::Point& at = change.asked.pose.position;
+  at.x = chance_.between(-1.0, 1.0);
+  at.y = chance_.between(-1.0, 1.0);
+  at.z = chance_.between(0.0, 1.5);
+  const Eigen::Isometry3d pose(Eigen::Translation3d(at.x, at.y, at.z));
   const std::vector<Link>& links = model_->robot.links;
-  const std::string& link = links[static_cast<std::size_t>(random(0.0, static_cast<double>(links.size()) - 0.01))].name;
+  const std::string& link = chance_.oneOf(links).name;
   Placement placement = Fixed{pose};
-  const double kind = random(0.0, 1.0);
+  const double kind = chance_.between(0.0, 1.0);
   if (kind < 0.5 && link != links.front().name) {
     change.asked.header.frame_id = link;  // then tf is not asked where it is
     if (kind < 0.25) {
@@ -144,27 +141,11 @@ SoakObjects::Change SoakObjects::randomChange() {
 
 /// Whether the node has answered and done it.
 bool SoakObjects::apply(const proximity_server::ObjectChange& asked, ApplyObjectsResponse& response) {
-  if (!client_.isValid()) {
-    client_ = ros::NodeHandle().serviceClient<ApplyObjectsRequest, ApplyObjectsResponse>(kNodeName + "/" + kService,
-                                                                                         /*persistent=*/true);
-  }
   ApplyObjectsRequest request;
   request.changes.changes = {asked};
-  const int starts = record_.starts();
-  const bool was_up = record_.nodeIsUp();
-  if (client_.isValid() && client_.call(request, response)) {
-    if (response.success) return true;
-    record_.countWrong(kService, "refused: " + response.status.message);
-    return false;
-  }
-  client_ = ros::ServiceClient();
-  const bool excused = !was_up || !record_.nodeIsUp() || record_.starts() != starts || starts_seen_ != starts;
-  starts_seen_ = starts;  // once: the connection of before is broken
-  if (excused || record_.isStopped())
-    record_.count(kService, Outcome::Lost);
-  else
-    record_.countWrong(kService, "the call was lost while the node was there");
-  return false;
+  if (!calls_.call(kService, request, response)) return false;
+  if (!response.success) record_.countWrong(kService, "refused: " + response.status.message);
+  return response.success;
 }
 
 }  // namespace proximity_server::node

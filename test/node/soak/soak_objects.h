@@ -1,18 +1,17 @@
 #pragma once
 
 #include <proximity_server/ApplyObjects.h>
-#include <ros/service_client.h>
 
 #include <chrono>
 #include <cstdint>
 #include <deque>
 #include <memory>
 #include <mutex>
-#include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "chance.h"
 #include "node/soak/soak_record.h"
 #include "proximity_server/scene/objects/objects.h"
 
@@ -20,16 +19,16 @@ namespace proximity_server::node {
 
 using namespace scene;
 
-/// Changes the objects of the node all the time, and knows which of them it may have had when. They stand, are held by a
-/// link, or move with the frame of one.
+/// Changes the objects of the node all the time, and knows which of them it may have had when. They stand, are held by
+/// a link, or move with the frame of one.
 class SoakObjects {
  public:
   using Clock = std::chrono::steady_clock;
   using Set = std::shared_ptr<const Objects>;
 
   /// The record must outlive this. The base of the robot must be the reference frame of the node.
-  SoakObjects(const std::shared_ptr<const SceneModel>& model, SoakRecord& record, std::uint64_t seed);
-  /// When the record is stopped.
+  SoakObjects(const std::shared_ptr<const SceneModel>& model, SoakRecord& record, unsigned seed);
+  /// Ends when the record is stopped.
   ~SoakObjects() { thread_.join(); }
 
   /// The objects of a revision; nullptr if it is not known, as around a restart of the node.
@@ -56,15 +55,13 @@ class SoakObjects {
   Change randomChange();
   bool apply(const proximity_server::ObjectChange& asked, ApplyObjectsResponse& response);
   void forget();
-  double random(double from, double to);
 
   const std::shared_ptr<const SceneModel> model_;
   const Set none_;
   SoakRecord& record_;
-  std::mt19937_64 generator_;
-  ros::ServiceClient client_;
+  Chance chance_;
+  SoakCalls calls_;
   std::uint64_t node_start_ = 0;
-  int starts_seen_ = 0;        ///< of the node, at the last call that was lost
   bool is_known_ = false;      ///< which objects the node has
   mutable std::mutex mutex_;   // guards the history
   std::deque<Entry> history_;  ///< the last one is that of now
