@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "benchmark/timing.h"
 #include "oracle/oracle.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -19,21 +20,21 @@ using Eigen::Isometry3d;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxJudged = 20;  // the time of the oracle grows with the vertices of the hulls
 
-/// By candidate pair; infinity where there is no answer.
+/// Returns the distances by candidate pair; infinity if there is no answer.
 std::vector<double> byPair(const std::vector<PairDistance>& answer, std::size_t pairs) {
   std::vector<double> distances(pairs, kInfinity);
   for (const PairDistance& pair : answer) distances[static_cast<std::size_t>(pair.pair)] = pair.distance;
   return distances;
 }
 
-/// A piece in the frame of the poses.
+/// Returns the pose of a piece in the frame of the poses.
 Isometry3d poseOf(const Piece& piece, const Link& link, const BodyPoses& poses) {
   return *poses[static_cast<std::size_t>(link.body)] * piece.body_T_piece;
 }
 
 double reachOf(const Shape& shape) { return shape.coreRadius() + shape.margin(); }
 
-/// The distance of the closest pieces of two links, or `enough` where no piece is nearer.
+/// Returns the distance of the closest pieces of two links, or `enough` if no piece is nearer.
 double trueDistance(const RobotModel& robot, const LinkPair& pair, const BodyPoses& poses, double enough) {
   const Link &link_a = robot.links[static_cast<std::size_t>(pair.link_a)],
              &link_b = robot.links[static_cast<std::size_t>(pair.link_b)];
@@ -48,14 +49,35 @@ double trueDistance(const RobotModel& robot, const LinkPair& pair, const BodyPos
   return closest;
 }
 
-}  // namespace
+struct Differences {
+  int compared = 0, differing = 0, overlaps_missed = 0, overlaps_claimed = 0, other_pairs = 0;
+  double too_near = 0.0, too_far = 0.0;
 
-double quantile(std::vector<double> values, double share) {
-  const double place = std::ceil(share * static_cast<double>(values.size())) - 1.0;
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max(place, 0.0));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
+  void add(double ours, double other) {
+    if (ours <= 0.0 || other <= 0.0) {
+      if (ours < -kAgreement && other > kAgreement) ++overlaps_missed;
+      if (ours > kAgreement && other <= 0.0) ++overlaps_claimed;
+      return;
+    }
+    ++compared;
+    if (std::abs(ours - other) > kAgreement) ++differing;
+    too_near = std::max(too_near, ours - other);
+    too_far = std::max(too_far, other - ours);
+  }
+};
+
+nlohmann::json verdictsOf(const std::vector<SceneAnswer>& ours, const std::vector<SceneAnswer>& others,
+                          std::size_t states) {
+  int missed = 0, claimed = 0, below = 0;
+  for (std::size_t i = 0; i < states; ++i) {
+    if (ours[i].is_below) ++below;
+    if (ours[i].is_below && !others[i].is_below) ++missed;
+    if (!ours[i].is_below && others[i].is_below) ++claimed;
+  }
+  return {{"states", states}, {"below", below}, {"below_missed", missed}, {"below_claimed", claimed}};
 }
+
+}  // namespace
 
 void Agreement::compare(const BodyPoses& poses, const std::vector<PairDistance>& ours,
                         const std::vector<PairDistance>& others) {
@@ -123,6 +145,26 @@ nlohmann::json Agreement::summary() const {
   summary["max_error"] = quantile(differences_, 1.0);
   summary["p99_error"] = quantile(differences_, 0.99);
   return summary;
+}
+
+nlohmann::json sweepAgreement(SceneQuestion question, const std::vector<SceneAnswer>& ours,
+                              const std::vector<SceneAnswer>& others) {
+  const std::size_t states = std::min(ours.size(), others.size());
+  if (question == SceneQuestion::AnyBelow) return verdictsOf(ours, others, states);
+  Differences found;
+  for (std::size_t i = 0; i < states; ++i) {
+    const std::vector<PairDistance>&our = ours[i].pairs, &other = others[i].pairs;
+    if (our.size() != other.size()) ++found.other_pairs;
+    for (std::size_t j = 0; j < std::min(our.size(), other.size()); ++j) found.add(our[j].distance, other[j].distance);
+  }
+  return {{"states", states},
+          {"compared", found.compared},
+          {"differing", found.differing},
+          {"too_near", found.too_near},
+          {"too_far", found.too_far},
+          {"overlaps_missed", found.overlaps_missed},
+          {"overlaps_claimed", found.overlaps_claimed},
+          {"other_pairs", found.other_pairs}};
 }
 
 }  // namespace proximity_server::benchmark

@@ -11,7 +11,7 @@ namespace proximity_server::benchmark {
 using namespace scene;
 using namespace peers;
 
-constexpr double kAgreement = 1e-6;  ///< [m] as near are two answers that are the same
+constexpr double kAgreement = 1e-6;  ///< [m] two answers that are as near are the same
 
 /// How far the answers of another library lie from ours, and which of the two is right where they differ.
 ///
@@ -41,7 +41,13 @@ class Agreement {
   int overlaps_missed_ = 0, overlaps_claimed_ = 0, unanswered_ = 0;
 };
 
-/// The value that `share` (0 to 1) of the values do not exceed; they must not be empty.
-double quantile(std::vector<double> values, double share);
+/// How far the answers of another library about a sweep lie from ours, state by state; ours are proven.
+///
+/// states: that were compared. For AnyBelow: below_missed counts the states in which ours is below and the other is
+/// not, below_claimed the other way round. For the others, over pairs by rank that both say are apart: compared;
+/// differing: by more than 1e-6 m; too_near and too_far: the largest errors [m] in either direction; and
+/// overlaps_missed and overlaps_claimed. For Below also other_pairs: states with another number of pairs.
+nlohmann::json sweepAgreement(SceneQuestion question, const std::vector<SceneAnswer>& ours,
+                              const std::vector<SceneAnswer>& others);
 
 }  // namespace proximity_server::benchmark

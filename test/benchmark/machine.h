@@ -7,7 +7,7 @@
 
 namespace proximity_server::benchmark {
 
-/// What a result needs to be read later: processor, date (UTC) and compiler.
+/// Returns processor, date (UTC) and compiler, which readers of a result need to know.
 inline nlohmann::json machine() {
   std::string processor = "unknown";
   std::ifstream file("/proc/cpuinfo");

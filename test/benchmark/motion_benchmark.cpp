@@ -2,24 +2,20 @@
 // every library, interleaved round by round. The results go into a JSON file, with the errors against a bisection that
 // leaves out no interval without proof. ./dev bench motion runs it pinned.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <functional>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
-#include <regex>
 
-#include "benchmark/agreement.h"
 #include "benchmark/benchmark_main.h"
 #include "benchmark/moving_robots.h"
+#include "benchmark/timing.h"
 #include "oracle/oracle.h"
+#include "peers/aborts.h"
 #include "peers/motion_library.h"
 #include "peers/robots.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::benchmark {
 
@@ -29,13 +25,12 @@ using namespace peers;
 namespace {
 
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
 
 constexpr int kRounds = 5;
 constexpr std::size_t kSolids = 20;
-constexpr double kRoundSeconds = 0.5;    // of one library in one round, at most; fewer motions where that takes longer
+constexpr double kRoundSeconds = 0.5;    // of one library in one round, at most; fewer motions if that takes longer
 constexpr std::size_t kFewest = 20;      // motions in a round
-constexpr double kLateDepth = 1e-12;     // [m] of solids of size 1; what is less may be rounding
+constexpr double kLateDepth = 1e-12;     // [m] of solids of size 1; less may be rounding
 constexpr std::size_t kJudged = 3;       // motions of a row whose reference the oracle checks
 constexpr double kOracleDoubt = 1e-11;   // [m] how far the reference's distance may lie from the oracle's
 constexpr int kReferenceSamples = 2000;  // for the smallest distance
@@ -52,10 +47,12 @@ std::vector<Pairing> pairings() {
           {"plate", randomPlate},       {"hull 200", [](Random& random) { return randomHull(random, 200); }}};
 }
 
-const std::pair<const char*, MotionKind> kKinds[] = {
+using NamedKind = std::pair<const char*, MotionKind>;
+using NamedOutcome = std::pair<const char*, Outcome>;
+
+const NamedKind kKinds[] = {
     {"translation", MotionKind::Translation}, {"linear", MotionKind::Linear}, {"screw", MotionKind::Screw}};
-const std::pair<const char*, Outcome> kOutcomes[] = {
-    {"hit", Outcome::Hit}, {"miss", Outcome::Miss}, {"grazing", Outcome::Grazing}};
+const NamedOutcome kOutcomes[] = {{"hit", Outcome::Hit}, {"miss", Outcome::Miss}, {"grazing", Outcome::Grazing}};
 
 /// Motions of one row, the same on every run.
 struct Row {
@@ -69,7 +66,7 @@ struct Row {
   }
 };
 
-/// What the reference says of one motion, checked by the oracle of the tests: apart before the contact and not after.
+/// Checks the reference of one motion by the oracle of the tests: apart before the contact and not after.
 void judge(const MovingSolidPair& pair, const FirstContact& truth) {
   const auto oracleAt = [&](double time) {
     const Eigen::Isometry3d a_T_b = pair.poseOfBInA(time);
@@ -81,9 +78,12 @@ void judge(const MovingSolidPair& pair, const FirstContact& truth) {
     throw std::logic_error("the oracle sees no contact where the reference does");
 }
 
-Row makeRow(const Pairing& pairing, const std::pair<const char*, MotionKind>& kind,
-            const std::pair<const char*, Outcome>& outcome, int motions) {
-  Row row{pairing.name + ", " + kind.first + ", " + outcome.first, pairing.name, kind.first, outcome.first, {}, {}, {}};
+std::string rowName(const Pairing& pairing, const NamedKind& kind, const NamedOutcome& outcome) {
+  return pairing.name + ", " + kind.first + ", " + outcome.first;
+}
+
+Row makeRow(const Pairing& pairing, const NamedKind& kind, const NamedOutcome& outcome, int motions) {
+  Row row{rowName(pairing, kind, outcome), pairing.name, kind.first, outcome.first, {}, {}, {}};
   Random random(21);
   for (std::size_t i = 0; i < 2 * kSolids; ++i) row.solids.push_back(pairing.make(random));
   for (std::size_t i = 0; i < static_cast<std::size_t>(motions); ++i) {
@@ -113,16 +113,16 @@ class Run {
     const double affordable = kRoundSeconds * static_cast<double>(few) / seconds;
     timed_.resize(
         static_cast<std::size_t>(std::clamp(affordable, static_cast<double>(few), static_cast<double>(timed_.size()))));
-    times_.resize(timed_.size());
+    times_ = Rounds(timed_.size());
   }
 
   const Library& library() const { return library_; }
   const std::vector<std::optional<Answer>>& answers() const { return answers_; }
   bool isTimed() const { return !timed_.empty(); }
 
-  /// One pass, each motion timed by itself.
+  /// Makes one pass, in which each motion is timed by itself.
   void time() {
-    for (std::size_t i = 0; i < timed_.size(); ++i) times_[i].push_back(ask(timed_[i]));
+    for (std::size_t i = 0; i < timed_.size(); ++i) times_.add(i, ask(timed_[i]));
   }
 
   json result() const {
@@ -132,29 +132,24 @@ class Run {
                   {"timed", timed_.size()},
                   {"unanswered", std::count(answers_.begin(), answers_.end(), std::nullopt)}});
     if (!isTimed()) return entry;
-    std::vector<double> medians;
-    for (const std::vector<double>& rounds : times_) medians.push_back(quantile(rounds, 0.5));
+    const std::vector<double> medians = times_.medians();
     const double mean = std::accumulate(medians.begin(), medians.end(), 0.0) / static_cast<double>(medians.size());
-    entry.update({{"ns", quantile(medians, 0.5)}, {"p99_ns", quantile(medians, 0.99)}, {"mean_ns", mean}});
+    entry.update({{"ns", medianOf(medians)}, {"p99_ns", quantile(medians, 0.99)}, {"mean_ns", mean}});
     return entry;
   }
 
  private:
-  /// [ns]
+  /// Returns the time [ns].
   double ask(std::size_t motion) const {
-    const auto start = Clock::now();
-    const Answer answer = library_.ask(row_.motions[motion]);
-    const auto end = Clock::now();
-    volatile int sink = answer.queries;
-    static_cast<void>(sink);
-    return std::chrono::duration<double, std::nano>(end - start).count();
+    volatile int sink = 0;
+    return timeOf<std::nano>([&] { sink = library_.ask(row_.motions[motion]).queries; });
   }
 
   const Library& library_;
   const Row& row_;
   std::vector<std::optional<Answer>> answers_;
   std::vector<std::size_t> timed_;
-  std::vector<std::vector<double>> times_;  // [ns] by timed motion and round
+  Rounds times_;  // [ns] by timed motion
 };
 
 template <typename Library>
@@ -182,16 +177,16 @@ class Errors {
   int count_ = 0;
 };
 
-/// By more than rounding, at one of some times from one to the other.
+/// Returns whether they overlap by more than rounding at one of some times from one to the other.
 bool overlapsBetween(const MovingSolidPair& pair, double begin, double end) {
   for (int i = 1; i <= 8 && end > begin; ++i)
     if (signedDistanceAt(pair, begin + (end - begin) * i / 8.0).distance < -kLateDepth) return true;
   return false;
 }
 
-/// How well a library knows the time of contact. Its error is that of the worse end of what it says, [t_free,
-/// t_contact]; as a distance it is how far from contact the solids are at that time. Late: it says that there is no
-/// contact for a time in which the solids overlap.
+/// How well a library knows the time of contact. Its error is that of the worse end of its answer [t_free, t_contact];
+/// as a distance it is how far from contact the solids are at that time. Late: it says that there is no contact for a
+/// time in which the solids overlap.
 class ContactErrors {
  public:
   void compare(const MovingSolidPair& pair, const FirstContact& truth, const ContactAnswer& answer) {
@@ -233,7 +228,8 @@ class ContactErrors {
   Errors time_, distance_, queries_;
 };
 
-/// How many samples within the default tolerance of ours sampling would need until the contact: the mean of the row.
+/// Returns how many samples within the default tolerance of ours sampling would need until the contact: the mean of the
+/// row.
 double samplesForOurTolerance(const Row& row) {
   double sum = 0.0;
   for (std::size_t i = 0; i < row.motions.size(); ++i)
@@ -241,7 +237,7 @@ double samplesForOurTolerance(const Row& row) {
   return sum / static_cast<double>(row.motions.size());
 }
 
-/// One entry a library.
+/// Returns one entry a library.
 json measureContacts(const Row& row, const std::vector<ContactLibrary>& libraries) {
   json entries = json::array();
   for (const Run<ContactLibrary>& run : timedRuns(row, libraries)) {
@@ -257,7 +253,7 @@ json measureContacts(const Row& row, const std::vector<ContactLibrary>& librarie
     }
     entries.push_back(entry);
   }
-  std::cerr << "." << std::flush;
+  showProgress();
   return entries;
 }
 
@@ -287,22 +283,19 @@ json measureMinimum(const Row& row, const std::vector<MinimumLibrary>& libraries
                   {"queries", queries.mean()}});
     entries.push_back(entry);
   }
-  std::cerr << "." << std::flush;
+  showProgress();
   return entries;
 }
 
-void append(json& rows, const json& entries) { rows.insert(rows.end(), entries.begin(), entries.end()); }
-
-/// Everything about pairs of solids whose row's name matches.
-json measurePairs(int motions, const std::regex& wanted) {
+/// Measures the wanted rows of pairs of solids.
+json measurePairs(int motions, const Wanted& wanted) {
   json result = {{"rows", json::array()}, {"tolerances", json::array()}, {"minimum", json::array()}};
   const std::vector<ContactLibrary> libraries = contactLibraries(), tuned = tunedContactLibraries();
   const std::vector<MinimumLibrary> minimum = minimumLibraries();
   for (const Pairing& pairing : pairings())
     for (const auto& kind : kKinds)
       for (const auto& outcome : kOutcomes) {
-        const std::string name = pairing.name + ", " + kind.first + ", " + outcome.first;
-        if (!std::regex_search(name, wanted)) continue;
+        if (!wanted(rowName(pairing, kind, outcome))) continue;
         Row row = makeRow(pairing, kind, outcome, motions);
         append(result["rows"], measureContacts(row, libraries));
         row.motions.resize(std::min<std::size_t>(row.motions.size(), 100), row.motions.front());
@@ -320,13 +313,9 @@ int main(int argc, char** argv) {
   CLI::App app{"Time of contact of moving solids and robots, beside FCL and sampling"};
   int motions = 400;
   app.add_option("--motions", motions, "of each row")->check(CLI::PositiveNumber)->capture_default_str();
-  return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
+  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) {
     nlohmann::json result = measurePairs(motions, wanted);
-    std::vector<NamedRobot> robots = exampleRobots();
-    if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
-    robots.insert(robots.begin(), demoRobot());
-    result["robots"] = measureMovingRobots(robots, motions, wanted);
-    std::cerr << "\n";
+    result["robots"] = measureMovingRobots(robotsToMeasure(), motions, wanted);
     return result;
   });
 }

@@ -1,4 +1,4 @@
-// What ./dev bench motion relies on: everybody is asked about the same motion, and the reference is right.
+// ./dev bench motion relies on this: all libraries are asked about the same motion, and the reference is right.
 
 #include <fcl/math/motion/screw_motion.h>
 #include <fcl/narrowphase/continuous_collision.h>
@@ -34,13 +34,13 @@ RigidMotion straight(const Vector3d& from, const Vector3d& by) {
   return {MotionKind::Translation, Isometry3d(Eigen::Translation3d(from)), by, Vector3d::Zero()};
 }
 
-/// About the z axis of the common frame.
+/// Returns a motion about the z axis of the common frame.
 RigidMotion circling(const Vector3d& from, double turn) {
   const Vector3d angular = turn * Vector3d::UnitZ();
   return {MotionKind::Screw, Isometry3d(Eigen::Translation3d(from)), angular.cross(from), angular};
 }
 
-/// The same on every run, whichever tests are among them.
+/// Returns the same solid on every run, whichever tests are among them.
 Solid made(Solid (*make)(Random&), unsigned seed) {
   Random random(seed);
   return make(random);
@@ -190,7 +190,7 @@ TEST(FclAdvancement, IsTheSameInOurLoopWithItsOwnErrorOfTheTime) {
     }
 }
 
-// Why translations are put to FCL as TranslationMotion: its screw multiplies the way with its own length.
+// Translations are put to FCL as TranslationMotion for this reason: its screw multiplies the way with its own length.
 TEST(FclScrewMotion, WithoutATurnGoesTooFar) {
   const fcl::ScrewMotion<double> motion(Isometry3d::Identity(), Isometry3d(Eigen::Translation3d(2.0, 0.0, 0.0)));
   motion.integrate(1.0);

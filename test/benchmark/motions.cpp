@@ -1,9 +1,10 @@
 #include "benchmark/motions.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>
 #include <cmath>
-#include <random>
+
+#include "chance.h"
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::benchmark {
 
@@ -24,10 +25,6 @@ Range rangeOf(const Joint& joint) {
   return {std::isfinite(joint.lower) ? joint.lower : -kPi, std::isfinite(joint.upper) ? joint.upper : kPi};
 }
 
-double uniform(std::mt19937& random, double from, double to) {
-  return std::uniform_real_distribution<double>(from, to)(random);
-}
-
 /// position(t) = middle + amplitude * sin(frequency * t + phase)
 struct Swing {
   double middle, amplitude;
@@ -37,25 +34,25 @@ struct Swing {
   double at(double time) const { return middle + amplitude * std::sin(frequency * time + phase); }
 };
 
-Swing swingOf(const Joint& joint, std::mt19937& random) {
+Swing swingOf(const Joint& joint, Chance& random) {
   const Range range = rangeOf(joint);
   const double wanted = joint.type == Joint::Type::Prismatic ? 0.1 : 1.0;
   const double speed = std::min(wanted, joint.max_velocity);
-  const double slowest = 2.0 * kPi * uniform(random, 0.1, 0.5), phase = uniform(random, 0.0, 2.0 * kPi);
+  const double slowest = 2.0 * kPi * random.between(0.1, 0.5), phase = random.between(0.0, 2.0 * kPi);
   const double amplitude = std::min(range.half(), speed / slowest);
   return {range.middle(), amplitude, amplitude > 0.0 ? speed / amplitude : 0.0, phase};
 }
 
-Eigen::RowVectorXd randomRow(const RobotModel& robot, std::mt19937& random) {
+Eigen::RowVectorXd randomRow(const RobotModel& robot, Chance& random) {
   Eigen::RowVectorXd row(static_cast<Eigen::Index>(robot.joints.size()));
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
     const Range range = rangeOf(robot.joints[j]);
-    row[static_cast<Eigen::Index>(j)] = uniform(random, range.lower, range.upper);
+    row[static_cast<Eigen::Index>(j)] = random.between(range.lower, range.upper);
   }
   return row;
 }
 
-/// So many steps of no more than 1 degree lead from one state to the other. Mimic joints do not count, as they follow.
+/// Returns how many steps of no more than 1 degree lead from one state to the other. Mimic joints do not count.
 int stepsOf(const RobotModel& robot, const Eigen::RowVectorXd& from, const Eigen::RowVectorXd& to) {
   double longest = 0.0;
   for (std::size_t j = 0; j < robot.joints.size(); ++j) {
@@ -70,23 +67,24 @@ int stepsOf(const RobotModel& robot, const Eigen::RowVectorXd& from, const Eigen
 std::vector<BodyPoses> randomStates(const RobotModel& robot, int states) {
   const PositionTable table = randomPositions(robot, states);
   std::vector<BodyPoses> poses;
-  std::vector<double> positions(robot.joints.size());
-  for (int i = 0; i < states; ++i) {
-    for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = table(i, static_cast<Eigen::Index>(j));
-    poses.push_back(forwardKinematics(robot, positions));
-  }
+  for (int i = 0; i < states; ++i) poses.push_back(forwardKinematics(robot, positionsOf(table, i)));
   return poses;
 }
 
+std::vector<double> positionsOf(const PositionTable& table, Eigen::Index state) {
+  const Eigen::VectorXd row = table.row(state);
+  return {row.data(), row.data() + row.size()};
+}
+
 PositionTable randomPositions(const RobotModel& robot, int states) {
-  std::mt19937 random(11);
+  Chance random(11);
   PositionTable table(states, static_cast<Eigen::Index>(robot.joints.size()));
   for (int i = 0; i < states; ++i) table.row(i) = randomRow(robot, random);
   return table;
 }
 
 PositionTable edgePositions(const RobotModel& robot, int states) {
-  std::mt19937 random(14);
+  Chance random(14);
   PositionTable table(states, static_cast<Eigen::Index>(robot.joints.size()));
   Eigen::RowVectorXd from = randomRow(robot, random), to = randomRow(robot, random);
   for (int i = 0, step = 0; i < states; ++i, ++step) {
@@ -103,7 +101,7 @@ PositionTable edgePositions(const RobotModel& robot, int states) {
 }
 
 std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states) {
-  std::mt19937 random(12);
+  Chance random(12);
   std::vector<Swing> swings;
   for (const Joint& joint : robot.joints) swings.push_back(swingOf(joint, random));
   std::vector<BodyPoses> poses;
@@ -116,15 +114,15 @@ std::vector<BodyPoses> coherentMotion(const RobotModel& robot, int states) {
 }
 
 std::vector<JointMotion> randomJointMotions(const RobotModel& robot, int motions) {
-  std::mt19937 random(13);
+  Chance random(13);
   std::vector<JointMotion> result;
   for (int i = 0; i < motions; ++i) {
     JointMotion motion;
     for (const Joint& joint : robot.joints) {
       const Range range = rangeOf(joint);
       const double fastest = std::isfinite(joint.max_velocity) ? joint.max_velocity : 1.0;
-      motion.from.push_back(uniform(random, range.lower, range.upper));
-      const double end = motion.from.back() + uniform(random, -fastest, fastest);
+      motion.from.push_back(random.between(range.lower, range.upper));
+      const double end = motion.from.back() + random.between(-fastest, fastest);
       motion.to.push_back(std::clamp(end, joint.lower, joint.upper));
     }
     result.push_back(motion);

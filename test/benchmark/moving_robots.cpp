@@ -1,14 +1,12 @@
 #include "benchmark/moving_robots.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <iostream>
 #include <limits>
 #include <string>
 
-#include "benchmark/agreement.h"
 #include "benchmark/motions.h"
+#include "benchmark/timing.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
@@ -20,7 +18,6 @@ using namespace peers;
 namespace {
 
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
 
 constexpr int kRounds = 3;
 constexpr int kSamples = 1001;            // 1 kHz
@@ -35,7 +32,7 @@ const std::pair<const char*, Asked> kAsked[] = {
 
 double contactDistanceOf(Asked asked) { return asked == Asked::ContactWithin2Cm ? 0.02 : 0.0; }
 
-/// What one way to ask says of one motion.
+/// The answer about one motion by one of the ways to ask.
 struct Answer {
   bool contact = false;
   double t_free = 1.0, t_contact = 1.0;      ///< t_contact of the minimum: its time
@@ -43,10 +40,6 @@ struct Answer {
   MotionCounts counts;
   double microseconds = 0.0;
 };
-
-double microsecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-}
 
 Question isAnyWithin(double contact_distance) {
   Question question;
@@ -60,7 +53,7 @@ class Contest {
  public:
   explicit Contest(const NamedRobot& robot) : model_(robot.model), moving_(robot.model), scene_(robot.model) {}
 
-  /// Those that begin without contact.
+  /// Returns motions that begin without contact.
   std::vector<JointMotion> motions(int count) {
     std::vector<JointMotion> drawn = randomJointMotions(model_->robot, 20 * count), free;
     for (const JointMotion& motion : drawn) {
@@ -84,8 +77,8 @@ class Contest {
     });
   }
 
-  /// [us] of samples until `until` in such steps that nothing comes closer between two of them than by our tolerance:
-  /// so many of them times the median of the first.
+  /// The number and the time of samples until `until` in such steps that nothing comes closer between two of them than
+  /// by our tolerance. The time is that number times the median of the first.
   struct Extrapolated {
     double samples, microseconds;
   };
@@ -96,16 +89,17 @@ class Contest {
     ask(asked);
     std::vector<double> times;
     for (int i = 1; i <= kFineStates; ++i) {
-      const auto start = Clock::now();
-      scene_.update(moved.at(i * step));
-      ask(asked);
-      times.push_back(microsecondsSince(start));
+      times.push_back(timeOf<std::micro>([&] {
+        scene_.update(moved.at(i * step));
+        ask(asked);
+      }));
     }
     const double samples = until / step;
-    return {samples, samples * quantile(times, 0.5)};
+    return {samples, samples * medianOf(times)};
   }
 
-  /// Whether the robot is as close to itself where ours says so: within the contact distance, or at the minimum.
+  /// Returns whether the robot is as close to itself at our time as ours says: within the contact distance, or at the
+  /// minimum.
   bool isConfirmed(const JointMotion& motion, Asked asked, const Answer& ours) {
     const RobotMotion moved = RobotMotion::between(model_->robot, motion.from, motion.to);
     scene_.update(moved.at(ours.t_contact));
@@ -115,12 +109,12 @@ class Contest {
   }
 
  private:
-  /// What an answer about a motion costs, with making the motion.
+  /// Returns the answer about a motion with its time, which includes making the motion.
   template <typename Give>
   Answer timed(const JointMotion& motion, const Give& give) {
-    const auto start = Clock::now();
-    Answer answer = give(RobotMotion::between(model_->robot, motion.from, motion.to));
-    answer.microseconds = microsecondsSince(start);
+    Answer answer;
+    answer.microseconds =
+        timeOf<std::micro>([&] { answer = give(RobotMotion::between(model_->robot, motion.from, motion.to)); });
     return answer;
   }
 
@@ -166,7 +160,7 @@ class Contest {
     return answer;
   }
 
-  /// [m] how far the body's pieces reach from its origin, at most.
+  /// Returns how far [m] the body's pieces reach from its origin, at most.
   double reachOf(const Body& body) const {
     double reach = 0.0;
     for (const int index : body.pieces) {
@@ -177,7 +171,7 @@ class Contest {
     return reach;
   }
 
-  /// [m] per unit of time: the sum of the two fastest bodies, from poses all over the motion.
+  /// Returns the sum of the speeds [m] per unit of time of the two fastest bodies, from poses all over the motion.
   double closingSpeed(const RobotMotion& motion) const {
     std::vector<double> fastest(model_->robot.bodies.size(), 0.0);
     for (int i = 0; i < 50; ++i) {
@@ -200,32 +194,33 @@ class Contest {
   Scene scene_;
 };
 
-/// Both ways asked about all motions, one after the other.
+/// The answers of both ways about all motions.
 struct Answers {
   std::vector<Answer> ours, sampled;
 };
 
 Answers askAll(Contest& contest, const std::vector<JointMotion>& motions, Asked asked) {
   Answers answers;
-  std::vector<std::vector<double>> ours(motions.size());
+  Rounds ours(motions.size());
   for (int round = 0; round < kRounds; ++round)
     for (std::size_t i = 0; i < motions.size(); ++i) {
       if (round == 0) answers.sampled.push_back(contest.sampled(motions[i], asked));
       const Answer answer = contest.ours(motions[i], asked);
-      ours[i].push_back(answer.microseconds);
+      ours.add(i, answer.microseconds);
       if (round == 0) answers.ours.push_back(answer);
     }
-  for (std::size_t i = 0; i < motions.size(); ++i) answers.ours[i].microseconds = quantile(ours[i], 0.5);
+  const std::vector<double> medians = ours.medians();
+  for (std::size_t i = 0; i < motions.size(); ++i) answers.ours[i].microseconds = medians[i];
   return answers;
 }
 
 json timesOf(const std::vector<Answer>& answers) {
   std::vector<double> times;
   for (const Answer& answer : answers) times.push_back(answer.microseconds);
-  return {{"median_us", quantile(times, 0.5)}, {"p99_us", quantile(times, 0.99)}};
+  return {{"median_us", medianOf(times)}, {"p99_us", quantile(times, 0.99)}};
 }
 
-/// Means over the motions.
+/// Returns the means over the motions.
 json meanCounts(const std::vector<Answer>& answers) {
   const std::pair<const char*, int MotionCounts::*> counts[] = {{"pairs", &MotionCounts::pairs},
                                                                 {"unknown", &MotionCounts::unknown},
@@ -241,8 +236,8 @@ json meanCounts(const std::vector<Answer>& answers) {
   return means;
 }
 
-/// What samples see of the contacts and the minimum that ours found. "contradicted": samples in contact, or closer than
-/// the lower bound, where ours says that there is none.
+/// Compares the samples with the contacts and the minimum that ours found. "contradicted": samples in contact, or
+/// closer than the lower bound, where ours says that there is none.
 json beside(const Answers& answers, Asked asked) {
   int contacts = 0, missed = 0, contradicted = 0;
   double latest = 0.0, above = 0.0;
@@ -263,7 +258,7 @@ json beside(const Answers& answers, Asked asked) {
   return {{"contacts", contacts}, {"missed", missed}, {"max_late", latest}, {"contradicted", contradicted}};
 }
 
-/// How many of our contacts and minima the robot's clearance at their time does not confirm.
+/// Returns how many of our contacts and minima the robot's clearance at their time does not confirm.
 int unconfirmed(Contest& contest, const std::vector<JointMotion>& motions, const std::vector<Answer>& ours,
                 Asked asked) {
   int count = 0;
@@ -281,7 +276,7 @@ json extrapolate(Contest& contest, const std::vector<JointMotion>& motions, cons
     samples.push_back(fine.samples);
     times.push_back(fine.microseconds);
   }
-  return {{"samples", quantile(samples, 0.5)}, {"median_us", quantile(times, 0.5)}};
+  return {{"samples", medianOf(samples)}, {"median_us", medianOf(times)}};
 }
 
 void measure(json& rows, Contest& contest, const json& head, const std::vector<JointMotion>& motions, Asked asked) {
@@ -297,22 +292,22 @@ void measure(json& rows, Contest& contest, const json& head, const std::vector<J
   fine.update(extrapolate(contest, motions, answers, asked));
   fine.update({{"library", "sampling, our guarantee"}, {"extrapolated", true}});
   for (const json& entry : {ours, sampled, fine}) rows.push_back(entry);
-  std::cerr << "." << std::flush;
+  showProgress();
 }
 
 }  // namespace
 
-json measureMovingRobots(const std::vector<NamedRobot>& robots, int motions, const std::regex& wanted) {
+json measureMovingRobots(const std::vector<NamedRobot>& robots, int motions, const Wanted& wanted) {
   json rows = json::array();
   for (const NamedRobot& robot : robots) {
-    const auto nameOf = [&](const char* question) { return robot.name + ", " + question; };
-    const auto isWanted = [&](const auto& asked) { return std::regex_search(nameOf(asked.first), wanted); };
-    if (std::none_of(std::begin(kAsked), std::end(kAsked), isWanted)) continue;
     Contest contest(robot);
-    const std::vector<JointMotion> drawn = contest.motions(motions);
+    std::vector<JointMotion> drawn;
     for (const auto& [question, asked] : kAsked) {
-      if (drawn.empty() || !std::regex_search(nameOf(question), wanted)) continue;
-      const json head = {{"row", nameOf(question)},
+      const std::string name = robot.name + ", " + question;
+      if (!wanted(name)) continue;
+      if (drawn.empty()) drawn = contest.motions(motions);
+      if (drawn.empty()) continue;
+      const json head = {{"row", name},
                          {"robot", robot.name},
                          {"question", question},
                          {"pairs", robot.model->pairs.checked.size()},

@@ -1,6 +1,7 @@
 // The node under load: clients in processes of their own call each service while tf streams at 1 kHz and the monitor
 // runs, beside a service that does nothing but send as many bytes; a batch of 1000 pairs beside its own computation;
-// how long a changed object needs to its level; and how regularly the monitor runs on larger robots. Has its own ROS master. ./dev bench node runs it.
+// how long a changed object needs to its level; and how regularly the monitor runs on larger robots. Has its own ROS
+// master. ./dev bench node runs it.
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/PenetrationDepth.h>
@@ -10,17 +11,14 @@
 #include <proximity_server/SeparationAxis.h>
 #include <ros/ros.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
 #include <future>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <regex>
 #include <thread>
 
 #include "benchmark/benchmark_main.h"
 #include "benchmark/object_levels.h"
+#include "benchmark/timing.h"
 #include "node/faults/tf_faults.h"
 #include "node/load/client_process.h"
 #include "node/load/moving_robot.h"
@@ -38,7 +36,7 @@ using namespace node;
 namespace {
 
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
+using Seconds = std::ratio<1>;
 
 constexpr double kTfRate = 1000.0;      // [Hz]
 constexpr double kMonitorRate = 250.0;  // [Hz] while services are measured
@@ -52,10 +50,9 @@ const std::string kPadding = "/padding";
 struct BenchmarkOptions {
   double seconds = 0.4;           // of one measurement of one server, twice
   double monitor_seconds = 10.0;  // of one rate of the monitor
-  std::regex rows;
 };
 
-// ---- what is asked
+// ---- questions
 
 struct NamedRequest {
   std::string service;
@@ -70,7 +67,7 @@ proximity_server::ShapeRef shape(const RobotModel& robot, int link) {
   return ref;
 }
 
-/// A request about one pair, the middle one of those that are checked.
+/// Returns a request about one pair, the middle one of those that are checked.
 template <class Request>
 Request onePair(const SceneModel& model) {
   const std::size_t middle = model.pairs.checked.size() / 2;
@@ -104,9 +101,8 @@ FirstContactRequest contact(const MovingRobot& robot) {
 
 QueryConfigurationRequest configurations(const MovingRobot& robot, std::size_t states) {
   QueryConfigurationRequest request;
-  for (std::size_t i = 0; i < states; ++i) {
+  for (std::size_t i = 0; i < states; ++i)
     request.states.push_back(robot.jointStateAt(ros::Time(1.0 + 0.1 * static_cast<double>(i))));
-  }
   request.missing_joints = QueryConfigurationRequest::ZERO;
   return request;
 }
@@ -122,7 +118,7 @@ std::vector<NamedRequest> everyService(const SceneModel& model) {
           {"query_trajectory", rawRequest(trajectory(robot))}};
 }
 
-/// So many pairs: the checked ones, over and over.
+/// Returns kBatch pairs: the checked ones, over and over.
 std::vector<ShapeRefPair> batchOfPairs(const SceneModel& model) {
   std::vector<ShapeRefPair> pairs;
   for (std::size_t i = 0; i < kBatch; ++i) {
@@ -135,34 +131,26 @@ std::vector<ShapeRefPair> batchOfPairs(const SceneModel& model) {
 
 // ---- figures
 
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(q * static_cast<double>(values.size())))];
+/// Adds quantiles of times [s] in microseconds, under names that begin with `name`.
+void addQuantiles(json& figures, const std::string& name, const std::vector<double>& seconds,
+                  const std::vector<std::pair<const char*, double>>& shares) {
+  for (const auto& [share_name, share] : shares) figures[name + share_name + "_us"] = 1e6 * quantile(seconds, share);
 }
 
 json figures(const Calls& calls, double seconds) {
   const std::vector<double> times(calls.seconds.begin(), calls.seconds.end());
-  return {{"calls", times.size()},
-          {"failed", calls.failed},
-          {"per_second", static_cast<double>(times.size()) / seconds},
-          {"median_us", 1e6 * quantile(times, 0.5)},
-          {"p99_us", 1e6 * quantile(times, 0.99)},
-          {"p999_us", 1e6 * quantile(times, 0.999)}};
+  json figures = {
+      {"calls", times.size()}, {"failed", calls.failed}, {"per_second", static_cast<double>(times.size()) / seconds}};
+  addQuantiles(figures, "", times, {{"median", 0.5}, {"p99", 0.99}, {"p999", 0.999}});
+  return figures;
 }
 
 json figures(const MonitorTiming& timing) {
-  return {{"rate", timing.rate},
-          {"cycles", timing.cycles},
-          {"missed", timing.missed},
-          {"jitter_median_us", 1e6 * quantile(timing.jitter, 0.5)},
-          {"jitter_p99_us", 1e6 * quantile(timing.jitter, 0.99)},
-          {"jitter_p999_us", 1e6 * quantile(timing.jitter, 0.999)},
-          {"computation_median_us", 1e6 * quantile(timing.computation, 0.5)},
-          {"computation_p999_us", 1e6 * quantile(timing.computation, 0.999)},
-          {"reaction_median_us", 1e6 * quantile(timing.reaction, 0.5)},
-          {"reaction_p999_us", 1e6 * quantile(timing.reaction, 0.999)},
-          {"reaction_worst_us", 1e6 * quantile(timing.reaction, 1.0)}};
+  json figures = {{"rate", timing.rate}, {"cycles", timing.cycles}, {"missed", timing.missed}};
+  addQuantiles(figures, "jitter_", timing.jitter, {{"median", 0.5}, {"p99", 0.99}, {"p999", 0.999}});
+  addQuantiles(figures, "computation_", timing.computation, {{"median", 0.5}, {"p999", 0.999}});
+  addQuantiles(figures, "reaction_", timing.reaction, {{"median", 0.5}, {"p999", 0.999}, {"worst", 1.0}});
+  return figures;
 }
 
 void add(Calls& all, const Calls& more) {
@@ -172,7 +160,7 @@ void add(Calls& all, const Calls& more) {
 
 // ---- the processes
 
-/// The node with one robot, and what moves it.
+/// The node with one robot, and the stream of tf that moves it.
 class Stage {
  public:
   Stage(const TestRobot& robot, double rate, int realtime_priority = 0) : robot_(robot) {
@@ -181,8 +169,7 @@ class Stage {
     // The poses may be as old as a busy machine makes them; what is measured here is time.
     node_ = startNode({{"rate", rate}, {"max_tf_age", 5.0}, {"realtime_priority", realtime_priority}});
     if (!awaitNode(kPatience)) throw std::runtime_error("the node does not start with " + robot.name);
-    QueryPairsRequest request;
-    const RawRequest every_pair = rawRequest(request);
+    const RawRequest every_pair = rawRequest(QueryPairsRequest());
     RawClient client(kNodeName + "/query_pairs", Connection::Persistent);
     for (int n = 0; n < 100; ++n) {
       const auto response = client.call(every_pair);
@@ -206,14 +193,13 @@ class Stage {
   std::unique_ptr<ChildProcess> stream_, node_;
 };
 
-/// All that is measured.
+/// All measurements.
 class NodeBenchmark {
  public:
-  explicit NodeBenchmark(BenchmarkOptions options) : options_(std::move(options)), watch_(ros::NodeHandle()) {
+  NodeBenchmark(const BenchmarkOptions& options, Wanted wanted)
+      : options_(options), wanted_(std::move(wanted)), watch_(ros::NodeHandle()) {
     padding_ = startOurselves({"--padding"});
-    if (!awaitService(kPadding, kPatience)) {
-      throw std::runtime_error("the empty service does not start");
-    }
+    if (!awaitService(kPadding, kPatience)) throw std::runtime_error("the empty service does not start");
   }
 
   void run() {
@@ -242,7 +228,7 @@ class NodeBenchmark {
 
  private:
   bool isWanted(const std::string& row) const {
-    if (!std::regex_search(row, options_.rows)) return false;
+    if (!wanted_(row)) return false;
     std::cout << row << std::endl;
     return true;
   }
@@ -256,13 +242,10 @@ class NodeBenchmark {
   }
 
   void measureServices(const Stage& stage) {
-    for (const NamedRequest& request : everyService(*stage.robot().model)) {
-      for (const Connection connection : {Connection::Persistent, Connection::OnePerCall}) {
-        for (const std::size_t count : {std::size_t{1}, std::size_t{4}, std::size_t{16}, std::size_t{64}}) {
+    for (const NamedRequest& request : everyService(*stage.robot().model))
+      for (const Connection connection : {Connection::Persistent, Connection::OnePerCall})
+        for (const std::size_t count : {std::size_t{1}, std::size_t{4}, std::size_t{16}, std::size_t{64}})
           measureService(stage, request, connection, count);
-        }
-      }
-    }
   }
 
   void measureService(const Stage& stage, const NamedRequest& asked, Connection connection, std::size_t count) {
@@ -310,26 +293,25 @@ class NodeBenchmark {
     configuration.mode = QueryConfigurationRequest::PER_PAIR;
     const std::vector<ShapeRefPair> candidates = Scene(stage.robot().model).candidates().list();
     std::vector<std::vector<double>> positions;
-    for (const sensor_msgs::JointState& state : configuration.states) {
+    for (const sensor_msgs::JointState& state : configuration.states)
       positions.push_back(MovingRobot(model.robot).positionsAt(state.header.stamp));
-    }
     measureBatch("query_configuration, all pairs in " + std::to_string(states) + " states", "query_configuration",
                  rawRequest(configuration),
                  [&](const ros::SerializedMessage&) { return computation(model, positions, candidates); });
   }
 
-  /// [s] that the library takes for what was asked.
+  /// Returns how long [s] the library takes for the answers.
   double computation(const SceneModel& model, const std::vector<std::vector<double>>& states,
                      const std::vector<ShapeRefPair>& pairs) {
     if (!scene_) scene_ = std::make_unique<Scene>(std::make_shared<const SceneModel>(model));
     std::vector<BodyPoses> poses;
     for (const std::vector<double>& state : states) poses.push_back(forwardKinematics(model.robot, state));
-    const Clock::time_point start = Clock::now();
-    for (const BodyPoses& each : poses) {
-      scene_->update(each);
-      scene_->all(pairs);
-    }
-    return std::chrono::duration<double>(Clock::now() - start).count();
+    return timeOf<Seconds>([&] {
+      for (const BodyPoses& each : poses) {
+        scene_->update(each);
+        scene_->all(pairs);
+      }
+    });
   }
 
   template <class Compute>
@@ -338,31 +320,28 @@ class NodeBenchmark {
     RawClient ours(kNodeName + "/" + service, Connection::Persistent), padding(kPadding, Connection::Persistent);
     std::vector<double> round_trips, computations, empties;
     std::size_t response_bytes = 0;
-    const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                                     std::chrono::duration<double>(10.0 * options_.seconds));
-    while (Clock::now() < end) {
-      Clock::time_point start = Clock::now();
-      const auto response = ours.call(request);
-      round_trips.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    const auto end = ros::WallTime::now() + ros::WallDuration(10.0 * options_.seconds);
+    while (ros::WallTime::now() < end) {
+      decltype(ours.call(request)) response;
+      round_trips.push_back(timeOf<Seconds>([&] { response = ours.call(request); }));
       if (!response || !isSuccess(*response)) throw std::runtime_error(service + " has no answer to a batch");
       response_bytes = response->num_bytes;
       computations.push_back(compute(*response));
       const RawRequest empty = paddingRequest(request, response_bytes);
-      start = Clock::now();
-      padding.call(empty);
-      empties.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+      empties.push_back(timeOf<Seconds>([&] { padding.call(empty); }));
     }
-    batches_.push_back({{"batch", row},
-                        {"calls", round_trips.size()},
-                        {"request_bytes", request.size()},
-                        {"response_bytes", response_bytes},
-                        {"round_trip_us", 1e6 * quantile(round_trips, 0.5)},
-                        {"round_trip_p99_us", 1e6 * quantile(round_trips, 0.99)},
-                        {"computation_us", 1e6 * quantile(computations, 0.5)},
-                        {"empty_us", 1e6 * quantile(empties, 0.5)}});
+    json figures = {{"batch", row},
+                    {"calls", round_trips.size()},
+                    {"request_bytes", request.size()},
+                    {"response_bytes", response_bytes},
+                    {"round_trip_us", 1e6 * medianOf(round_trips)},
+                    {"computation_us", 1e6 * medianOf(computations)},
+                    {"empty_us", 1e6 * medianOf(empties)}};
+    addQuantiles(figures, "round_trip_", round_trips, {{"p99", 0.99}});
+    batches_.push_back(figures);
   }
 
-  /// The services by turns.
+  /// Returns the calls of some clients, to all services by turns.
   static std::vector<Calling> everythingFrom(std::size_t clients, const SceneModel& model) {
     const std::vector<NamedRequest> requests = everyService(model);
     std::vector<Calling> tasks;
@@ -373,7 +352,8 @@ class NodeBenchmark {
     return tasks;
   }
 
-  /// From the message with an object to its level, with and without clients and other objects that change.
+  /// Measures the time from the message with an object to its level, with and without clients and other objects that
+  /// change.
   void measureObjects(const Stage& stage) {
     for (const std::size_t count : {std::size_t{0}, kClientsBesideTheMonitor}) {
       for (const double changes : {0.0, kChangesPerSecond}) {
@@ -388,20 +368,19 @@ class NodeBenchmark {
         std::future<Calls> calls = std::async(std::launch::async, [&] { return callers.call(tasks, seconds); });
         const std::vector<double> times = levels.measure(seconds, changes);
         const Calls done = calls.get();
-        objects_.push_back({{"clients", count},
-                            {"changes_per_second", changes},
-                            {"messages", times.size()},
-                            {"to_level_median_us", 1e6 * quantile(times, 0.5)},
-                            {"to_level_p99_us", 1e6 * quantile(times, 0.99)},
-                            {"to_level_worst_us", 1e6 * quantile(times, 1.0)},
-                            {"calls", figures(done, seconds)},
-                            {"monitor", figures(watch_.timing())},
-                            {"memory_mb", stage.megabytes()}});
+        json figures = {{"clients", count},
+                        {"changes_per_second", changes},
+                        {"messages", times.size()},
+                        {"calls", benchmark::figures(done, seconds)},
+                        {"monitor", benchmark::figures(watch_.timing())},
+                        {"memory_mb", stage.megabytes()}};
+        addQuantiles(figures, "to_level_", times, {{"median", 0.5}, {"p99", 0.99}, {"worst", 1.0}});
+        objects_.push_back(figures);
       }
     }
   }
 
-  /// The services by turns from many clients, as fast as they can.
+  /// Measures the monitor without clients, and with many that call all services as fast as they can.
   void measureMonitor(const TestRobot& robot, double rate, int realtime_priority) {
     const std::string row = robot.name + " at " + std::to_string(static_cast<int>(rate)) + " Hz" +
                             (realtime_priority > 0 ? ", real-time" : "");
@@ -425,6 +404,7 @@ class NodeBenchmark {
   }
 
   BenchmarkOptions options_;
+  Wanted wanted_;
   MonitorWatch watch_;
   std::unique_ptr<ChildProcess> padding_;
   std::unique_ptr<ClientProcesses> clients_;
@@ -466,7 +446,7 @@ int playPart(int argc, char** argv) {
   return 0;
 }
 
-json measure(int argc, char** argv, const BenchmarkOptions& options) {
+json measure(int argc, char** argv, const BenchmarkOptions& options, const Wanted& wanted) {
   const int port = freePort();
   useMasterAt(port);
   const std::unique_ptr<ChildProcess> master = startMasterAt(port);
@@ -474,7 +454,7 @@ json measure(int argc, char** argv, const BenchmarkOptions& options) {
   const ros::NodeHandle keeps_ros_running;
   ros::AsyncSpinner spinner(1);
   spinner.start();
-  NodeBenchmark benchmark(options);
+  NodeBenchmark benchmark(options, wanted);
   benchmark.run();
   spinner.stop();
   ros::shutdown();
@@ -493,8 +473,5 @@ int main(int argc, char** argv) {
   app.add_option("--seconds", options.seconds, "of one measurement")->check(CLI::PositiveNumber);
   app.add_option("--monitor-seconds", options.monitor_seconds, "of one rate of the monitor")
       ->check(CLI::PositiveNumber);
-  return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
-    options.rows = wanted;
-    return measure(argc, argv, options);
-  });
+  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) { return measure(argc, argv, options, wanted); });
 }

@@ -19,13 +19,13 @@ class ObjectLevels {
   /// Removes all objects.
   ~ObjectLevels();
 
-  /// For so many seconds; `stream` [Hz] is the rate of the other messages, 0 for none. Returns the times [s].
+  /// Measures for so many seconds, and returns the times [s]. `stream` [Hz] is the rate of the other messages, 0: none.
   std::vector<double> measure(double seconds, double stream);
 
  private:
   void onClearance(const Clearance& clearance);
   enum class Place : unsigned char { InTheRobot, FarAway };
-  /// [s]; throws std::runtime_error if the level does not come.
+  /// Returns the time [s]; throws std::runtime_error if the level does not come.
   double timeToLevelAt(Place place);
 
   std::mutex mutex_;  // guards the next two

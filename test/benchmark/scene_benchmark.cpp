@@ -3,25 +3,22 @@
 // JSON file, with how the pairs were settled, and how far FCL's answers lie from ours. ./dev bench scene runs it
 // pinned.
 #include <algorithm>
-#include <chrono>
-#include <fstream>
 #include <functional>
 #include <iostream>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "benchmark/agreement.h"
 #include "benchmark/benchmark_main.h"
 #include "benchmark/motions.h"
+#include "benchmark/timing.h"
 #include "peers/cells.h"
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/scene_library.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::benchmark {
 
@@ -30,20 +27,24 @@ using namespace peers;
 namespace {
 
 using nlohmann::json;
-using Clock = std::chrono::steady_clock;
 using Model = std::shared_ptr<const SceneModel>;
 
 constexpr int kRounds = 5;
-constexpr double kRoundSeconds =
-    0.2;                            // of one library in one round, more or less; fewer states where that takes longer
-constexpr std::size_t kBlock = 20;  // so many successive states are timed together
+constexpr double kRoundSeconds = 0.2;  // of one library in one round, more or less; fewer states if that takes longer
+constexpr std::size_t kBlock = 20;     // so many successive states are timed together
 constexpr int kScalingStates = 200;
 
-enum class Motion { Cold, Coherent };
+enum class Motion { Coherent, Cold };
+constexpr Motion kMotions[] = {Motion::Coherent, Motion::Cold};
+std::string nameOf(Motion motion) { return motion == Motion::Cold ? "cold" : "coherent"; }
+
+std::vector<BodyPoses> statesOf(const RobotModel& robot, Motion motion, int states) {
+  return motion == Motion::Cold ? randomStates(robot, states) : coherentMotion(robot, states);
+}
 
 struct NamedLibrary {
   std::string name;
-  /// Without objects: nullptr.
+  /// `objects` is nullptr if there are none.
   std::function<std::unique_ptr<SceneLibrary>(const Model& model, const std::shared_ptr<const Objects>& objects)> make;
 };
 
@@ -59,7 +60,7 @@ NamedLibrary fclBy(const std::string& name, FclScene::Method method) {
           }};
 }
 
-/// The first is what the others are compared with.
+/// The others are compared with the first.
 std::vector<NamedLibrary> allLibraries() {
   return {ours("ours", Skipping::On), ours("ours, no skipping", Skipping::Off),
           fclBy("FCL hulls", FclScene::Method::HullsLibccd), fclBy("FCL hulls, INDEP", FclScene::Method::HullsIndep),
@@ -67,8 +68,8 @@ std::vector<NamedLibrary> allLibraries() {
 }
 
 std::vector<NamedLibrary> scalingLibraries() {
-  return {ours("ours", Skipping::On), fclBy("FCL hulls", FclScene::Method::HullsLibccd),
-          fclBy("FCL triangles", FclScene::Method::Triangles)};
+  const std::vector<NamedLibrary> all = allLibraries();
+  return {all[0], all[2], all[4]};
 }
 
 /// One question about one robot in each of its states.
@@ -79,12 +80,7 @@ struct Row {
   const std::vector<BodyPoses>& states;
   std::shared_ptr<const Objects> objects = nullptr;
 
-  std::string motionName() const { return motion == Motion::Cold ? "cold" : "coherent"; }
-  std::string questionName() const {
-    const char* names[] = {"minimum", "below 5 cm", "all"};
-    return names[static_cast<int>(question)];
-  }
-  std::string name() const { return robot.name + ", " + questionName() + ", " + motionName(); }
+  std::string name() const { return robot.name + ", " + nameOf(question) + ", " + nameOf(motion); }
 };
 
 /// A library at work on a row.
@@ -104,25 +100,23 @@ class Run {
   const std::vector<PairDistance>& answerIn(std::size_t state) const { return answers_[state]; }
   const std::string& name() const { return name_; }
 
-  /// One pass over its states, each timed by itself.
+  /// Makes one pass over its states, each timed by itself.
   void time() {
     for (std::size_t i = 0; i < states_.size(); ++i) {
       approach(states_[i]);
-      times_[i].push_back(ask(states_[i]));
+      times_.add(i, ask(states_[i]));
     }
   }
 
   json result() const;
 
  private:
-  /// [us]
+  /// Returns the time [us].
   double ask(std::size_t state) {
-    const auto start = Clock::now();
-    library_->ask(row_.states[state], row_.question);
-    return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+    return timeOf<std::micro>([&] { library_->ask(row_.states[state], row_.question); });
   }
 
-  /// The state before, where it is not timed itself: a motion has no gaps.
+  /// Asks about the state before if it is not timed itself: a motion has no gaps.
   void approach(std::size_t state) {
     if (row_.motion == Motion::Coherent && state % kBlock == 0 && state > 0 && !asks(state - 1)) ask(state - 1);
   }
@@ -134,39 +128,39 @@ class Run {
   const Row& row_;
   std::unique_ptr<SceneLibrary> library_;
   std::vector<std::size_t> states_;
-  std::vector<std::vector<double>> times_;          // [us] by timed state and round
+  Rounds times_;                                    // [us] by timed state
   std::vector<std::vector<PairDistance>> answers_;  // by state of the row
   std::vector<PairCounts> counts_;                  // by timed state
   int failures_ = 0;
 };
 
-/// Blocks of successive states all over the row, as many as there is time for.
+/// Chooses blocks of successive states all over the row, as many as there is time for.
 void Run::chooseStates() {
   const std::size_t size = row_.states.size(), first = std::min(kBlock, size);
   std::vector<double> microseconds;
   for (std::size_t i = 0; i < first; ++i) microseconds.push_back(ask(i));
-  const double block_seconds = 1e-6 * kBlock * quantile(microseconds, 0.5);
+  const double block_seconds = 1e-6 * kBlock * medianOf(microseconds);
   const std::size_t blocks = (size + kBlock - 1) / kBlock;
   const auto affordable = static_cast<std::size_t>(std::clamp(kRoundSeconds / block_seconds, 1.0, 1e6));
   const std::size_t stride = (blocks + affordable - 1) / affordable;
   for (std::size_t i = 0; i < size; ++i)
     if (i / kBlock % stride == 0) states_.push_back(i);
-  times_.resize(states_.size());
+  times_ = Rounds(states_.size());
 }
 
-/// One pass that is not timed.
+/// Keeps the answers of one pass that is not timed.
 void Run::record() {
   const int failures_before = library_->failures();
   for (const std::size_t state : states_) {
     approach(state);
     ask(state);
-    answers_[state] = library_->answer();
+    answers_[state] = library_->pairs();
     counts_.push_back(library_->counts());
   }
   failures_ = library_->failures() - failures_before;
 }
 
-/// Means over the states.
+/// Returns the means over the states.
 json meansOf(const std::vector<PairCounts>& counts) {
   const std::pair<const char*, int PairCounts::*> rungs[] = {
       {"total", &PairCounts::total},         {"unknown", &PairCounts::unknown},
@@ -182,18 +176,17 @@ json meansOf(const std::vector<PairCounts>& counts) {
 }
 
 json Run::result() const {
-  std::vector<double> medians;
-  for (const std::vector<double>& rounds : times_) medians.push_back(quantile(rounds, 0.5));
+  const std::vector<double> medians = times_.medians();
   json result = {{"row", row_.name()},
                  {"robot", row_.robot.name},
-                 {"question", row_.questionName()},
-                 {"motion", row_.motionName()},
+                 {"question", nameOf(row_.question)},
+                 {"motion", nameOf(row_.motion)},
                  {"library", name_},
                  {"pairs", static_cast<std::int64_t>(row_.robot.model->pairs.checked.size()) +
                                (row_.objects ? row_.objects->pairCount() : 0)},
                  {"bodies", row_.robot.model->robot.bodies.size() - 1},
                  {"states", states_.size()},
-                 {"median_us", quantile(medians, 0.5)},
+                 {"median_us", medianOf(medians)},
                  {"p99_us", quantile(medians, 0.99)},
                  {"failures", failures_}};
   const json means = meansOf(counts_);
@@ -203,7 +196,7 @@ json Run::result() const {
   return result;
 }
 
-/// How far the answers of `other` lie from those of `reference`, in the states that both were asked about.
+/// Returns how far the answers of `other` lie from those of `reference`, in the states that both were asked about.
 json agreementOf(const Row& row, const Run& reference, const Run& other) {
   Agreement agreement(*row.robot.model, row.question);
   for (const std::size_t state : other.states())
@@ -211,7 +204,7 @@ json agreementOf(const Row& row, const Run& reference, const Run& other) {
   return agreement.summary();
 }
 
-/// The share of the states in which some pair overlaps, as far as was asked.
+/// Returns the share of the states in which some pair overlaps, as far as was asked.
 double overlappingShare(const Run& run) {
   const auto overlaps = [&](std::size_t state) {
     const std::vector<PairDistance>& answer = run.answerIn(state);
@@ -221,43 +214,7 @@ double overlappingShare(const Run& run) {
   return static_cast<double>(count) / static_cast<double>(run.states().size());
 }
 
-/// One entry a library.
-json measure(const Row& row, const std::vector<NamedLibrary>& libraries) {
-  std::vector<Run> runs;
-  runs.reserve(libraries.size());
-  for (const NamedLibrary& library : libraries) runs.emplace_back(library, row);
-  for (int round = 0; round < kRounds; ++round)
-    for (Run& run : runs) run.time();
-  json entries = json::array();
-  for (const Run& run : runs) {
-    json entry = run.result();
-    if (&run != &runs.front()) entry["agreement"] = agreementOf(row, runs.front(), run);
-    entry["overlapping"] = overlappingShare(run);
-    entries.push_back(entry);
-  }
-  std::cerr << "." << std::flush;
-  return entries;
-}
-
-std::vector<BodyPoses> statesOf(const NamedRobot& robot, Motion motion, int states) {
-  return motion == Motion::Cold ? randomStates(robot.model->robot, states) : coherentMotion(robot.model->robot, states);
-}
-
-json measureRobots(const std::vector<NamedRobot>& robots, int states, const std::regex& wanted) {
-  json rows = json::array();
-  for (const NamedRobot& robot : robots)
-    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
-      const std::vector<BodyPoses> poses = statesOf(robot, motion, states);
-      for (const SceneQuestion question : {SceneQuestion::Minimum, SceneQuestion::Below, SceneQuestion::All}) {
-        const Row row{robot, motion, question, poses};
-        if (!std::regex_search(row.name(), wanted)) continue;
-        for (const json& entry : measure(row, allLibraries())) rows.push_back(entry);
-      }
-    }
-  return rows;
-}
-
-/// The largest difference [m] of two answers about the minimum, where both say that it is apart.
+/// Returns the largest difference [m] of two answers about the minimum, if both say that it is apart.
 double largestDifference(const Run& reference, const Run& other) {
   double largest = 0.0;
   for (const std::size_t state : other.states()) {
@@ -268,30 +225,98 @@ double largestDifference(const Run& reference, const Run& other) {
   return largest;
 }
 
-/// A robot with objects around it.
-json measureCells(const NamedRobot& robot, int states, const std::regex& wanted) {
+/// Returns one entry a library.
+json measure(const Row& row, const std::vector<NamedLibrary>& libraries) {
+  std::vector<Run> runs;
+  runs.reserve(libraries.size());
+  for (const NamedLibrary& library : libraries) runs.emplace_back(library, row);
+  for (int round = 0; round < kRounds; ++round)
+    for (Run& run : runs) run.time();
+  json entries = json::array();
+  for (const Run& run : runs) {
+    json entry = run.result();
+    entry["overlapping"] = overlappingShare(run);
+    if (row.objects && row.question == SceneQuestion::Minimum)
+      entry["largest_difference"] = largestDifference(runs.front(), run);
+    if (!row.objects && &run != &runs.front()) entry["agreement"] = agreementOf(row, runs.front(), run);
+    entries.push_back(entry);
+  }
+  showProgress();
+  return entries;
+}
+
+/// Returns how many pairs a search for the minimum cannot leave out by boxes: the mean over some states.
+double pairsInReach(const Row& row) {
+  FclScene scene(*row.robot.model, FclScene::Method::HullsLibccd);
+  double sum = 0.0;
+  int states = 0;
+  for (std::size_t i = 0; i < row.states.size(); i += kBlock, ++states) {
+    scene.ask(row.states[i], SceneQuestion::Minimum);
+    const std::vector<PairDistance> minimum = scene.pairs();
+    if (!minimum.empty()) sum += scene.pairsWithBoxesWithin(minimum.front().distance);
+  }
+  return sum / states;
+}
+
+/// The rows of one robot, in both motions.
+struct Contest {
+  NamedRobot robot;
+  std::vector<SceneQuestion> questions;
+  std::vector<NamedLibrary> libraries;
+  int states;
+  std::shared_ptr<const Objects> objects = nullptr;
+  bool counts_pairs_in_reach = false;
+};
+
+json measure(const Contest& contest, const Wanted& wanted) {
   json rows = json::array();
-  for (const NamedCell& cell : pandaCells(robot)) {
-    const NamedRobot named{cell.name, cell.model};
-    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
-      const std::vector<BodyPoses> poses = statesOf(named, motion, states);
-      for (const SceneQuestion question : {SceneQuestion::Minimum, SceneQuestion::Below}) {
-        const Row row{named, motion, question, poses, cell.objects};
-        if (!std::regex_search(row.name(), wanted)) continue;
-        std::vector<Run> runs;
-        for (const NamedLibrary& library : scalingLibraries()) runs.emplace_back(library, row);
-        for (int round = 0; round < kRounds; ++round)
-          for (Run& run : runs) run.time();
-        for (const Run& run : runs) {
-          json entry = run.result();
-          entry["overlapping"] = overlappingShare(run);
-          if (question == SceneQuestion::Minimum) entry["largest_difference"] = largestDifference(runs.front(), run);
-          rows.push_back(entry);
-        }
-        std::cerr << "." << std::flush;
-      }
+  for (const Motion motion : kMotions) {
+    const std::vector<BodyPoses> poses = statesOf(contest.robot.model->robot, motion, contest.states);
+    for (const SceneQuestion question : contest.questions) {
+      const Row row{contest.robot, motion, question, poses, contest.objects};
+      if (!wanted(row.name())) continue;
+      json entries = measure(row, contest.libraries);
+      if (contest.counts_pairs_in_reach)
+        for (json& entry : entries) entry["pairs_in_reach"] = pairsInReach(row);
+      append(rows, entries);
     }
   }
+  return rows;
+}
+
+json measureRobots(const std::vector<NamedRobot>& robots, int states, const Wanted& wanted) {
+  json rows = json::array();
+  for (const NamedRobot& robot : robots)
+    append(rows,
+           measure({robot, {SceneQuestion::Minimum, SceneQuestion::Below, SceneQuestion::All}, allLibraries(), states},
+                   wanted));
+  return rows;
+}
+
+/// Measures a robot with objects around it.
+json measureCells(const std::vector<NamedCell>& cells, int states, const Wanted& wanted) {
+  json rows = json::array();
+  for (const NamedCell& cell : cells)
+    append(rows, measure({{cell.name, cell.model},
+                          {SceneQuestion::Minimum, SceneQuestion::Below},
+                          scalingLibraries(),
+                          states,
+                          cell.objects},
+                         wanted));
+  return rows;
+}
+
+/// Measures the minimum of ever more arms side by side.
+json measureScaling(int states, const Wanted& wanted) {
+  json rows = json::array();
+  for (const int bodies : {2, 5, 10, 20, 50, 100, 200, 500})
+    append(rows, measure({rowsOfArms(bodies),
+                          {SceneQuestion::Minimum},
+                          scalingLibraries(),
+                          std::min(states, kScalingStates),
+                          /*objects=*/nullptr,
+                          /*counts_pairs_in_reach=*/true},
+                         wanted));
   return rows;
 }
 
@@ -331,7 +356,7 @@ class AddedBox {
     for (const std::string& step : order_) {
       const std::vector<double>& microseconds = times_.at(step);
       rows.push_back({{"row", step},
-                      {"median_us", quantile(microseconds, 0.5)},
+                      {"median_us", medianOf(microseconds)},
                       {"p99_us", quantile(microseconds, 0.99)},
                       {"most_us", quantile(microseconds, 1.0)}});
     }
@@ -341,10 +366,8 @@ class AddedBox {
  private:
   template <typename Step>
   void time(const std::string& name, const Step& step) {
-    const auto start = Clock::now();
-    step();
     if (times_.count(name) == 0) order_.push_back(name);
-    times_[name].push_back(std::chrono::duration<double, std::micro>(Clock::now() - start).count());
+    times_[name].push_back(timeOf<std::micro>(step));
   }
 
   const std::vector<BodyPoses>& states_;
@@ -355,23 +378,22 @@ class AddedBox {
   std::vector<std::string> order_;
 };
 
-json measureAddedBoxes(const NamedRobot& robot, int states, const std::regex& wanted) {
-  const NamedCell cell = pandaCells(robot)[1];
-  if (!std::regex_search("Add a box to " + cell.name, wanted)) return json::array();
-  const std::vector<BodyPoses> poses = coherentMotion(robot.model->robot, states);
+json measureAddedBoxes(const NamedCell& cell, int states, const Wanted& wanted) {
+  if (!wanted("Add a box to " + cell.name)) return json::array();
+  const std::vector<BodyPoses> poses = coherentMotion(cell.model->robot, states);
   AddedBox added(cell, poses);
   for (int number = 0; number < states; ++number) added.run(number);
   return added.result();
 }
 
-// What a controller asks in each cycle.
+/// A controller asks for so many in each cycle.
 constexpr int kConstraintRows = 8;
 
 /// The second distance is so large that all rows are used.
 const VelocityDamper kDampers[] = {{{0.02, 0.02}, 0.3, 0.5}, {{0.02, 0.02}, 1.0, 0.5}};
 
-/// The steps of a controller's cycle. All questions go to scenes of their own, as each keeps from state to state what helps
-/// it; each step is timed by itself in every state.
+/// The steps of a controller's cycle. All questions go to scenes of their own, as each keeps from state to state what
+/// helps it; each step is timed by itself in every state.
 class ControllerCycles {
  public:
   ControllerCycles(const NamedRobot& robot, const std::vector<BodyPoses>& states, const VelocityDamper& damper)
@@ -382,63 +404,50 @@ class ControllerCycles {
         derivatives_(robot.model),
         rows_(robot.model, kConstraintRows),
         fcl_(*robot.model, FclScene::Method::HullsLibccd),
-        rows_of_fcl_(kConstraintRows, derivatives_.degreesOfFreedom().size()) {
+        rows_of_fcl_(kConstraintRows, derivatives_.degreesOfFreedom().size()),
+        of_distances_(states.size()),
+        of_rows_(states.size()),
+        of_gradients_(states.size()),
+        of_fcl_(states.size()) {
     question_.threshold = damper.influence_distance;
     gradient_.resize(derivatives_.degreesOfFreedom().size());
-    for (std::vector<std::vector<double>>* times : {&of_distances_, &of_rows_, &of_gradients_, &of_fcl_})
-      times->resize(states.size());
   }
 
   /// Each step goes through all states by itself, so that none finds in the cache what another has just read.
   void runRound() {
     for (std::size_t state = 0; state < states_.size(); ++state) {
-      of_distances_[state].push_back(microseconds([&] { askForDistances(state); }));
+      of_distances_.add(state, timeOf<std::micro>([&] { askForDistances(state); }));
       timeGradients(state);
     }
     for (std::size_t state = 0; state < states_.size(); ++state) {
-      of_rows_[state].push_back(microseconds([&] { askForRows(state); }));
+      of_rows_.add(state, timeOf<std::micro>([&] { askForRows(state); }));
       used_ += usedRows();
       ++asked_;
     }
     // It keeps nothing from state to state, so that some are enough.
     for (std::size_t state = 0; state < states_.size(); state += 10)
-      of_fcl_[state].push_back(microseconds([&] { askFclForRows(state); }));
+      of_fcl_.add(state, timeOf<std::micro>([&] { askFclForRows(state); }));
   }
 
   json result(const std::string& row) const {
-    const std::vector<double> distances = medians(of_distances_), rows = medians(of_rows_), fcl = medians(of_fcl_);
+    const std::vector<double> distances = of_distances_.medians(), rows = of_rows_.medians(), fcl = of_fcl_.medians();
     json result = {{"row", row},
                    {"rows", kConstraintRows},
                    {"rows_used", used_ / asked_},
                    {"influence_distance", damper_.influence_distance},
                    {"states", states_.size()},
-                   {"distances_us", quantile(distances, 0.5)},
+                   {"distances_us", medianOf(distances)},
                    {"distances_p99_us", quantile(distances, 0.99)},
-                   {"median_us", quantile(rows, 0.5)},
+                   {"median_us", medianOf(rows)},
                    {"p99_us", quantile(rows, 0.99)},
-                   {"fcl_us", quantile(fcl, 0.5)},
+                   {"fcl_us", medianOf(fcl)},
                    {"fcl_p99_us", quantile(fcl, 0.99)}};
-    const std::vector<double> gradients = medians(of_gradients_);
-    if (!gradients.empty()) result["gradient_us"] = quantile(gradients, 0.5);
+    const std::vector<double> gradients = of_gradients_.medians();
+    if (!gradients.empty()) result["gradient_us"] = medianOf(gradients);
     return result;
   }
 
  private:
-  template <typename Step>
-  static double microseconds(const Step& step) {
-    const auto start = Clock::now();
-    step();
-    return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-  }
-
-  /// Of the states that were timed.
-  static std::vector<double> medians(const std::vector<std::vector<double>>& times) {
-    std::vector<double> medians;
-    for (const std::vector<double>& rounds : times)
-      if (!rounds.empty()) medians.push_back(quantile(rounds, 0.5));
-    return medians;
-  }
-
   void askForDistances(std::size_t state) {
     scene_.update(states_[state]);
     found_ = &scene_.closestBelow(scene_.candidates(), kConstraintRows, question_).closest;
@@ -450,7 +459,7 @@ class ControllerCycles {
     rows_.update(scene_of_rows_, derivatives_, damper_);
   }
 
-  /// The same formula, with FCL's distances and points. It has none of pairs that overlap.
+  /// Takes FCL's distances and points into the same formula. There are none of pairs that overlap.
   void askFclForRows(std::size_t state) {
     derivatives_.update(states_[state]);
     Eigen::Index row = 0;
@@ -468,19 +477,19 @@ class ControllerCycles {
     }
   }
 
-  /// A single gradient is too short for the clock: of all found pairs, so often.
+  /// Times the gradients of all found pairs several times, as a single one is too short for the clock.
   void timeGradients(std::size_t state) {
     constexpr int kRepetitions = 20;
     if (found_->empty()) return;
     derivatives_.update(states_[state]);
-    const double all = microseconds([&] {
+    const double all = timeOf<std::micro>([&] {
       for (int i = 0; i < kRepetitions; ++i)
         for (const PairProximity& pair : *found_) {
           derivatives_.gradient(pair, gradient_);
           sum_ += gradient_[0];  // so that the compiler computes it
         }
     });
-    of_gradients_[state].push_back(all / (kRepetitions * static_cast<double>(found_->size())));
+    of_gradients_.add(state, all / (kRepetitions * static_cast<double>(found_->size())));
   }
 
   double usedRows() const {
@@ -497,57 +506,26 @@ class ControllerCycles {
   Eigen::MatrixXd rows_of_fcl_;
   Question question_;
   Eigen::VectorXd gradient_;
-  const std::vector<PairProximity>* found_ = nullptr;                                // by the last question to scene_
-  std::vector<std::vector<double>> of_distances_, of_rows_, of_gradients_, of_fcl_;  // [us] by state and round
+  const std::vector<PairProximity>* found_ = nullptr;      // by the last question to scene_
+  Rounds of_distances_, of_rows_, of_gradients_, of_fcl_;  // [us] by state
   double used_ = 0.0, asked_ = 0.0, sum_ = 0.0;
 };
 
-/// The constraint rows of the closest pairs, beside their distances alone.
-json measureConstraintRows(const std::vector<NamedRobot>& robots, int states, const std::regex& wanted) {
+/// Measures the constraint rows of the closest pairs, beside their distances alone.
+json measureConstraintRows(const std::vector<NamedRobot>& robots, int states, const Wanted& wanted) {
   json rows = json::array();
   for (const NamedRobot& robot : robots)
-    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
-      const std::string name = robot.name + ", constraint rows, " + (motion == Motion::Cold ? "cold" : "coherent");
-      if (!std::regex_search(name, wanted)) continue;
-      const std::vector<BodyPoses> poses = statesOf(robot, motion, states);
+    for (const Motion motion : kMotions) {
+      const std::string name = robot.name + ", constraint rows, " + nameOf(motion);
+      if (!wanted(name)) continue;
+      const std::vector<BodyPoses> poses = statesOf(robot.model->robot, motion, states);
       for (const VelocityDamper& damper : kDampers) {
         ControllerCycles cycles(robot, poses, damper);
         for (int round = 0; round < kRounds; ++round) cycles.runRound();
         rows.push_back(cycles.result(name));
       }
-      std::cerr << "." << std::flush;
+      showProgress();
     }
-  return rows;
-}
-
-/// How many pairs a search for the minimum cannot leave out by boxes: the mean over some states.
-double pairsInReach(const Row& row) {
-  FclScene scene(*row.robot.model, FclScene::Method::HullsLibccd);
-  double sum = 0.0;
-  int states = 0;
-  for (std::size_t i = 0; i < row.states.size(); i += kBlock, ++states) {
-    scene.ask(row.states[i], SceneQuestion::Minimum);
-    if (!scene.answer().empty()) sum += scene.pairsWithBoxesWithin(scene.answer().front().distance);
-  }
-  return sum / states;
-}
-
-/// The minimum of ever more arms side by side.
-json measureScaling(int states, const std::regex& wanted) {
-  json rows = json::array();
-  for (const int bodies : {2, 5, 10, 20, 50, 100, 200, 500}) {
-    const NamedRobot robot = rowsOfArms(bodies);
-    for (const Motion motion : {Motion::Coherent, Motion::Cold}) {
-      const std::vector<BodyPoses> poses = statesOf(robot, motion, std::min(states, kScalingStates));
-      const Row row{robot, motion, SceneQuestion::Minimum, poses};
-      if (!std::regex_search(row.name(), wanted)) continue;
-      const double in_reach = pairsInReach(row);
-      for (json entry : measure(row, scalingLibraries())) {
-        entry["pairs_in_reach"] = in_reach;
-        rows.push_back(entry);
-      }
-    }
-  }
   return rows;
 }
 
@@ -559,23 +537,18 @@ int main(int argc, char** argv) {
   CLI::App app{"Time per state of a robot's clearance, beside FCL"};
   int states = 2000;
   app.add_option("--states", states, "states of each motion")->check(CLI::PositiveNumber)->capture_default_str();
-  return benchmarkMain(app, argc, argv, [&](const std::regex& wanted) {
-    std::vector<NamedRobot> robots = exampleRobots();
-    nlohmann::json cells = nlohmann::json::array(), added = nlohmann::json::array();
-    if (!robots.empty()) {
-      cells = measureCells(robots.front(), states, wanted);
-      added = measureAddedBoxes(robots.front(), states, wanted);
+  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) {
+    std::vector<NamedRobot> robots = robotsToMeasure();
+    nlohmann::json result = {{"cells", nlohmann::json::array()}, {"added", nlohmann::json::array()}};
+    if (const auto two = twoPandas()) {
+      const std::vector<NamedCell> cells = pandaCells(robots.front());
+      result["cells"] = measureCells(cells, states, wanted);
+      result["added"] = measureAddedBoxes(cells[1], states, wanted);
+      robots.insert(robots.end() - 1, *two);
     }
-    if (const auto two = twoPandas()) robots.push_back(*two);
-    if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
-    robots.push_back(demoRobot());
-    nlohmann::json result;
     result["rows"] = measureRobots(robots, states, wanted);
-    result["cells"] = cells;
-    result["added"] = added;
     result["constraint_rows"] = measureConstraintRows(robots, states, wanted);
     result["scaling"] = measureScaling(states, wanted);
-    std::cerr << "\n";
     return result;
   });
 }

@@ -1,10 +1,11 @@
-// What ./dev bench scene relies on: motions that are what they say, and a peer that is asked the same as we are.
+// ./dev bench scene relies on this: motions that are what they say, and a peer that is asked the same as we are.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "benchmark/agreement.h"
 #include "benchmark/motions.h"
+#include "benchmark/timing.h"
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -28,7 +29,7 @@ const NamedRobot& demo() {
   return robot;
 }
 
-/// The joint of a body, of its parent: the relative pose of both.
+/// Returns the pose of a body in its parent.
 Isometry3d acrossJoint(const Body& body, const BodyPoses& poses, const RobotModel& robot) {
   const auto index = static_cast<std::size_t>(&body - robot.bodies.data());
   return poses[static_cast<std::size_t>(body.parent)]->inverse() * *poses[index];
@@ -85,7 +86,7 @@ TEST_P(FclMethods, AnswersEveryQuestionAsOursDoes) {
     for (const BodyPoses& poses : randomStates(demo().model->robot, kStates)) {
       fcl.ask(poses, question);
       ours.ask(poses, question);
-      agreement.compare(poses, ours.answer(), fcl.answer());
+      agreement.compare(poses, ours.pairs(), fcl.pairs());
     }
     const nlohmann::json summary = agreement.summary();
     if (!kIsSanitized) {
@@ -108,7 +109,7 @@ TEST(FclScene, CountsThePairsWhoseBoxesAreNear) {
   fcl.ask(randomStates(arms.model->robot, 1).front(), SceneQuestion::Minimum);
   EXPECT_EQ(fcl.pairsWithBoxesWithin(-1.0), 0);
   EXPECT_EQ(fcl.pairsWithBoxesWithin(100.0), static_cast<int>(arms.model->pairs.checked.size()));
-  EXPECT_GE(fcl.pairsWithBoxesWithin(fcl.answer().front().distance), 1);
+  EXPECT_GE(fcl.pairsWithBoxesWithin(fcl.pairs().front().distance), 1);
 }
 
 TEST(FclShape, NamesWhatFclHasNoShapeFor) {
@@ -122,12 +123,12 @@ TEST(Agreement, SaysWhoIsRightWhereTwoAnswersDiffer) {
   OurScene ours(arms.model, Skipping::On);
   const BodyPoses poses = coherentMotion(arms.model->robot, 1).front();
   ours.ask(poses, SceneQuestion::Minimum);
-  ASSERT_GT(ours.answer().front().distance, 0.001);
-  std::vector<PairDistance> wrong = ours.answer();
+  ASSERT_GT(ours.pairs().front().distance, 0.001);
+  std::vector<PairDistance> wrong = ours.pairs();
   wrong.front().distance += 0.001;
 
   Agreement agreement(*arms.model, SceneQuestion::Minimum);
-  agreement.compare(poses, ours.answer(), wrong);
+  agreement.compare(poses, ours.pairs(), wrong);
   const nlohmann::json summary = agreement.summary();
   EXPECT_EQ(summary["differing"], 1);
   EXPECT_EQ(summary["ours_right"], 1);

@@ -17,7 +17,7 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 unsigned bit(int i) { return 1u << i; }
 bool has(unsigned subset, int i) { return (subset >> i & 1u) != 0; }
 
-/// Keeps the nearest of what it is shown.
+/// Keeps the nearest of all candidates.
 class NearestSoFar {
  public:
   void offer(const NearestInSet& candidate) {
@@ -73,7 +73,8 @@ class Determinants {
   }
 
  private:
-  /// Of j in rest + {j}: the sum over i in rest of delta_i(rest) (y_i . y_k - y_i . y_j), k the first of rest.
+  /// Returns the determinant of j in rest + {j}: the sum over i in rest of delta_i(rest) (y_i . y_k - y_i . y_j), k the
+  /// first of rest.
   double determinant(unsigned rest, int j) const {
     if (rest == 0) return 1.0;
     int k = 0;

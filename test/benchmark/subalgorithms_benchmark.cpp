@@ -4,13 +4,13 @@
 #include <ctime>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <random>
-#include <regex>
 #include <string>
 #include <vector>
 
 #include "benchmark/benchmark_main.h"
 #include "benchmark/subalgorithms.h"
+#include "benchmark/timing.h"
+#include "chance.h"
 #include "oracle/exact_oracle.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
@@ -25,17 +25,14 @@ using Points = std::vector<Vector3d>;
 using Subalgorithm = NearestInSet (*)(const PointSet&);
 
 struct NamedAlgorithm {
-  std::string name;
+  const char* name;
   Subalgorithm nearest;
 };
 
-const std::vector<NamedAlgorithm>& algorithms() {
-  static const std::vector<NamedAlgorithm> all = {{"johnson", nearestByJohnson},
-                                                  {"explicit solve", nearestByExplicitSolve},
-                                                  {"voronoi regions", nearestByVoronoiRegions},
-                                                  {"signed volumes", nearestBySignedVolumes}};
-  return all;
-}
+constexpr NamedAlgorithm kAlgorithms[] = {{"johnson", nearestByJohnson},
+                                          {"explicit solve", nearestByExplicitSolve},
+                                          {"voronoi regions", nearestByVoronoiRegions},
+                                          {"signed volumes", nearestBySignedVolumes}};
 
 // ---- pairs of hulls
 
@@ -58,8 +55,8 @@ HullPair withTruth(const Shape& a, const Shape& b) {
   return {a.hull().vertices(), b.hull().vertices(), truth, pair.scale()};
 }
 
-/// 16 points on an ellipsoid, each repeated `offset` away where that is not 0.
-Points cloud(std::mt19937& random, const Vector3d& half_axes, double offset) {
+/// Returns 16 points on an ellipsoid, each repeated `offset` away if that is not 0.
+Points cloud(Chance& random, const Vector3d& half_axes, double offset) {
   Points points;
   for (int i = 0; i < 16; ++i) {
     points.push_back(half_axes.cwiseProduct(randomDirection(random)));
@@ -76,7 +73,7 @@ struct Recipe {
 };
 
 Family makeFamily(const Recipe& recipe) {
-  std::mt19937 random(91);
+  Chance random(91);
   Family family{recipe.name, {}};
   while (family.pairs.size() < 500) {
     const Shape a = ConvexHull(cloud(random, recipe.half_axes, recipe.duplicates));
@@ -122,7 +119,7 @@ struct GjkRun {
   int iterations = 0;
 };
 
-/// Ends where the bounds meet within rounding, or where a vertex brings no progress.
+/// Ends when the bounds meet within rounding, or when a vertex brings no progress.
 /// `visit` sees every simplex before it is reduced.
 template <typename Visit>
 GjkRun gjk(const HullPair& pair, Subalgorithm subalgorithm, const Visit& visit) {
@@ -148,16 +145,7 @@ GjkRun gjk(const HullPair& pair, Subalgorithm subalgorithm, const Visit& visit) 
 
 // ---- what is measured
 
-struct Row {
-  std::string algorithm;
-  std::string simplices;
-  double ns = 0.0;
-  double mean_iterations = 0.0;
-  double max_error = 0.0;  ///< of the distance, over the largest norm of a vertex
-  int failures = 0;        ///< GJK runs that end farther than 1e-9 of the scale from the truth
-};
-
-/// The simplices that the loop meets with the explicit solve.
+/// Returns the simplices that the loop meets with the explicit solve.
 std::vector<PointSet> recordedSimplices(const Family& family) {
   std::vector<PointSet> sets;
   for (const HullPair& pair : family.pairs)
@@ -173,7 +161,7 @@ double errorOn(const PointSet& set, Subalgorithm subalgorithm) {
   return std::isfinite(error) ? error : std::numeric_limits<double>::max();
 }
 
-/// Processor time of one pass over the sets [ns per set]: what else runs on the core does not count.
+/// Returns the processor time of one pass over the sets [ns per set]: other work of the core does not count.
 double passTime(const std::vector<PointSet>& sets, Subalgorithm subalgorithm) {
   constexpr int kRepeats = 10;
   Vector3d sum = Vector3d::Zero();
@@ -181,63 +169,51 @@ double passTime(const std::vector<PointSet>& sets, Subalgorithm subalgorithm) {
   for (int repeat = 0; repeat < kRepeats; ++repeat)
     for (const PointSet& set : sets) sum += subalgorithm(set).point;
   const std::clock_t end = std::clock();
-  volatile double sink = sum.sum();  // or the compiler would leave the loop out
+  volatile double sink = sum.sum();  // else the compiler would leave the loop out
   static_cast<void>(sink);
   return 1e9 * static_cast<double>(end - start) / CLOCKS_PER_SEC / (kRepeats * static_cast<double>(sets.size()));
 }
 
-/// Medians of passes that take turns, as the machine drifts.
+/// Returns the medians of passes of all algorithms that take turns, as the machine drifts.
 std::vector<double> medianTimes(const std::vector<PointSet>& sets) {
-  constexpr std::size_t kPasses = 21;
-  std::vector<std::vector<double>> times(algorithms().size());
-  for (std::size_t pass = 0; pass < kPasses; ++pass)
-    for (std::size_t i = 0; i < times.size(); ++i) times[i].push_back(passTime(sets, algorithms()[i].nearest));
-  std::vector<double> medians;
-  for (std::vector<double>& t : times) {
-    std::nth_element(t.begin(), t.begin() + kPasses / 2, t.end());
-    medians.push_back(t[kPasses / 2]);
-  }
-  return medians;
+  Rounds times(std::size(kAlgorithms));
+  for (int pass = 0; pass < 21; ++pass)
+    for (std::size_t i = 0; i < std::size(kAlgorithms); ++i) times.add(i, passTime(sets, kAlgorithms[i].nearest));
+  return times.medians();
 }
 
-void runGjk(const Family& family, Subalgorithm subalgorithm, Row& row) {
-  int iterations = 0;
+/// failures: of GJK, runs that end farther than 1e-9 of the scale from the truth.
+nlohmann::json runsOfGjk(const Family& family, Subalgorithm subalgorithm) {
+  int iterations = 0, failures = 0;
   for (const HullPair& pair : family.pairs) {
     const GjkRun run = gjk(pair, subalgorithm, [](const PointSet&) {});
     iterations += run.iterations;
-    if (!(std::abs(run.distance - pair.truth) <= 1e-9 * pair.scale)) ++row.failures;
+    if (!(std::abs(run.distance - pair.truth) <= 1e-9 * pair.scale)) ++failures;
   }
-  row.mean_iterations = static_cast<double>(iterations) / static_cast<double>(family.pairs.size());
+  return {{"failures", failures},
+          {"mean_iterations", static_cast<double>(iterations) / static_cast<double>(family.pairs.size())}};
 }
 
-std::vector<Row> rowsOf(const Family& family) {
+/// max_error: of the distance, over the largest norm of a vertex.
+nlohmann::json rowsOf(const Family& family) {
   const std::vector<PointSet> sets = recordedSimplices(family);
   const std::vector<double> times = medianTimes(sets);
-  std::vector<Row> rows;
+  nlohmann::json rows = nlohmann::json::array();
   for (std::size_t i = 0; i < times.size(); ++i) {
-    Row row{algorithms()[i].name, family.name, times[i], 0.0, 0.0, 0};
-    for (const PointSet& set : sets) row.max_error = std::max(row.max_error, errorOn(set, algorithms()[i].nearest));
-    runGjk(family, algorithms()[i].nearest, row);
+    const auto& [name, nearest] = kAlgorithms[i];
+    double max_error = 0.0;
+    for (const PointSet& set : sets) max_error = std::max(max_error, errorOn(set, nearest));
+    nlohmann::json row = runsOfGjk(family, nearest);
+    row.update({{"algorithm", name}, {"simplices", family.name}, {"ns", times[i]}, {"max_error", max_error}});
     rows.push_back(row);
   }
   return rows;
 }
 
-nlohmann::json toJson(const Row& row) {
-  return {{"algorithm", row.algorithm},
-          {"simplices", row.simplices},
-          {"ns", row.ns},
-          {"mean_iterations", row.mean_iterations},
-          {"max_error", row.max_error},
-          {"failures", row.failures}};
-}
-
-nlohmann::json measure(const std::regex& wanted) {
+nlohmann::json measure(const Wanted& wanted) {
   nlohmann::json rows = nlohmann::json::array();
-  for (const Recipe& recipe : recipes()) {
-    if (!std::regex_search(recipe.name, wanted)) continue;
-    for (const Row& row : rowsOf(makeFamily(recipe))) rows.push_back(toJson(row));
-  }
+  for (const Recipe& recipe : recipes())
+    if (wanted(recipe.name)) append(rows, rowsOf(makeFamily(recipe)));
   return {{"subalgorithms", rows}};
 }
 

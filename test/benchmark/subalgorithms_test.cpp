@@ -14,7 +14,7 @@ using namespace narrowphase;
 
 using Eigen::Vector3d;
 
-/// Points about a random centre near the origin.
+/// Returns points about a random centre near the origin.
 PointSet randomSet(int size, std::mt19937& random) {
   std::normal_distribution<double> normal;
   const auto vector = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
@@ -24,7 +24,7 @@ PointSet randomSet(int size, std::mt19937& random) {
   return set;
 }
 
-/// The same points with one of the nearest part's in the last place, as PointSet promises.
+/// Returns the points with one of the nearest part's in the last place, as PointSet promises.
 PointSet withNewestInPart(PointSet set) {
   const unsigned members = nearestByExplicitSolve(set).members;
   std::size_t place = 0;

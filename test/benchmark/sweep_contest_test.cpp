@@ -1,11 +1,13 @@
-// What ./dev bench sweep relies on: states along edges, peers that are asked the same as we are, and spheres that cover.
+// ./dev bench sweep relies on this: states along edges, peers that are asked the same as we are, and spheres that
+// cover.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "benchmark/agreement.h"
 #include "benchmark/motions.h"
-#include "benchmark/sweep_agreement.h"
 #include "oracle/oracle.h"
+#include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/sweep_library.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -27,8 +29,8 @@ const NamedRobot& demo() {
   return robot;
 }
 
-const SweepQuestion kQuestions[] = {SweepQuestion::AnyBelow, SweepQuestion::Minimum, SweepQuestion::Closest,
-                                    SweepQuestion::Below};
+const SceneQuestion kQuestions[] = {SceneQuestion::AnyBelow, SceneQuestion::Minimum, SceneQuestion::Closest,
+                                    SceneQuestion::Below};
 
 TEST(EdgePositions, StepByAtMostADegreeOfTheFastestJointAndTurnAtRandomStates) {
   const PositionTable edges = edgePositions(demo().model->robot, 2000);
@@ -45,16 +47,16 @@ TEST(EdgePositions, StepByAtMostADegreeOfTheFastestJointAndTurnAtRandomStates) {
   EXPECT_LT(turns, 40);
 }
 
-/// The answers of a library about the same states.
-std::vector<SweepAnswer> answersOf(SweepLibrary& library, SweepQuestion question) {
+/// Returns the answers of a library about the same states.
+std::vector<SceneAnswer> answersOf(SweepLibrary& library, SceneQuestion question) {
   library.ask(randomPositions(demo().model->robot, kStates), question);
   return library.answers();
 }
 
 TEST(SweepScene, SaysWhatTheBatchSays) {
   SweepBatch batch(demo().model);
-  SweepScene scene(demo().model);
-  for (const SweepQuestion question : kQuestions) {
+  SweepScene scene(demo().model, std::make_unique<OurScene>(demo().model, Skipping::On));
+  for (const SceneQuestion question : kQuestions) {
     const nlohmann::json found = sweepAgreement(question, answersOf(batch, question), answersOf(scene, question));
     EXPECT_EQ(found["states"], kStates);
     for (const char* key :
@@ -67,12 +69,12 @@ class SweepFclMethods : public testing::TestWithParam<FclScene::Method> {};
 
 TEST_P(SweepFclMethods, SayWhatTheBatchSaysButForFclsStalls) {
   SweepBatch batch(demo().model);
-  SweepFcl fcl(demo().model, GetParam());
-  for (const SweepQuestion question : kQuestions) {
+  SweepScene fcl(demo().model, std::make_unique<FclScene>(*demo().model, GetParam()));
+  for (const SceneQuestion question : kQuestions) {
     const nlohmann::json found = sweepAgreement(question, answersOf(batch, question), answersOf(fcl, question));
     EXPECT_LE(found.value("too_near", 0.0), kFclError) << found;
     EXPECT_LE(found.value("too_far", 0.0), kFclError) << found;
-    if (!kIsSanitized && question != SweepQuestion::AnyBelow) {
+    if (!kIsSanitized && question != SceneQuestion::AnyBelow) {
       EXPECT_GT(found["compared"], kStates / 2);
     }
     EXPECT_LE(found.value("below_missed", 0), kStates / 50) << found;
@@ -85,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, SweepFclMethods,
                          testing::Values(FclScene::Method::Triangles, FclScene::Method::HullsLibccd,
                                          FclScene::Method::HullsIndep));
 
-/// [m] How far a point lies outside of all spheres.
+/// Returns how far [m] a point lies outside of all spheres.
 double outsideOf(const std::vector<SphereScene::Sphere>& spheres, const Vector3d& point) {
   double outside = std::numeric_limits<double>::infinity();
   for (const auto& sphere : spheres) outside = std::min(outside, (point - sphere.centre).norm() - sphere.radius);
@@ -107,7 +109,7 @@ TEST(SphereScene, CoversTheCornersOfHulls) {
   EXPECT_GT(corners, 100);
 }
 
-/// The distance of all spheres of two links, from the poses of the library's own kinematics.
+/// Returns the distance of all spheres of two links, from the poses of the library's own kinematics.
 double distanceOfSpheres(const SphereScene& spheres, const RobotModel& robot, const BodyPoses& poses,
                          const ShapeRefPair& pair) {
   double nearest = std::numeric_limits<double>::infinity();
@@ -128,11 +130,11 @@ TEST(SphereScene, FindsWhatAllPairsOfItsSpheresSay) {
   const PositionTable states = randomPositions(robot, kStates);
   int below = 0;
   for (Eigen::Index i = 0; i < states.rows(); ++i) {
-    const Eigen::VectorXd row = states.row(i);
-    const BodyPoses poses = forwardKinematics(robot, std::vector<double>(row.data(), row.data() + row.size()));
+    const std::vector<double> positions = positionsOf(states, i);
+    const BodyPoses poses = forwardKinematics(robot, positions);
     std::vector<double> expected;
     for (const ShapeRefPair& pair : candidates) expected.push_back(distanceOfSpheres(spheres, robot, poses, pair));
-    spheres.place(row.data(), 1);
+    spheres.place(positions.data(), 1);
     const PairDistance minimum = spheres.minimum();
     EXPECT_NEAR(minimum.distance, expected[static_cast<std::size_t>(minimum.pair)], 1e-9);
     std::sort(expected.begin(), expected.end());
@@ -149,16 +151,16 @@ TEST(SphereScene, FindsWhatAllPairsOfItsSpheresSay) {
 }
 
 TEST(SweepAgreement, CountsWrongVerdictsInBothDirections) {
-  const std::vector<SweepAnswer> ours{{true}, {true}, {false}, {false}}, others{{true}, {false}, {true}, {false}};
-  const nlohmann::json found = sweepAgreement(SweepQuestion::AnyBelow, ours, others);
+  const std::vector<SceneAnswer> ours{{true}, {true}, {false}, {false}}, others{{true}, {false}, {true}, {false}};
+  const nlohmann::json found = sweepAgreement(SceneQuestion::AnyBelow, ours, others);
   EXPECT_EQ(found, (nlohmann::json{{"states", 4}, {"below", 2}, {"below_missed", 1}, {"below_claimed", 1}}));
 }
 
 TEST(SweepAgreement, TellsErrorsInBothDirectionsOfWhatIsApart) {
-  const std::vector<SweepAnswer> ours{
+  const std::vector<SceneAnswer> ours{
       {false, {{0, 0.5}}}, {false, {{0, 0.5}}}, {false, {{0, -0.1}}}, {false, {{0, 0.2}}}},
       others{{false, {{1, 0.25}}}, {false, {{0, 1.0}}}, {false, {{0, 0.1}}}, {false, {{0, -1.0}}}};
-  const nlohmann::json found = sweepAgreement(SweepQuestion::Minimum, ours, others);
+  const nlohmann::json found = sweepAgreement(SceneQuestion::Minimum, ours, others);
   EXPECT_EQ(found["compared"], 2);
   EXPECT_EQ(found["differing"], 2);
   EXPECT_EQ(found["too_near"], 0.25);

@@ -22,8 +22,8 @@ inline void surviveAborts() {
   sigaction(SIGABRT, &action, nullptr);
 }
 
-/// What ask() returns, or nothing where it throws or aborts: FCL's packages are built with assertions, which fail on
-/// some pairs and would end the program. The jump leaks what the library held.
+/// Returns what ask() returns, or nullopt if it throws or aborts: FCL's packages are built with assertions, which fail
+/// on some pairs and would end the program. The jump leaks what the library held.
 template <typename Ask>
 auto answerOf(const Ask& ask) -> std::optional<decltype(ask())> {
   if (sigsetjmp(after_abort, 0) != 0) {

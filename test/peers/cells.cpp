@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
+#include "chance.h"
 #include "oracle/shape_pairs.h"
 #include "scene/example_robots.h"
 
@@ -15,28 +15,25 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using Random = std::mt19937;
 
 const Vector3d kShoulder(0.0, 0.0, 0.333);  // [m] of Panda
 constexpr double kNear = 0.75, kFar = 2.5;  // [m] Panda's hand reaches 0.96
 
-Vector3d placeAround(Random& random) {
-  return kShoulder + std::uniform_real_distribution<double>(kNear, kFar)(random) * randomDirection(random);
-}
+Vector3d placeAround(Chance& random) { return kShoulder + random.between(kNear, kFar) * randomDirection(random); }
 
-Isometry3d poseAround(Random& random) {
+Isometry3d poseAround(Chance& random) {
   Isometry3d pose = randomPose(random, 0.0);
   pose.translation() = placeAround(random);
   return pose;
 }
 
-Object randomBox(int number, Random& random) {
-  std::uniform_real_distribution<double> edge(0.02, 0.2);
-  const Vector3d size(edge(random), edge(random), edge(random));
+Object randomBox(int number, Chance& random) {
+  const auto edge = [&] { return random.between(0.02, 0.2); };
+  const Vector3d size(edge(), edge(), edge());
   return makeObject("box " + std::to_string(number), {{Shape(Box{size})}}, Fixed{poseAround(random)});
 }
 
-/// Cubes on a lattice that lie on four walls and the boards of two shelves, the nearest to the shoulder first.
+/// Returns cubes of a lattice on four walls and the boards of two shelves, the nearest to the shoulder first.
 std::vector<AlignedBox3d> map(std::size_t count) {
   constexpr double kEdge = 0.04;
   constexpr int kHalf = 50;
@@ -59,7 +56,7 @@ std::vector<AlignedBox3d> map(std::size_t count) {
 }
 
 std::vector<ObjectChange> meshes(const MeshResolver& resolve) {
-  Random random(1);
+  Chance random(1);
   ObjectOptions options;
   options.resolve = resolve;
   const std::string folder = "package://example-robot-data/robots/panda_description/meshes/collision/";
@@ -78,7 +75,7 @@ std::vector<ObjectChange> meshes(const MeshResolver& resolve) {
 }
 
 std::vector<ObjectChange> boxes(int count) {
-  Random random(2);
+  Chance random(2);
   std::vector<ObjectChange> changes;
   for (int i = 0; i < count; ++i) changes.emplace_back(AddObject{randomBox(i, random)});
   return changes;
@@ -99,7 +96,7 @@ std::vector<ObjectChange> mapOfManyObjects() {
 }  // namespace
 
 Object boxOfCell(int number) {
-  Random random(static_cast<unsigned>(1000 + number));
+  Chance random(static_cast<unsigned>(1000 + number));
   return makeObject("new " + std::to_string(number), {{Shape(Box{{0.1, 0.1, 0.1}})}}, Fixed{poseAround(random)});
 }
 

@@ -18,12 +18,12 @@ struct NamedCell {
   std::shared_ptr<const Objects> objects;
 };
 
-/// Panda with what stands around it, 0.75 to 2.5 m from its shoulder, the same on every run: 100 meshes (those of its own
-/// links), 1000 boxes of 2 to 20 cm, and 10,000 boxes of 4 cm on walls and boards, as from a map, once as a single object
-/// and once as an object each. `panda` is that of exampleRobots().
+/// Returns Panda with objects around it, 0.75 to 2.5 m from its shoulder, the same on every run: 100 meshes (those of
+/// its own links), 1000 boxes of 2 to 20 cm, and 10,000 boxes of 4 cm on walls and boards, as from a map, once as a
+/// single object and once as an object each. `panda` is that of exampleRobots().
 std::vector<NamedCell> pandaCells(const NamedRobot& panda);
 
-/// A box of 10 cm at a place that counts from 0, as those of the 1000.
+/// Returns the box of 10 cm with a number, at a random place as those of the 1000 boxes.
 Object boxOfCell(int number);
 
 }  // namespace proximity_server::peers

@@ -23,22 +23,13 @@ using Eigen::Vector3d;
 
 const Vector3d kFirstGuess(1.0, 0.0, 0.0);  // FCL's own
 
-std::vector<std::pair<int, int>> checkedPairs(const PairTable& table) {
-  std::vector<std::pair<int, int>> checked;
-  for (const int index : table.checked) {
-    const LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
-    checked.emplace_back(pair.link_a, pair.link_b);
-  }
-  return checked;
-}
-
 }  // namespace
 
 FclScene::FclScene(const SceneModel& model, Method method, const Objects* objects)
     : method_(method),
       links_(model.robot.links.size()),
       parts_of_link_(links_),
-      candidates_(checkedPairs(model.pairs)),
+      candidates_(linksOfCandidates(model.pairs)),
       candidate_of_(links_ * links_, -1) {
   std::vector<bool> is_needed(links_, false);
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -136,125 +127,100 @@ void FclScene::update(const BodyPoses& poses) {
 
 void FclScene::ask(const BodyPoses& poses, SceneQuestion question) {
   update(poses);
+  question_ = question;
   answer_.clear();
-  switch (question) {
-    case SceneQuestion::Minimum:
-      beginWithTheLast();
-      manager_.distance(this, onMinimum);
-      if (objects_ > 0 && (answer_.empty() || answer_.front().distance > 0.0))
-        manager_.distance(&environment_, this, onMinimum);
-      return;
-    case SceneQuestion::Below:
-      within_.assign(candidates_.size() + is_checked_.size(), kInfinity);
-      manager_.distance(this, onBelow);
-      if (objects_ > 0) manager_.distance(&environment_, this, onBelow);
-      for (std::size_t i = 0; i < within_.size(); ++i)
-        if (within_[i] < kInfinity) answer_.push_back({static_cast<int>(i), within_[i]});
-      return;
-    case SceneQuestion::All:
-      askEach();
-  }
+  is_any_below_ = false;
+  if (question == SceneQuestion::All) return askEach();
+  if (question == SceneQuestion::Below) within_.assign(candidates_.size() + is_checked_.size(), kInfinity);
+  // Only the search among objects begins with the parts that were the nearest the last time: robots alone were measured
+  // without.
+  if (question == SceneQuestion::Minimum && objects_ > 0 && nearest_parts_)
+    offer(nearest_parts_->first, nearest_parts_->second);
+  manager_.distance(this, visit);
+  if (objects_ > 0 && !isDone()) manager_.distance(&environment_, this, visit);
+  if (question != SceneQuestion::Below) return;
+  for (std::size_t i = 0; i < within_.size(); ++i)
+    if (within_[i] < kInfinity) answer_.push_back({static_cast<int>(i), within_[i]});
 }
 
-/// With objects only: those of a robot alone were measured without.
-void FclScene::beginWithTheLast() {
-  if (objects_ > 0 && nearest_parts_) offer(nearest_parts_->first, nearest_parts_->second);
+void FclScene::giveAnswer(SceneAnswer& answer) const {
+  answer.is_below = is_any_below_;
+  answer.pairs = answer_;
+  if (question_ == SceneQuestion::Below) std::sort(answer.pairs.begin(), answer.pairs.end(), isNearer);
 }
 
-/// Measures two parts, no farther than the best so far, which is answer_; returns whether they are nearer.
-bool FclScene::offer(std::size_t a, std::size_t b) {
-  const int candidate = candidateOf(parts_[a].link, parts_[b].link);
-  if (candidate < 0) return false;
-  const double best = answer_.empty() ? kInfinity : answer_.front().distance;
-  const double distance = measure(a, b, best);
-  if (!(distance < best)) return false;
-  answer_.assign(1, {candidate, distance});
-  nearest_parts_ = {a, b};
-  return true;
-}
-
-/// The search ends at an overlap, as FCL's users let it.
-bool FclScene::onMinimum(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
+/// Called for each two parts whose boxes are no farther apart than `reach`. Returns whether the search ends.
+bool FclScene::visit(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
   auto& scene = *static_cast<FclScene*>(self);
   scene.offer(scene.indexOf(*a), scene.indexOf(*b));
-  if (scene.answer_.empty()) return false;
-  reach = std::min(reach, scene.answer_.front().distance);
-  return reach <= 0.0;
+  reach = std::min(reach, scene.reach());
+  return scene.isDone();
 }
 
-bool FclScene::onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
-  auto& scene = *static_cast<FclScene*>(self);
-  reach = kBelow;
-  const int candidate = scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link);
-  if (candidate < 0) return false;
-  double& within = scene.within_[static_cast<std::size_t>(candidate)];
-  const double bound = std::min(within, kBelow);
-  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), bound);
-  if (distance < bound) within = distance;
-  return false;
+/// Returns how near [m] two parts must be to change the answer.
+double FclScene::reach() const {
+  if (question_ == SceneQuestion::AnyBelow || question_ == SceneQuestion::Below) return kBelow;
+  return answer_.size() == most() ? std::max(answer_.back().distance, 0.0) : kInfinity;
 }
 
-bool FclScene::anyBelow(const BodyPoses& poses, double within) {
-  update(poses);
-  any_within_ = within;
-  is_any_below_ = false;
-  manager_.distance(this, onAnyBelow);
+/// The search for the minimum ends at an overlap, as FCL's users let it.
+bool FclScene::isDone() const {
+  if (question_ == SceneQuestion::Minimum) return !answer_.empty() && answer_.front().distance <= 0.0;
   return is_any_below_;
 }
 
-bool FclScene::onAnyBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
-  auto& scene = *static_cast<FclScene*>(self);
-  reach = scene.any_within_;
-  if (scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link) < 0) return false;
-  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), scene.any_within_);
-  scene.is_any_below_ = distance < scene.any_within_;
-  return scene.is_any_below_;
-}
-
-const std::vector<PairDistance>& FclScene::closestPairs(const BodyPoses& poses, std::size_t most) {
-  update(poses);
-  most_ = most;
-  closest_pairs_.clear();
-  manager_.distance(this, onClosest);
-  return closest_pairs_;
-}
-
-/// Keeps the list sorted; of a pair with several parts only the nearest two count.
-bool FclScene::onClosest(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach) {
-  auto& scene = *static_cast<FclScene*>(self);
-  const int candidate = scene.candidateOf(scene.partOf(*a).link, scene.partOf(*b).link);
-  if (candidate < 0) return false;
-  std::vector<PairDistance>& list = scene.closest_pairs_;
-  const auto known = std::find_if(list.begin(), list.end(), [&](const PairDistance& p) { return p.pair == candidate; });
-  const double farthest = list.size() < scene.most_ ? kInfinity : list.back().distance;
-  const double bound = known != list.end() ? known->distance : farthest;
-  const double distance = scene.measure(scene.indexOf(*a), scene.indexOf(*b), bound);
-  if (distance < bound) {
-    if (known != list.end())
-      list.erase(known);
-    else if (list.size() == scene.most_)
-      list.pop_back();
-    const auto place =
-        std::find_if(list.begin(), list.end(), [&](const PairDistance& p) { return p.distance > distance; });
-    list.insert(place, {candidate, distance});
+/// Measures two parts of a candidate pair, no farther than what would change the answer.
+void FclScene::offer(std::size_t a, std::size_t b) {
+  const int candidate = candidateOf(parts_[a].link, parts_[b].link);
+  if (candidate < 0) return;
+  if (question_ == SceneQuestion::AnyBelow) {
+    is_any_below_ = measure(a, b, kBelow) < kBelow;
+  } else if (question_ == SceneQuestion::Below) {
+    double& within = within_[static_cast<std::size_t>(candidate)];
+    const double bound = std::min(within, kBelow), distance = measure(a, b, bound);
+    if (distance < bound) within = distance;
+  } else {
+    offerToClosest(candidate, a, b);
   }
-  if (list.size() == scene.most_) reach = std::max(list.back().distance, 0.0);
-  return false;
+}
+
+/// Keeps the list sorted; only the nearest two parts of a pair count.
+void FclScene::offerToClosest(int candidate, std::size_t a, std::size_t b) {
+  const auto known =
+      std::find_if(answer_.begin(), answer_.end(), [&](const PairDistance& p) { return p.pair == candidate; });
+  const double farthest = answer_.size() < most() ? kInfinity : answer_.back().distance;
+  const double bound = known != answer_.end() ? known->distance : farthest;
+  const PairDistance found{candidate, measure(a, b, bound)};
+  if (!(found.distance < bound)) return;
+  if (known != answer_.end())
+    answer_.erase(known);
+  else if (answer_.size() == most())
+    answer_.pop_back();
+  answer_.insert(std::upper_bound(answer_.begin(), answer_.end(), found, isNearer), found);
+  if (question_ == SceneQuestion::Minimum) nearest_parts_ = {a, b};
+}
+
+/// Calls `visit(a, b, gap)` for the parts of both links of a candidate; `gap` [m] is that of their boxes.
+template <typename Visit>
+void FclScene::forParts(std::size_t candidate, const Visit& visit) const {
+  const auto [link_a, link_b] = candidates_[candidate];
+  for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
+    for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
+      visit(a, b, parts_[a].object->getAABB().distance(parts_[b].object->getAABB()));
 }
 
 void FclScene::askEach() {
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
-    const double distance = distanceOf(static_cast<int>(i));
-    if (distance < kInfinity) answer_.push_back({static_cast<int>(i), distance});
+    double closest = kInfinity;
+    forParts(i, [&](std::size_t a, std::size_t b, double gap) {
+      if (gap < closest) closest = measure(a, b, closest);
+    });
+    if (closest < kInfinity) answer_.push_back({static_cast<int>(i), closest});
   }
 }
 
-const FclScene::Part& FclScene::partOf(const fcl::CollisionObjectd& object) const {
-  return *static_cast<const Part*>(object.getUserData());
-}
-
 std::size_t FclScene::indexOf(const fcl::CollisionObjectd& object) const {
-  return static_cast<std::size_t>(&partOf(object) - parts_.data());
+  return static_cast<std::size_t>(static_cast<const Part*>(object.getUserData()) - parts_.data());
 }
 
 int FclScene::candidateOf(int link_a, int link_b) const {
@@ -266,8 +232,8 @@ int FclScene::candidateOf(int link_a, int link_b) const {
   return candidate_of_[static_cast<std::size_t>(link_a) * links_ + static_cast<std::size_t>(link_b)];
 }
 
-/// No more than `bound`; of two overlapping parts zero or negative. Always with the parts in the same order, as the
-/// guesses are made for it.
+/// Returns the distance of two parts, no more than `bound`; in overlap zero or negative. The parts are always asked in
+/// the same order, as the guesses are made for it.
 double FclScene::measure(std::size_t a, std::size_t b, double bound) {
   if (a > b) std::swap(a, b);
   const std::optional<double> distance = answerOf([&] { return solve(a, b, bound); });
@@ -295,26 +261,15 @@ double FclScene::solve(std::size_t a, std::size_t b, double bound) {
   return result.min_distance;
 }
 
-/// Of a pair of links, in the poses of now.
-double FclScene::distanceOf(int candidate) {
-  const auto [link_a, link_b] = candidates_[static_cast<std::size_t>(candidate)];
-  double closest = kInfinity;
-  for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
-    for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
-      if (parts_[a].object->getAABB().distance(parts_[b].object->getAABB()) < closest) closest = measure(a, b, closest);
-  return closest;
-}
-
 const std::vector<FclScene::PairWithPoints>& FclScene::closest(const BodyPoses& poses, std::size_t most,
                                                                double within) {
   update(poses);
   closest_.clear();
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
-    const auto [link_a, link_b] = candidates_[i];
     PairWithPoints best{static_cast<int>(i), within, Vector3d::Zero(), Vector3d::Zero()};
-    for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
-      for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
-        if (parts_[a].object->getAABB().distance(parts_[b].object->getAABB()) < best.distance) offerPoints(a, b, best);
+    forParts(i, [&](std::size_t a, std::size_t b, double gap) {
+      if (gap < best.distance) offerPoints(a, b, best);
+    });
     if (best.distance < within) closest_.push_back(best);
   }
   std::sort(closest_.begin(), closest_.end(),
@@ -336,19 +291,13 @@ void FclScene::offerPoints(std::size_t a, std::size_t b, PairWithPoints& best) {
   best = {best.candidate, *distance, result.nearest_points[0], result.nearest_points[1]};
 }
 
-/// The smallest distance of boxes of the parts of two links.
-double FclScene::boxGap(int candidate) const {
-  const auto [link_a, link_b] = candidates_[static_cast<std::size_t>(candidate)];
-  double closest = kInfinity;
-  for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
-    for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
-      closest = std::min(closest, parts_[a].object->getAABB().distance(parts_[b].object->getAABB()));
-  return closest;
-}
-
 int FclScene::pairsWithBoxesWithin(double distance) const {
   int within = 0;
-  for (std::size_t i = 0; i < candidates_.size(); ++i) within += boxGap(static_cast<int>(i)) <= distance ? 1 : 0;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    double closest = kInfinity;
+    forParts(i, [&](std::size_t, std::size_t, double gap) { closest = std::min(closest, gap); });
+    within += closest <= distance ? 1 : 0;
+  }
   return within;
 }
 

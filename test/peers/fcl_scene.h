@@ -17,13 +17,13 @@ namespace proximity_server::peers {
 using namespace narrowphase;
 using namespace scene;
 
-/// FCL 0.7 as its best users do it: a dynamic AABB tree over the parts of the links, a distance callback that leaves
-/// out what the filter leaves out, and in each query of two parts the best distance so far as the bound.
-/// Fixed objects are in a second tree, which is built once; the search for the minimum then begins with the bound of the
-/// pair of parts that was nearest the last time.
+/// FCL 0.7 as its best users use it: a dynamic AABB tree over the parts of the links, a distance callback that leaves
+/// out what the filter leaves out, and in each query of two parts the best distance so far as the bound. Fixed objects
+/// are in a second tree, which is built once; the search for the minimum then begins with the bound of the pair of
+/// parts that was nearest the last time.
 ///
 /// The parts are the very pieces of the robot. Spheres, capsules, cylinders, cones and ellipsoids are FCL's primitives.
-/// Where a query throws or aborts, the pair counts as far, and failures() as one more.
+/// A pair whose query throws or aborts counts as far, and failures() as one more.
 /// Failure: throws std::invalid_argument naming the link of a piece that FCL cannot describe (a padding).
 /// Source:  how Drake bounds a search (its distance callback sets the reach of the broadphase) and MoveIt a query (it
 ///          begins with the bound in the result).
@@ -34,11 +34,11 @@ class FclScene : public SceneLibrary {
     HullsLibccd,  ///< boxes and solid hulls are convex shapes, for the solver that FCL uses by default
     HullsIndep    ///< the same for FCL's own solver, which begins with the last simplex of the same two parts
   };
-  /// With objects that are fixed, if there are any; not for HullsIndep.
+  /// `objects` are fixed; nullptr: none. HullsIndep takes none.
   FclScene(const SceneModel& model, Method method, const Objects* objects = nullptr);
 
   void ask(const BodyPoses& poses, SceneQuestion question) override;
-  std::vector<PairDistance> answer() const override { return answer_; }
+  void giveAnswer(SceneAnswer& answer) const override;
   int failures() const override { return failures_; }
 
   /// A candidate pair with its nearest points in the frame of the poses.
@@ -47,24 +47,18 @@ class FclScene : public SceneLibrary {
     double distance;  ///< [m]; in overlap zero or negative, and the points mean nothing
     Eigen::Vector3d point_a, point_b;
   };
-  /// Takes the poses, and returns the `most` closest pairs of links within a distance [m], sorted; valid until the next call.
-  /// Their boxes leave out those farther apart. Not for HullsIndep.
+  /// Takes the poses, and returns the `most` closest pairs of links within a distance [m], sorted; valid until the next
+  /// call. Their boxes leave out those farther apart. Not for HullsIndep.
   const std::vector<PairWithPoints>& closest(const BodyPoses& poses, std::size_t most, double within);
 
-  /// Whether some candidate pair is within a distance [m] in these poses: the search ends at the first one.
-  bool anyBelow(const BodyPoses& poses, double within);
-
-  /// The `most` closest pairs without points, sorted; the search goes as far as the last of them. Valid until the next call.
-  const std::vector<PairDistance>& closestPairs(const BodyPoses& poses, std::size_t most);
-
-  /// How many candidate pairs have parts whose boxes, along the axes of the world, are no farther apart than `distance`
-  /// [m] in the poses of the last question.
+  /// Returns how many candidate pairs have parts whose boxes, along the axes of the world, are no farther apart than
+  /// `distance` [m] in the poses of the last question.
   int pairsWithBoxesWithin(double distance) const;
 
  private:
   struct Part {
-    int link;  ///< of an object the number of links plus its own
-    int body;  ///< -1: of an object
+    int link;  ///< for an object: the number of links plus the object's own
+    int body;  ///< for an object: -1
     Eigen::Isometry3d body_T_part;
     std::unique_ptr<fcl::CollisionObjectd> object;
   };
@@ -74,22 +68,21 @@ class FclScene : public SceneLibrary {
   void addPieces(const std::vector<const Piece*>& pieces, int link, int body, const Eigen::Isometry3d& frame_T_pieces);
   void addPart(int link, int body, const Eigen::Isometry3d& body_T_part,
                const std::shared_ptr<fcl::CollisionGeometryd>& geometry);
-  void beginWithTheLast();
   bool goesAsTriangles(const Shape& shape) const;
   void update(const BodyPoses& poses);
 
-  static bool onMinimum(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
-  static bool onAnyBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
-  static bool onClosest(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
-  static bool onBelow(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  static bool visit(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  void offer(std::size_t a, std::size_t b);
+  void offerToClosest(int candidate, std::size_t a, std::size_t b);
+  double reach() const;
+  bool isDone() const;
+  std::size_t most() const { return question_ == SceneQuestion::Minimum ? 1 : kClosest; }
   void askEach();
 
-  const Part& partOf(const fcl::CollisionObjectd& object) const;
   std::size_t indexOf(const fcl::CollisionObjectd& object) const;
   int candidateOf(int link_a, int link_b) const;
-  bool offer(std::size_t a, std::size_t b);
-  double distanceOf(int candidate);
-  double boxGap(int candidate) const;
+  template <typename Visit>
+  void forParts(std::size_t candidate, const Visit& visit) const;
   double measure(std::size_t a, std::size_t b, double bound);
   double solve(std::size_t a, std::size_t b, double bound);
   void offerPoints(std::size_t a, std::size_t b, PairWithPoints& best);
@@ -104,14 +97,12 @@ class FclScene : public SceneLibrary {
   std::size_t objects_ = 0;                      // all their numbers are smaller than this
   std::vector<bool> is_checked_;                 // by link and object
   fcl::DynamicAABBTreeCollisionManagerd manager_, environment_;
+  SceneQuestion question_ = SceneQuestion::All;
   std::optional<std::pair<std::size_t, std::size_t>> nearest_parts_;  // of the last minimum
-  std::vector<double> within_;                                        // by candidate: the distances found by onBelow
-  std::vector<PairDistance> answer_;
-  std::vector<PairWithPoints> closest_;
-  std::vector<PairDistance> closest_pairs_;  // sorted
-  std::size_t most_ = 0;                     // of closest_pairs_
-  double any_within_ = 0.0;                  // [m] asked of onAnyBelow
+  std::vector<double> within_;                                        // [m] by candidate, of Below
+  std::vector<PairDistance> answer_;                                  // sorted while Minimum and Closest search
   bool is_any_below_ = false;
+  std::vector<PairWithPoints> closest_;
   int failures_ = 0;
 };
 

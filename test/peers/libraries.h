@@ -17,13 +17,14 @@ enum class Question {
   Boolean    ///< apart or not
 };
 
-/// What a library says of a pair: the signed distance [m]; for Boolean any positive number for apart, else a negative.
+/// The answer of a library about a pair: the signed distance [m]; for Boolean any positive number for apart, else a
+/// negative.
 struct Answer {
   double distance = std::numeric_limits<double>::quiet_NaN();
-  int iterations = 0;  ///< where the library tells
+  int iterations = 0;  ///< if the library tells
 };
 
-/// How a library is asked. Sources: FCL 0.7, libccd 2.1, Bullet 3.24 as Debian packages them.
+/// A library and the way it is asked. Sources: FCL 0.7, libccd 2.1, Bullet 3.24 as Debian packages them.
 struct Library {
   std::string name;
   bool has_tolerance;                                ///< takes one
@@ -32,10 +33,10 @@ struct Library {
   Answer (*ask)(const SolidPair& pair, Question question, double tolerance, WarmStart& warm);
 };
 
-/// Ours, FCL with each of its solvers, libccd alone, and both ways into Bullet.
+/// Returns ours, FCL with each of its solvers, libccd alone, and both ways into Bullet.
 std::vector<Library> allLibraries();
 
-/// Ours, asked less and less of a pair: the names are the questions.
+/// Returns ours, asked less and less of a pair: the names are the questions.
 std::vector<Library> oursAskedLess();
 
 constexpr double kDefaultTolerance = 0.0;  ///< that of the library

@@ -26,7 +26,7 @@ ContactAnswer answerFrom(const TimeOfContact& result) {
   return {result.contact, decided, result.t_free, result.t_contact, result.queries};
 }
 
-/// Its motions remember the time of the last question, where continuousCollide would begin.
+/// FCL's motions remember the time of the last question, at which continuousCollide would begin.
 void rewind(const MovingSolidPair& pair) {
   pair.a.fcl->integrate(0.0);
   pair.b.fcl->integrate(0.0);

@@ -11,13 +11,13 @@
 
 namespace proximity_server::peers {
 
-/// What a library says of a moving pair.
+/// The answer of a library about a moving pair.
 struct ContactAnswer {
   bool contact = false;
   bool decided = true;  ///< false: there may be a contact after t_free
-  double t_free = 1.0;  ///< no contact before this time; of what samples, the last sample without
+  double t_free = 1.0;  ///< no contact before this time; if the library samples: the last sample without
   double t_contact = std::numeric_limits<double>::quiet_NaN();
-  int queries = 0;  ///< of a distance, where the library tells
+  int queries = 0;  ///< of a distance, if the library tells
 };
 
 /// A way to ask for the time of contact.
@@ -38,8 +38,8 @@ ContactLibrary sweptBisectionWithin(double tolerance);
 /// leafTesting).
 ContactLibrary fclAdvancement(fcl::GJKSolverType solver);
 
-/// The same with libccd and another error of the time: FCL's node in a loop like FCL's own. Only where both solids are
-/// of one kind (box, capsule, cylinder or hull).
+/// Advancement with libccd and another error of the time: FCL's node in a loop like FCL's own. Only where both solids
+/// are of one kind (box, capsule, cylinder or hull).
 ContactLibrary fclAdvancementWithin(double time_error);
 
 /// FCL's continuousCollide by sampling.
@@ -48,15 +48,15 @@ ContactLibrary fclNaive(int samples);
 /// Our narrowphase at so many times, apart or not, with warm starts, until the first contact.
 ContactLibrary samplingBy(int samples);
 
-/// Each as it is used without a thought about its settings, and sampling at two of them.
+/// Returns each as it is used without a thought about its settings.
 std::vector<ContactLibrary> contactLibraries();
 
-/// All of them that take a setting, with several.
+/// Returns all of them that take a setting, with several settings.
 std::vector<ContactLibrary> tunedContactLibraries();
 
-/// What a library says of the smallest signed distance during a motion.
+/// The answer of a library about the smallest signed distance during a motion.
 struct MinimumAnswer {
-  double lower_bound = -std::numeric_limits<double>::infinity();  ///< where there is a proof
+  double lower_bound = -std::numeric_limits<double>::infinity();  ///< if there is a proof
   double distance = std::numeric_limits<double>::quiet_NaN();
   int queries = 0;
 };
@@ -67,7 +67,7 @@ struct MinimumLibrary {
   std::function<MinimumAnswer(const MovingSolidPair& pair)> ask;
 };
 
-/// minimumDistance() with several tolerances, and samples of the distance with warm starts.
+/// Returns minimumDistance() with several tolerances, and samples of the distance with warm starts.
 std::vector<MinimumLibrary> minimumLibraries();
 
 }  // namespace proximity_server::peers

@@ -23,47 +23,32 @@ constexpr double kApartAtStart = 0.05;  // [m]
 constexpr double kGraze = 1e-3;         // [m]
 constexpr double kShortest = 1e-13;     // of the time: the distance cannot be told apart from that of later
 
-double uniform(Random& random, double from, double to) {
-  return std::uniform_real_distribution<double>(from, to)(random);
-}
-
-Vector3d direction(Random& random) {
-  std::normal_distribution<double> normal;
-  return Vector3d(normal(random), normal(random), normal(random)).normalized();
-}
-
-Isometry3d randomlyTurned(Random& random) {
-  std::normal_distribution<double> normal;
-  const Eigen::Quaterniond turn(normal(random), normal(random), normal(random), normal(random));
-  return Isometry3d(turn.normalized());
-}
-
 RigidMotion motionOf(MotionKind kind, double slowest, double fastest, double turn, Random& random) {
-  RigidMotion motion{kind, randomlyTurned(random), uniform(random, slowest, fastest) * direction(random),
+  RigidMotion motion{kind, Isometry3d(randomTurn(random)), random.between(slowest, fastest) * randomAxis(random),
                      Vector3d::Zero()};
-  if (kind != MotionKind::Translation) motion.angular = uniform(random, 0.0, turn) * direction(random);
+  if (kind != MotionKind::Translation) motion.angular = random.between(0.0, turn) * randomAxis(random);
   return motion;
 }
 
-/// A point well inside of a solid, in its frame.
+/// Returns a point well inside of a solid, in its frame.
 Vector3d innerPoint(const Solid& solid, Random& random) {
-  const Vector3d along = direction(random);
+  const Vector3d along = randomAxis(random);
   int vertex = 0;
-  return uniform(random, 0.0, 0.9) * (supportPoint(solid.ours, along, vertex) + solid.ours.margin() * along);
+  return random.between(0.0, 0.9) * (supportPoint(solid.ours, along, vertex) + solid.ours.margin() * along);
 }
 
-/// b moved so that at one time a point of it is where a point of a is.
+/// Returns a motion of both in which a point of b meets a point of a at one time.
 MovingSolidPair meeting(const Solid& a, const Solid& b, MotionKind kind, Random& random) {
   const RigidMotion a_motion = motionOf(kind, 0.0, 0.5, 1.0, random);
   RigidMotion b_motion = motionOf(kind, 2.0, 4.0, 2.5, random);
-  const double time = uniform(random, 0.4, 0.9);
+  const double time = random.between(0.4, 0.9);
   const Vector3d on_a = poseAt(chainOf(a_motion), time) * innerPoint(a, random);
   const Vector3d on_b = poseAt(chainOf(b_motion), time) * innerPoint(b, random);
   b_motion.start.pretranslate(on_a - on_b);
   return {MovingSolid(a, a_motion), MovingSolid(b, b_motion)};
 }
 
-/// The whole motion of b moved aside until the smallest signed distance is `wanted`, or nothing where that fails.
+/// Moves the whole motion of b aside until the smallest signed distance is `wanted`. Returns nullopt if that fails.
 std::optional<MovingSolidPair> pushedTo(MovingSolidPair pair, double wanted, double accuracy) {
   for (int i = 0; i < 30; ++i) {
     const Lowest lowest = lowestOf(pair, 64);
@@ -79,12 +64,12 @@ std::optional<MovingSolidPair> pushedTo(MovingSolidPair pair, double wanted, dou
 }
 
 std::optional<MovingSolidPair> withOutcome(const MovingSolidPair& pair, Outcome outcome, Random& random) {
-  if (outcome == Outcome::Miss) return pushedTo(pair, uniform(random, 0.02, 0.3), 1e-3);
-  if (outcome == Outcome::Grazing) return pushedTo(pair, uniform(random, -kGraze, kGraze), 1e-6);
+  if (outcome == Outcome::Miss) return pushedTo(pair, random.between(0.02, 0.3), 1e-3);
+  if (outcome == Outcome::Grazing) return pushedTo(pair, random.between(-kGraze, kGraze), 1e-6);
   return pair;
 }
 
-/// Of the depth nobody asks here: 0 or less is an overlap.
+/// Returns a lower bound of the distance; 0 or less is an overlap, of any depth.
 double certifiedDistance(const MovingSolidPair& pair, double time) {
   Options options = Options::apart();
   options.distance_tolerance = 1e-13;

@@ -14,7 +14,7 @@ using namespace narrowphase;
 /// The motions that both ours and FCL have. In all of them FCL turns by less than half a turn.
 enum class MotionKind {
   Translation,  ///< FCL's TranslationMotion
-  Linear,       ///< the origin on a straight line, a constant turn about it: FCL's InterpMotion, of ours two screws
+  Linear,       ///< the origin on a straight line, a constant turn about it: FCL's InterpMotion, two screws of ours
   Screw         ///< FCL's ScrewMotion
 };
 
@@ -41,14 +41,14 @@ struct MovingSolid {
   MotionChain ours;
   std::shared_ptr<const fcl::MotionBased> fcl;
 
-  /// [m] per unit of time: what no point of the solid exceeds.
+  /// Returns a speed [m] per unit of time that no point of the solid exceeds.
   double speedBound() const;
 };
 
 struct MovingSolidPair {
   MovingSolid a, b;
 
-  /// No change of the signed distance is faster [m].
+  /// Returns a speed [m] per unit of time that no change of the signed distance exceeds.
   double speedBound() const { return a.speedBound() + b.speedBound(); }
 
   Eigen::Isometry3d poseOfBInA(double time) const;
@@ -60,20 +60,20 @@ SignedDistance signedDistanceAt(const MovingSolidPair& pair, double time, const 
 /// at least 5 cm apart at the beginning.
 MovingSolidPair randomMotion(const Solid& a, const Solid& b, MotionKind kind, Outcome outcome, Random& random);
 
-/// What the answers are compared with.
+/// The answers of the libraries are compared with this one.
 struct FirstContact {
   bool contact;
   double from, to;  ///< the first contact is in between; no wider than 1e-13
 };
 
-/// By bisection of the time down to 1e-13, the earlier half first. An interval is left out where the distances at its
-/// ends (certified, to 1e-13) add up to more than any motion within it can use up.
+/// Bisects the time down to 1e-13, the earlier half first. An interval is left out if the distances at its ends
+/// (certified, to 1e-13) add up to more than any motion within it can use up.
 FirstContact firstContactOf(const MovingSolidPair& pair);
 
-/// The lowest of some samples, improved by golden-section search in the valleys about the three lowest.
 struct Lowest {
   double distance, time;
 };
+/// Returns the lowest of some samples, improved by golden-section search in the valleys about the three lowest.
 Lowest lowestOf(const MovingSolidPair& pair, int samples);
 
 }  // namespace proximity_server::peers

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 #include <regex>
 #include <sstream>
 
@@ -36,7 +37,7 @@ std::string collision(double height, const std::string& geometry) {
          "</geometry></collision>";
 }
 
-/// The <collision> elements of a body at its `place` in the arm, along z from its joint.
+/// Returns the <collision> elements of a body at its `place` in the arm, along z from its joint.
 std::string collisionsAt(int place) {
   switch (place) {
     case 0:
@@ -62,7 +63,7 @@ std::string firstJoint(int arm, int arms_in_row) {
   return joint.str();
 }
 
-/// The others bend it, about y and x by turns.
+/// The other joints bend the arm, about y and x by turns.
 std::string nextJoint(int body, int place) {
   std::ostringstream joint;
   joint << "<parent link=\"b" << body - 1 << "\"/><origin xyz=\"0 0 " << kLength << "\"/><axis xyz=\""
@@ -86,7 +87,7 @@ std::string urdfOfArms(int bodies) {
   return urdf.str();
 }
 
-/// What stands between the tags of <robot>, with a prefix before the names of links and joints.
+/// Returns the content of <robot>, with a prefix before the names of links and joints.
 std::string prefixed(const std::string& xml, const std::string& prefix) {
   const std::size_t begin = xml.find('>', xml.find("<robot")) + 1, end = xml.rfind("</robot>");
   const std::regex names("(<link\\s+name=|<joint\\s+name=|<mimic\\s+joint=|\\slink1?=|\\slink2=)\"([^\"]*)\"");
@@ -123,6 +124,13 @@ std::vector<NamedRobot> exampleRobots() {
   for (const ExampleRobot& robot : kExampleRobots)
     robots.push_back(
         {robot.name, load(exampleRobotFile(resolve, robot.urdf), exampleRobotFile(resolve, robot.srdf), resolve)});
+  return robots;
+}
+
+std::vector<NamedRobot> robotsToMeasure() {
+  std::vector<NamedRobot> robots = exampleRobots();
+  if (robots.empty()) std::cout << kExampleRobotsMissing << " Panda, UR5 and PR2 are left out.\n";
+  robots.push_back(demoRobot());
   return robots;
 }
 

@@ -11,7 +11,7 @@ namespace proximity_server::peers {
 
 using namespace scene;
 
-/// What stands for a link: pieces of its body.
+/// Returns the pieces of a body that belong to one of its links.
 std::vector<const Piece*> piecesOfLink(const RobotModel& robot, int link);
 
 struct NamedRobot {
@@ -19,19 +19,23 @@ struct NamedRobot {
   std::shared_ptr<const SceneModel> model;
 };
 
-/// The robot of ./dev demo with the filter of its SRDF.
+/// Returns the robot of ./dev demo with the filter of its SRDF.
 NamedRobot demoRobot();
 
-/// Panda, UR5 and PR2 with the filters of their SRDFs; none where the package example-robot-data is not found.
+/// Returns Panda, UR5 and PR2 with the filters of their SRDFs; none if the package example-robot-data is not found.
 std::vector<NamedRobot> exampleRobots();
 
-/// Two Pandas face to face, their bases 0.8 m apart, with all pairs between them: their URDFs and
-/// SRDFs are joined as text, with "left/" and "right/" before all names. Nothing where the package example-robot-data is not found.
+/// Returns exampleRobots() and demoRobot(), for a benchmark; prints that robots are left out if they are.
+std::vector<NamedRobot> robotsToMeasure();
+
+/// Returns two Pandas face to face, their bases 0.8 m apart, with all pairs between them: their URDFs and SRDFs are
+/// joined as text, with "left/" and "right/" before all names. Returns nullopt if the package example-robot-data is not
+/// found.
 std::optional<NamedRobot> twoPandas();
 
-/// Arms of five bodies side by side on a square grid, 0.8 m apart, until there are so many `bodies`; the last arm may
-/// be shorter. A cylinder, a capsule, a box, a concave and a convex mesh on top of each other, 1 m in all. Every pair
-/// is a candidate but neighbours.
+/// Returns arms of five bodies side by side on a square grid, 0.8 m apart, until there are so many `bodies`; the last
+/// arm may be shorter. A cylinder, a capsule, a box, a concave and a convex mesh on top of each other, 1 m in all.
+/// Every pair is a candidate but neighbours.
 NamedRobot rowsOfArms(int bodies);
 
 }  // namespace proximity_server::peers

@@ -1,8 +1,9 @@
 #include "peers/scene_library.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>
 #include <tuple>
+
+#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::peers {
 
@@ -16,10 +17,9 @@ bool isBefore(const ShapeRefPair& a, const ShapeRefPair& b) {
 
 }  // namespace
 
-Question within(double distance) {
-  Question question;
-  question.threshold = distance;
-  return question;
+std::string nameOf(SceneQuestion question) {
+  const char* names[] = {"any below 5 cm", "minimum", "5 closest", "below 5 cm", "all"};
+  return names[static_cast<int>(question)];
 }
 
 /// The candidates are sorted as the pairs of the filter are.
@@ -29,6 +29,15 @@ int numberOf(const ShapeRefPair& pair, const Candidates& candidates, const Objec
   return static_cast<int>(std::lower_bound(candidates.begin(), candidates.end(), pair, isBefore) - candidates.begin());
 }
 
+std::vector<std::pair<int, int>> linksOfCandidates(const PairTable& table) {
+  std::vector<std::pair<int, int>> links;
+  for (const int index : table.checked) {
+    const LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
+    links.emplace_back(pair.link_a, pair.link_b);
+  }
+  return links;
+}
+
 OurScene::OurScene(std::shared_ptr<const SceneModel> model, Skipping skipping, std::shared_ptr<const Objects> objects)
     : scene_(std::move(model), skipping) {
   if (objects) scene_.use(std::move(objects));
@@ -36,23 +45,41 @@ OurScene::OurScene(std::shared_ptr<const SceneModel> model, Skipping skipping, s
 
 void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
   scene_.update(poses);
-  if (question == SceneQuestion::Minimum) {
-    first_ = scene_.minimum(scene_.candidates());
-    size_ = first_ != nullptr ? 1 : 0;
-    return;
+  question_ = question;
+  const Candidates& candidates = scene_.candidates();
+  Question within;
+  within.threshold = kBelow;
+  switch (question) {
+    case SceneQuestion::AnyBelow:
+      return take(scene_.first(candidates, within));
+    case SceneQuestion::Minimum:
+      return take(scene_.minimum(candidates));
+    case SceneQuestion::Closest:
+      return take(scene_.closest(candidates, kClosest));
+    case SceneQuestion::Below:
+      return take(scene_.below(candidates, within));
+    case SceneQuestion::All:
+      return take(scene_.all(candidates));
   }
-  const std::vector<PairProximity>& found = question == SceneQuestion::Below
-                                                ? scene_.below(scene_.candidates(), within(kBelow))
-                                                : scene_.all(scene_.candidates());
+}
+
+void OurScene::take(const PairProximity* found) {
+  first_ = found;
+  size_ = found != nullptr ? 1 : 0;
+}
+
+void OurScene::take(const std::vector<PairProximity>& found) {
   first_ = found.data();
   size_ = found.size();
 }
 
-std::vector<PairDistance> OurScene::answer() const {
-  std::vector<PairDistance> answer;
+void OurScene::giveAnswer(SceneAnswer& answer) const {
+  answer.pairs.clear();
+  answer.is_below = question_ == SceneQuestion::AnyBelow && size_ > 0;
+  if (question_ == SceneQuestion::AnyBelow) return;
   for (std::size_t i = 0; i < size_; ++i)
-    answer.push_back({numberOf(first_[i].asked, scene_.candidates(), scene_.objects()), first_[i].result.distance});
-  return answer;
+    answer.pairs.push_back(
+        {numberOf(first_[i].asked, scene_.candidates(), scene_.objects()), first_[i].result.distance});
 }
 
 }  // namespace proximity_server::peers

@@ -10,20 +10,6 @@ namespace proximity_server::peers {
 using namespace narrowphase;
 namespace {
 
-double uniform(Random& random, double from, double to) {
-  return std::uniform_real_distribution<double>(from, to)(random);
-}
-
-Eigen::Vector3d direction(Random& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
-}
-
-Eigen::Quaterniond orientation(Random& random) {
-  std::normal_distribution<double> normal;
-  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
-}
-
 btVector3 toBullet(const Eigen::Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
@@ -40,7 +26,7 @@ std::shared_ptr<btConvexShape> bulletHull(const ConvexHull& hull) {
   return withoutMargin(shape);
 }
 
-/// nullptr where Bullet has no such shape.
+/// Returns nullptr if Bullet has no such shape.
 std::shared_ptr<btConvexShape> bulletShape(const Shape& shape) {
   const Eigen::Vector3d& half = shape.halfExtents();
   switch (shape.kind()) {
@@ -73,7 +59,7 @@ class Slide {
     return pair;
   }
 
-  /// Where the signed distance is `wanted`: it grows with the distance of the centres.
+  /// Returns where the signed distance is `wanted`: it grows with the distance of the centres.
   double centreAt(double wanted) const {
     double near = 0.0, far = 4.0;
     for (int i = 0; i < 40; ++i) {
@@ -91,6 +77,16 @@ class Slide {
 
 }  // namespace
 
+Eigen::Vector3d randomAxis(Random& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+Eigen::Quaterniond randomTurn(Random& random) {
+  std::normal_distribution<double> normal;
+  return Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
+}
+
 std::optional<Solid> solidOf(const Shape& shape) {
   const bool is_round = shape.kind() == Shape::Kind::Point || shape.kind() == Shape::Kind::Segment;
   if (!is_round && shape.margin() != 0.0) return std::nullopt;
@@ -101,43 +97,43 @@ std::optional<Solid> solidOf(const Shape& shape) {
 }
 
 Solid randomBox(Random& random) {
-  return boxOf(Eigen::Vector3d(uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5)));
+  return boxOf(Eigen::Vector3d(random.between(0.25, 0.5), random.between(0.25, 0.5), random.between(0.25, 0.5)));
 }
 
-Solid randomPlate(Random& random) { return boxOf({uniform(random, 0.25, 0.5), uniform(random, 0.25, 0.5), 0.001}); }
+Solid randomPlate(Random& random) { return boxOf({random.between(0.25, 0.5), random.between(0.25, 0.5), 0.001}); }
 
-Solid randomSphere(Random& random) { return *solidOf(Sphere{uniform(random, 0.25, 0.5)}); }
+Solid randomSphere(Random& random) { return *solidOf(Sphere{random.between(0.25, 0.5)}); }
 
 Solid randomCapsule(Random& random) {
-  const double radius = uniform(random, 0.1, 0.25), length = uniform(random, 0.5, 1.0);
+  const double radius = random.between(0.1, 0.25), length = random.between(0.5, 1.0);
   return *solidOf(Capsule{radius, length});
 }
 
 Solid randomCylinder(Random& random) {
-  const double radius = uniform(random, 0.2, 0.4), length = uniform(random, 0.5, 1.0);
+  const double radius = random.between(0.2, 0.4), length = random.between(0.5, 1.0);
   return *solidOf(Cylinder{radius, length});
 }
 
 Solid randomHull(Random& random, int vertices) {
-  const Eigen::Vector3d axes(uniform(random, 0.3, 0.5), uniform(random, 0.3, 0.5), uniform(random, 0.3, 0.5));
+  const Eigen::Vector3d axes(random.between(0.3, 0.5), random.between(0.3, 0.5), random.between(0.3, 0.5));
   std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i < vertices; ++i) points.push_back(axes.cwiseProduct(direction(random)));
+  for (int i = 0; i < vertices; ++i) points.push_back(axes.cwiseProduct(randomAxis(random)));
   return *solidOf(ConvexHull(points));
 }
 
 SolidPair place(const Solid& a, const Solid& b, Placement placement, Random& random) {
   SolidPair pair{&a, &b, placement, Eigen::Isometry3d::Identity()};
-  pair.a_T_b.linear() = orientation(random).toRotationMatrix();
-  const Slide slide(pair, direction(random));
+  pair.a_T_b.linear() = randomTurn(random).toRotationMatrix();
+  const Slide slide(pair, randomAxis(random));
   switch (placement) {
     case Placement::Apart:
-      return slide.at(slide.centreAt(uniform(random, 0.05, 1.0)));
+      return slide.at(slide.centreAt(random.between(0.05, 1.0)));
     case Placement::Touching:
-      return slide.at(slide.centreAt(uniform(random, -1e-9, 1e-9)));
+      return slide.at(slide.centreAt(random.between(-1e-9, 1e-9)));
     case Placement::Shallow:
-      return slide.at(slide.centreAt(-uniform(random, 0.0, 0.1)));
+      return slide.at(slide.centreAt(-random.between(0.0, 0.1)));
     case Placement::Deep:
-      return slide.at(uniform(random, 0.0, 0.5) * slide.centreAt(0.0));
+      return slide.at(random.between(0.0, 0.5) * slide.centreAt(0.0));
   }
   return pair;
 }

@@ -6,9 +6,9 @@
 #include <Eigen/Geometry>
 #include <memory>
 #include <optional>
-#include <random>
 #include <vector>
 
+#include "chance.h"
 #include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::peers {
@@ -22,11 +22,14 @@ struct Solid {
   std::shared_ptr<btConvexShape> bullet;  ///< in float, without collision margin
 };
 
-/// A shape as the other libraries describe it; nothing where one of them has no such shape: cones, ellipsoids, a margin
-/// about anything but a point or a segment, a hull that is no solid.
+/// Returns a shape as the other libraries describe it, or nullopt if one of them has no such shape: cones, ellipsoids,
+/// a margin about anything but a point or a segment, a hull that is no solid.
 std::optional<Solid> solidOf(const Shape& shape);
 
-using Random = std::mt19937;
+using Random = proximity_server::Chance;
+
+Eigen::Vector3d randomAxis(Random& random);
+Eigen::Quaterniond randomTurn(Random& random);
 
 /// Random solids with sizes about one metre.
 Solid randomBox(Random& random);       ///< half extents 0.25 to 0.5
@@ -37,8 +40,8 @@ Solid randomPlate(Random& random);     ///< a box of half extents 0.25 to 0.5 th
 /// `vertices` points on an ellipsoid with half axes 0.3 to 0.5.
 Solid randomHull(Random& random, int vertices);
 
-/// How two solids lie: gap 0.05 to 1, gap within 1e-9 of nothing, depth up to a tenth of the size (1), or centres
-/// within half of the distance at which they would touch.
+/// The placement of two solids: gap 0.05 to 1, gap within 1e-9 of nothing, depth up to a tenth of the size (1), or
+/// centres within half of the distance at which they would touch.
 enum class Placement { Apart, Touching, Shallow, Deep };
 
 struct SolidPair {
@@ -48,7 +51,7 @@ struct SolidPair {
   Eigen::Isometry3d a_T_b;
 };
 
-/// b in a random orientation and in a random direction from a, at the distance that `placement` asks for.
+/// Places b in a random orientation and in a random direction from a, at the distance that `placement` asks for.
 SolidPair place(const Solid& a, const Solid& b, Placement placement, Random& random);
 
 }  // namespace proximity_server::peers

@@ -23,14 +23,14 @@ constexpr int kDirections = 200;  // samples of a piece
 constexpr int kRounds = 10;       // of k-means
 constexpr int kPulls = 100;       // of an enclosing sphere
 
-/// Directions that are spread evenly over the sphere (Fibonacci's lattice).
+/// Returns one of kDirections that are spread evenly over the sphere (Fibonacci's lattice).
 Vector3d directionOf(int number) {
   const double z = 1.0 - (2.0 * number + 1.0) / kDirections, turn = 2.399963229728653 * number;
   const double radial = std::sqrt(1.0 - z * z);
   return {radial * std::cos(turn), radial * std::sin(turn), z};
 }
 
-/// Where a ray from the centre leaves a shape.
+/// Returns the distance from the centre [m] at which a ray leaves a shape.
 double rayLength(const Shape& shape, const Vector3d& direction) {
   double inside = 0.0, outside = 2.0 * (shape.coreRadius() + shape.margin()) + 1e-9;
   if (shape.kind() == Shape::Kind::Hull && shape.margin() == 0.0 && shape.hull().dimension() == 3) {
@@ -63,7 +63,8 @@ std::vector<Vector3d> samplesOf(const RobotModel& robot, int link) {
   return samples;
 }
 
-/// A small sphere around the points: its centre is pulled towards the farthest one, each time less (Badoiu, Clarkson, 2003).
+/// Returns a small sphere around the points: its centre is pulled towards the farthest one, each time less (Badoiu,
+/// Clarkson, 2003).
 Sphere around(const std::vector<Vector3d>& points) {
   Vector3d centre = Vector3d::Zero();
   for (const Vector3d& point : points) centre += point / static_cast<double>(points.size());
@@ -76,7 +77,7 @@ Sphere around(const std::vector<Vector3d>& points) {
   return {centre, (farthest() - centre).norm()};
 }
 
-/// So many spheres around clusters of the samples.
+/// Returns so many spheres around clusters of the samples.
 std::vector<Sphere> spheresAround(const std::vector<Vector3d>& samples, int count) {
   std::vector<Vector3d> centres{samples.front()};
   std::vector<double> gaps(samples.size(), kInfinity);  // squared, to the nearest centre
@@ -106,7 +107,7 @@ std::vector<Sphere> spheresAround(const std::vector<Vector3d>& samples, int coun
   return spheres;
 }
 
-/// What is fitted to a link so far.
+/// The spheres of a link, as far as they are fitted.
 struct Fit {
   int link;
   std::vector<Vector3d> samples;
@@ -140,18 +141,13 @@ Matrix3d crossMatrix(const Vector3d& v) {
   return cross;
 }
 
-bool isNearer(const PairDistance& a, const PairDistance& b) { return a.distance < b.distance; }
-
 }  // namespace
 
 SphereScene::SphereScene(const SceneModel& model)
-    : links_(model.robot.links.size()),
+    : candidates_(linksOfCandidates(model.pairs)),
+      links_(model.robot.links.size()),
       rotations_(model.robot.bodies.size(), Matrix3d::Identity()),
       origins_(model.robot.bodies.size(), Vector3d::Zero()) {
-  for (const int index : model.pairs.checked) {
-    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(index)];
-    candidates_.emplace_back(pair.link_a, pair.link_b);
-  }
   addSteps(model.robot);
   addLinks(model.robot);
 }
@@ -244,14 +240,14 @@ void SphereScene::placeSpheres(LinkSpheres& link) {
   link.is_placed = true;
 }
 
-/// [m] Of the spheres around two links.
+/// Returns the gap [m] between the spheres around two links.
 double SphereScene::gapAround(int pair) const {
   const auto [a, b] = candidates_[static_cast<std::size_t>(pair)];
   const LinkSpheres &link_a = links_[static_cast<std::size_t>(a)], &link_b = links_[static_cast<std::size_t>(b)];
   return (link_a.centre - link_b.centre).norm() - link_a.around.radius - link_b.around.radius;
 }
 
-/// [m] Of all spheres of two links; the search ends at a distance below `enough`.
+/// Returns the distance [m] of all spheres of two links; the search ends at a distance below `enough`.
 double SphereScene::distanceOf(int pair, double enough) {
   const auto [a, b] = candidates_[static_cast<std::size_t>(pair)];
   LinkSpheres &link_a = links_[static_cast<std::size_t>(a)], &link_b = links_[static_cast<std::size_t>(b)];

@@ -8,14 +8,16 @@
 
 namespace proximity_server::peers {
 
-/// What planners ask instead of the geometry: spheres that cover each link, in one state after the other; plain scalar code.
+/// Spheres that cover each link: planners ask them instead of the geometry, in one state after the other. Plain scalar
+/// code.
 ///
 /// 1. Sample the surfaces of the link's pieces.
-/// 2. Divide the samples into clusters (k-means), and take a small enclosing sphere of each. The next sphere goes to the link
-///    that has the largest one, until there are kSpheresPerLink of them a link in the mean.
+/// 2. Divide the samples into clusters (k-means), and take a small enclosing sphere of each. The next sphere goes to
+///    the link that has the largest one, until there are kSpheresPerLink of them a link in the mean.
 /// 3. Place the bodies by a product of matrices for each joint, in which all that is constant is precomputed.
-/// 4. Of each pair of links compare one sphere around each first, then all spheres. Whether anything is below a distance ends at
-///    the first two spheres that are; the search for the closest begins with the pair whose outer spheres are.
+/// 4. Compare one sphere around each link of a pair first, then all spheres. The search for anything below a distance
+///    ends at the first two spheres that are; the search for the closest begins with the pair whose outer spheres are
+///    closest.
 ///
 /// Error:   no bounds: between spheres and surface is what the fit leaves, and between samples a surface may stick out.
 /// Source:  how MoveIt, cuRobo and VAMP describe robots; the robots are spherized here by clusters of surface samples.
@@ -41,12 +43,12 @@ class SphereScene {
     Eigen::Vector3d centre;
     double radius;
   };
-  /// Of a link, in the frame of its body; none for a link that is in no candidate pair.
+  /// Returns the spheres of a link in the frame of its body; none for a link that is in no candidate pair.
   std::vector<Sphere> spheresOf(int link) const;
 
  private:
-  /// From the parent body to a body at joint position q: the rotation is constant + cos(q) * even + sin(q) * odd, and the
-  /// translation origin + q * slide.
+  /// The pose of a body in its parent at joint position q: the rotation is constant + cos(q) * even + sin(q) * odd, and
+  /// the translation is origin + q * slide.
   struct Step {
     int parent;  ///< -1: a root
     int joint;   ///< the leader
@@ -57,10 +59,10 @@ class SphereScene {
   };
   struct LinkSpheres {
     int body = -1;
-    Sphere around;  ///< all
+    Sphere around;  ///< holds all
     std::size_t begin = 0, end = 0;
     Eigen::Vector3d centre;  ///< of `around`, placed
-    bool is_placed = false;  ///< its spheres
+    bool is_placed = false;  ///< whether its spheres are
   };
 
   void addSteps(const RobotModel& robot);

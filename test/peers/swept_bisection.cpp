@@ -1,7 +1,8 @@
 #include "peers/swept_bisection.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 #include <vector>
+
+#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 
@@ -27,7 +28,7 @@ struct Interval {
   double middle() const { return 0.5 * (begin + end); }
 };
 
-/// What a shape passes through in an interval, in its own frame at the interval's beginning.
+/// A convex shape that holds all that a shape sweeps in an interval, in its own frame at the interval's beginning.
 struct SweptVolume {
   Shape shape;
   double beyond_begin;  ///< [m] no point of it is farther from where the shape stands at the beginning
