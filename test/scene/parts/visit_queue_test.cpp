@@ -47,7 +47,7 @@ TEST(VisitQueue, LowestBoundIsThatOfTheFirst) {
 
 TEST(VisitQueue, KeepsAllOfAVisit) {
   VisitQueue queue;
-  queue.push({0.5, 1, 2, 3, 0.25, Visit::Bound::Motion});
+  queue.push({{2, 3}, 0.5, 1, 0.25, Visit::Bound::Motion});
   const Visit visit = queue.pop();
   EXPECT_EQ(visit.a, 2);
   EXPECT_EQ(visit.b, 3);

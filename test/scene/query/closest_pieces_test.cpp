@@ -155,7 +155,7 @@ struct TwoCompounds {
   ClosestPieces closest(const RelativePose& a_T_b, double limit = kInfinity, const Question& question = {},
                         const LeafPair& likely = {}, double padding = 0.0, Skipping skipping = Skipping::On) const {
     PieceSearch search(robot, model.pieces.size(), skipping);
-    return search.between({-kInfinity, 0, a, b, padding}, a_T_b, likely, limit, question);
+    return search.between({{a, b}, -kInfinity, 0, padding}, a_T_b, likely, limit, question);
   }
 
   std::vector<int> leavesBelow(int volume) const {
