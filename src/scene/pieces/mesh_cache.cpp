@@ -123,7 +123,9 @@ MeshCache::MeshCache(std::string folder, const TriangleMesh& mesh, double tolera
 std::optional<Clustering> MeshCache::find() const {
   if (folder_.empty()) return std::nullopt;
   std::ifstream stream(fileOf(folder_, key_), std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  std::ostringstream read_text;
+  read_text << stream.rdbuf();  // which, unlike its iterators, does not throw where nothing can be read, as of a folder
+  const std::string text = read_text.str();
   constexpr std::size_t kChecksum = 16;
   if (text.size() < kChecksum) return std::nullopt;
   const std::string content = text.substr(0, text.size() - kChecksum);
