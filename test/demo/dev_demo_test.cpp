@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "node/patience.h"
+#include "scene/files.h"
 
 // ./dev demo as a user runs it, with the robot of odd_names.urdf. However it ends, nothing of it is left.
 
@@ -16,18 +17,12 @@ namespace proximity_server::node::dev_demo_test {
 
 constexpr std::chrono::seconds kEnd{40};  // roslaunch gives each of its nodes 15 s
 
-std::string contentOf(const std::filesystem::path& file) {
-  std::stringstream text;
-  text << std::ifstream(file).rdbuf();
-  return text.str();
-}
-
 class Demo {
  public:
   explicit Demo(const std::string& options) {
     const std::string command = "cd " PROXIMITY_SOURCE_DIR
                                 "; echo $$; exec ./dev demo --no-rviz --robot "
-                                "test/node/odd_names.urdf " +
+                                "test/robots/odd_names.urdf " +
                                 options + " 2>&1";
     output_ = popen(command.c_str(), "r");
     pid_ = std::stoi(next());
@@ -67,7 +62,7 @@ class Demo {
     for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
       const std::string name = entry.path().filename();
       if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-      if (contentOf(entry.path() / "environ").find(mark) != std::string::npos) found.push_back(std::stoi(name));
+      if (scene::readFile(entry.path() / "environ").find(mark) != std::string::npos) found.push_back(std::stoi(name));
     }
     return found;
   }
@@ -115,7 +110,7 @@ TEST(DevDemo, LeavesNothingBehindWhereRoslaunchIsKilled) {
   EXPECT_NE(demo.next(" pairs: "), "");
   ASSERT_GT(demo.processes().size(), 4u);  // roslaunch, master, rosout and three nodes
   for (const pid_t process : demo.processes()) {
-    const std::string command = contentOf("/proc/" + std::to_string(process) + "/cmdline");
+    const std::string command = scene::readFile("/proc/" + std::to_string(process) + "/cmdline");
     if (command.find("roslaunch") != std::string::npos && command.find("demo.launch") != std::string::npos) {
       kill(process, SIGKILL);
     }

@@ -1,14 +1,17 @@
 #pragma once
 
-#include <fstream>
 #include <iterator>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "sanitized.h"
+#include "scene/files.h"
 
 namespace proximity_server::scene {
 
@@ -57,17 +60,29 @@ inline std::string exampleRobotFile(const MeshResolver& resolve, const std::stri
   return resolve("package://example-robot-data/robots/" + file);
 }
 
-inline std::string readFile(const std::string& path) {
-  std::ifstream stream(path);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// For tests that are not about decompositions: each is made once, and all tests share those of the user. They take seconds, and under a
-/// sanitizer minutes.
+/// For tests that are not about decompositions: each is made once, and all tests share those of the user. They take
+/// seconds, and under a sanitizer minutes.
 inline ModelOptions cachedLoading() {
   ModelOptions options;
   options.mesh_cache = userMeshCache();
   return options;
+}
+
+/// The robot of ./dev demo with the pairs of its SRDF.
+inline std::shared_ptr<const SceneModel> demoModel() {
+  const std::string files = PROXIMITY_SOURCE_DIR "/config/demo/robot";
+  RobotModel robot =
+      loadRobotModel(readFile(files + ".urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."}), cachedLoading());
+  PairTable pairs = filterPairs(robot, readFile(files + ".srdf"));
+  return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
+}
+
+/// An example robot with the pairs of its SRDF.
+inline std::shared_ptr<const SceneModel> modelOf(const ExampleRobot& files, const MeshResolver& resolve,
+                                                 const ModelOptions& options = cachedLoading()) {
+  RobotModel robot = loadRobotModel(readFile(exampleRobotFile(resolve, files.urdf)), resolve, options);
+  PairTable pairs = filterPairs(robot, readFile(exampleRobotFile(resolve, files.srdf)));
+  return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
 }
 
 /// How a robot is loaded where its pieces do not matter: a sanitized run takes the hulls of its meshes.

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -39,7 +40,12 @@ class TemporaryFiles {
   std::filesystem::path folder_;
 };
 
-/// What std::invalid_argument said, "" where none was thrown.
+inline std::string readFile(const std::string& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// The text of the std::invalid_argument that a call throws, or "" if it throws none.
 template <typename Call>
 std::string errorOf(const Call& call) {
   try {

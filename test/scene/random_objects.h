@@ -16,27 +16,19 @@ namespace proximity_server::scene {
 
 /// An arm of five links, some of several pieces, and a camera without geometry behind its last joint.
 inline std::shared_ptr<const SceneModel> arm() {
-  const auto link = [](const std::string& name, const std::string& collisions) {
-    return "<link name='" + name + "'>" + collisions + "</link>";
+  const auto turning = [](const std::string& parent, const std::string& child, const std::string& xyz,
+                          const std::string& xyz_of_axis) {
+    return joint("to_" + child, "revolute", parent, child, origin(xyz) + axis(xyz_of_axis) + limits("-3", "3"));
   };
-  const auto joint = [](const std::string& parent, const std::string& child, const std::string& xyz,
-                        const std::string& axis) {
-    return "<joint name='to_" + child + "' type='revolute'><parent link='" + parent + "'/><child link='" + child +
-           "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
-           "'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
-  };
-  auto model = std::make_shared<SceneModel>();
-  model->robot =
-      robotOf("<robot name='arm'>" + link("base", cylinder("0.12", "0.3") + box("0.3 0.3 0.05", "0 0 -0.15")) +
-              link("upper", box("0.1 0.08 0.3", "0 0 0.15", "0.1 0.2 0.3") + ball("0.07", "0 0 0.3")) +
-              link("fore", cylinder("0.05", "0.3", "0 0 0.2")) + link("wrist", ball("0.07", "0 0 0.05")) +
-              link("hand", box("0.05 0.08 0.1", "0.06 0 0.2") + box("0.05 0.08 0.1", "-0.06 0 0.2") +
-                               cylinder("0.03", "0.1", "0 0 0.05")) +
-              link("camera", "") + joint("base", "upper", "0 0 0.2", "0 0 1") +
-              joint("upper", "fore", "0 0 0.35", "0 1 0") + joint("fore", "wrist", "0 0 0.45", "1 0 0") +
-              joint("wrist", "hand", "0 0 0.15", "0 1 0") + joint("hand", "camera", "0.1 0 0.1", "0 0 1") + "</robot>");
-  model->pairs = filterPairs(model->robot, "");
-  return model;
+  return modelOf(urdfOf(link("base", cylinder("0.12", "0.3") + box("0.3 0.3 0.05", "0 0 -0.15")) +
+                        link("upper", box("0.1 0.08 0.3", "0 0 0.15", "0.1 0.2 0.3") + ball("0.07", "0 0 0.3")) +
+                        link("fore", cylinder("0.05", "0.3", "0 0 0.2")) + link("wrist", ball("0.07", "0 0 0.05")) +
+                        link("hand", box("0.05 0.08 0.1", "0.06 0 0.2") + box("0.05 0.08 0.1", "-0.06 0 0.2") +
+                                         cylinder("0.03", "0.1", "0 0 0.05")) +
+                        link("camera") + turning("base", "upper", "0 0 0.2", "0 0 1") +
+                        turning("upper", "fore", "0 0 0.35", "0 1 0") + turning("fore", "wrist", "0 0 0.45", "1 0 0") +
+                        turning("wrist", "hand", "0 0 0.15", "0 1 0") +
+                        turning("hand", "camera", "0.1 0 0.1", "0 0 1")));
 }
 
 inline narrowphase::Shape someShape(Chance& chance) {
@@ -70,7 +62,7 @@ inline Object someSolid(const std::string& id, const Placement& placement, Chanc
   return makeObject(id, {{scaled(mesh, chance.between(0.1, 0.6)), chance.pose(0.1)}}, placement, options);
 }
 
-/// Of up to two shapes, of boxes in bulk or, if it is not attached, of half-spaces; some with a padding.
+/// An object of up to two shapes, of boxes in bulk or, if it is not attached, of half-spaces. Some have a padding.
 inline Object someObject(const std::string& id, const Placement& placement, Chance& chance) {
   std::vector<ObjectShape> shapes;
   const int kind = std::holds_alternative<Attached>(placement) ? 1 + chance.below(11) : chance.below(12);

@@ -1,14 +1,19 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <sstream>
+#include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "chance.h"
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "robots/urdf.h"
 
 namespace proximity_server::scene {
 
@@ -20,37 +25,46 @@ inline Eigen::Isometry3d turned(double angle, const Eigen::Vector3d& axis,
   return Eigen::Translation3d(origin) * Eigen::AngleAxisd(angle, axis.normalized());
 }
 
-// --- <collision> elements of a URDF
-
-inline std::string collision(const std::string& geometry, const std::string& xyz, const std::string& rpy = "0 0 0") {
-  return "<collision><origin xyz='" + xyz + "' rpy='" + rpy + "'/><geometry>" + geometry + "</geometry></collision>";
-}
-inline std::string ball(const std::string& radius, const std::string& xyz = "0 0 0") {
-  return collision("<sphere radius='" + radius + "'/>", xyz);
-}
-inline std::string box(const std::string& size, const std::string& xyz = "0 0 0", const std::string& rpy = "0 0 0") {
-  return collision("<box size='" + size + "'/>", xyz, rpy);
-}
-inline std::string cylinder(const std::string& radius, const std::string& length, const std::string& xyz = "0 0 0",
-                            const std::string& rpy = "0 0 0") {
-  return collision("<cylinder radius='" + radius + "' length='" + length + "'/>", xyz, rpy);
-}
+using namespace robots;
 
 // --- robots
 
-/// A robot without meshes.
-inline RobotModel robotOf(const std::string& urdf) { return loadRobotModel(urdf, packageResolver({})); }
+/// A robot; the files of its meshes are named by their absolute paths.
+inline RobotModel robotOf(const std::string& urdf, const ModelOptions& options = {}) {
+  return loadRobotModel(urdf, packageResolver({}), options);
+}
 
 /// Links "0", "1", ... that float freely in the frame of the link "frame", which has no geometry.
-inline RobotModel floatingLinks(const std::vector<std::string>& collisions_of_links) {
-  std::ostringstream urdf;
-  urdf << "<robot name='floating links'><link name='frame'/>";
+inline RobotModel floatingLinks(const std::vector<std::string>& collisions_of_links, const ModelOptions& options = {}) {
+  std::string parts = link("frame");
   for (std::size_t i = 0; i < collisions_of_links.size(); ++i) {
-    urdf << "<link name='" << i << "'>" << collisions_of_links[i] << "</link><joint name='joint" << i
-         << "' type='floating'><parent link='frame'/><child link='" << i << "'/></joint>";
+    const std::string name = std::to_string(i);
+    parts += link(name, collisions_of_links[i]) + joint("joint" + name, "floating", "frame", name);
   }
-  urdf << "</robot>";
-  return robotOf(urdf.str());
+  return robotOf(urdfOf(parts, "floating links"), options);
+}
+
+/// The robot with the pairs that the filter leaves without an SRDF.
+inline std::shared_ptr<const SceneModel> modelOf(RobotModel robot, const PairFilterOptions& options = {}) {
+  PairTable pairs = filterPairs(robot, std::vector<std::string>(robot.robots.size()), options);
+  return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
+}
+inline std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const PairFilterOptions& options = {}) {
+  return modelOf(robotOf(urdf), options);
+}
+
+inline ShapeRefPair pairOf(const SceneModel& model, const std::string& a, const std::string& b) {
+  return {{model.robot.findLink(a)}, {model.robot.findLink(b)}};
+}
+
+/// One number for each joint, in their order, and 0 for those that are not named.
+inline std::vector<double> byJoint(const RobotModel& robot, const std::map<std::string, double>& by_name) {
+  std::vector<double> values;
+  for (const Joint& joint : robot.joints) {
+    const auto found = by_name.find(joint.name);
+    values.push_back(found == by_name.end() ? 0.0 : found->second);
+  }
+  return values;
 }
 
 inline int bodyOf(const RobotModel& robot, const std::string& link) { return robot.links[robot.findLink(link)].body; }

@@ -14,7 +14,7 @@ namespace {
 std::vector<ControlFamily> allFamilies() {
   std::vector<ControlFamily> families{{"random robot", 1, false, nullptr},
                                       {"random robot, objects", 1, true, nullptr},
-                                      {"demo, objects", 4, true, demoModel()}};
+                                      {"demo, objects", 4, true, quickDemoModel()}};
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) return families;
   for (const ExampleRobot& robot : robotsToTest()) {
@@ -41,7 +41,7 @@ std::shared_ptr<const Objects> someObjects(const std::shared_ptr<const SceneMode
 
 }  // namespace
 
-std::shared_ptr<const SceneModel> demoModel() {
+std::shared_ptr<const SceneModel> quickDemoModel() {
   const std::string demo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
   const MeshResolver resolve = packageResolver({PROXIMITY_SOURCE_DIR "/.."});
   return std::make_shared<const SceneModel>(

@@ -15,8 +15,8 @@
 
 namespace proximity_server::scene {
 
-/// The robot of ./dev demo, and one of the package example-robot-data, with their SRDFs.
-std::shared_ptr<const SceneModel> demoModel();
+/// The robot of ./dev demo, and one of the package example-robot-data, with their SRDFs, by quickLoading().
+std::shared_ptr<const SceneModel> quickDemoModel();
 std::shared_ptr<const SceneModel> exampleModel(const MeshResolver& resolve, const std::string& urdf,
                                                const std::string& srdf);
 

@@ -116,7 +116,7 @@ std::shared_ptr<const SceneModel> audited(const std::shared_ptr<const SceneModel
 }
 
 std::vector<DriveFamily> allFamilies() {
-  std::vector<DriveFamily> families{familyOf("demo", 1, demoModel())};
+  std::vector<DriveFamily> families{familyOf("demo", 1, quickDemoModel())};
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) return families;
   const auto example = [&](const std::string& urdf, const std::string& srdf) {

@@ -15,7 +15,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using narrowphase::NamedShape;
 
-std::shared_ptr<const SceneModel> modelOf(RobotModel robot, const std::string& srdf = "") {
+std::shared_ptr<const SceneModel> sceneModelOf(RobotModel robot, const std::string& srdf = "") {
   return std::make_shared<const SceneModel>(makeSceneModel(std::move(robot), srdf));
 }
 
@@ -122,7 +122,7 @@ GradientFamily robotWithObjects(const std::string& name, const std::shared_ptr<c
 
 std::vector<GradientFamily> pairsOfShapes() {
   std::vector<GradientFamily> families;
-  const auto model = modelOf(robotOf(robotText("branches.urdf")));
+  const auto model = sceneModelOf(robotOf(robotText("branches.urdf")));
   const std::vector<NamedShape> shapes = narrowphase::allShapes();
   for (std::size_t i = 0; i < shapes.size(); ++i)
     for (std::size_t j = i; j < shapes.size(); ++j) families.push_back(pairOfShapes(model, shapes[i], shapes[j]));
@@ -140,8 +140,9 @@ std::vector<GradientFamily> exampleRobots() {
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) return families;
   for (const ExampleRobot& robot : robotsToTest()) {
-    const auto model = modelOf(loadRobotModel(readFile(exampleRobotFile(resolve, robot.urdf)), resolve, quickLoading()),
-                               readFile(exampleRobotFile(resolve, robot.srdf)));
+    const auto model =
+        sceneModelOf(loadRobotModel(readFile(exampleRobotFile(resolve, robot.urdf)), resolve, quickLoading()),
+                     readFile(exampleRobotFile(resolve, robot.srdf)));
     families.push_back(robotByItself(robot.name, model));
     if (families.size() > 1) continue;  // the first one is Panda
     families.push_back(robotWithObjects("Panda with objects", model, "panda_hand"));

@@ -26,7 +26,7 @@ const std::string kNode = "/proximity_server";
 constexpr double kDistance = 0.2;  // [m] between base and ball
 
 std::string gantryUrdf() {
-  std::ifstream file(PROXIMITY_SOURCE_DIR "/test/node/gantry.urdf");
+  std::ifstream file(PROXIMITY_SOURCE_DIR "/test/robots/gantry.urdf");
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

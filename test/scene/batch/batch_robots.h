@@ -19,30 +19,19 @@
 namespace proximity_server::scene {
 
 inline std::string jointOf(const std::string& parent, const std::string& child, const std::string& type,
-                           const std::string& xyz, const std::string& axis, const std::string& more = "") {
-  return "<joint name='to_" + child + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
-         "'/><origin xyz='" + xyz + "' rpy='0.2 -0.1 0.3'/><axis xyz='" + axis +
-         "'/><limit lower='-1.5' upper='1.5' effort='1' velocity='1'/>" + more + "</joint>";
+                           const std::string& xyz, const std::string& xyz_of_axis, const std::string& more = "") {
+  return joint("to_" + child, type, parent, child,
+               origin(xyz, "0.2 -0.1 0.3") + axis(xyz_of_axis) + limits("-1.5", "1.5") + more);
 }
 
-inline std::shared_ptr<SceneModel> modelWith(RobotModel robot, const PairFilterOptions& options = {}) {
-  auto model = std::make_shared<SceneModel>();
-  const std::vector<std::string> no_srdf(robot.robots.size());
-  model->pairs = filterPairs(robot, no_srdf, options);
-  model->robot = std::move(robot);
-  return model;
-}
-
-/// Balls on joints of every kind, one of them large and far away: a bound by balls is as near to the distance as rounding
-/// allows. Some pairs have a padding.
+/// Balls on joints of every kind, one of them large and far away: a bound by balls is as near to the distance as
+/// rounding allows. Some pairs have a padding.
 inline std::shared_ptr<const SceneModel> beads() {
-  std::string urdf = "<link name='base'>" + ball("0.2") + "</link><link name='planet'>" + ball("40") +
-                     "</link><joint name='to_planet' type='fixed'><parent link='base'/><child link='planet'/>" +
-                     "<origin xyz='3 5 -42.5'/></joint>";
+  std::string parts =
+      link("base", ball("0.2")) + link("planet", ball("40")) + weld("to_planet", "base", "planet", "3 5 -42.5");
   const auto bead = [&](const std::string& parent, const std::string& name, const std::string& type,
                         const std::string& axis, const std::string& more = "") {
-    urdf += "<link name='" + name + "'>" + ball("0.1", "0.05 0.02 0") + "</link>" +
-            jointOf(parent, name, type, "0.1 0 0.3", axis, more);
+    parts += link(name, ball("0.1", "0.05 0.02 0")) + jointOf(parent, name, type, "0.1 0 0.3", axis, more);
   };
   bead("base", "slide", "prismatic", "0 0 1");
   bead("base", "follower", "prismatic", "1 1 0", "<mimic joint='to_slide' multiplier='-0.5' offset='0.2'/>");
@@ -55,56 +44,50 @@ inline std::shared_ptr<const SceneModel> beads() {
   }
   PairFilterOptions options;
   options.pair_padding = {{{"arm_slide_4", "arm_follower_4"}, 0.05}, {{"slide", "planet"}, -0.02}};
-  return modelWith(robotOf("<robot name='beads'>" + urdf + "</robot>"), options);
+  return modelOf(urdfOf(parts), options);
 }
 
 /// Two robots with two arms, one of them 1.2 m beside its root.
 inline std::shared_ptr<const SceneModel> joinedArms() {
-  const std::string aside =
-      "<link name='stand'/><joint name='stands' type='fixed'><parent link='stand'/><child link='torso'/>"
-      "<origin xyz='1.2 0.1 0.2'/></joint>";
-  const RobotModel left = robotOf("<robot name='arms'>" + twoArms() + "</robot>");
-  const RobotModel right = robotOf("<robot name='arms'>" + aside + twoArms() + "</robot>");
-  return modelWith(joined({{"left", left}, {"right", right}}));
+  const std::string aside = link("stand") + weld("stands", "stand", "torso", "1.2 0.1 0.2");
+  return modelOf(joined({{"left", robotOf(urdfOf(twoArms()))}, {"right", robotOf(urdfOf(aside + twoArms()))}}));
 }
 
-/// Closed meshes with empty space inside, and small things that slide through them. `mesh_tolerance` [m]: how far pieces may
-/// lie from their mesh; 0: triangles.
+/// Closed meshes with empty space inside, and small things that slide through them. `mesh_tolerance` [m]: how far
+/// pieces may lie from their mesh; 0: triangles.
 inline std::shared_ptr<const SceneModel> solids(double mesh_tolerance) {
   const TemporaryFiles files;
-  const auto mesh = [&](const TriangleMesh& triangles, const std::string& name) {
-    const std::string file = files.write(name + ".stl", stlOf(triangles));
-    return "<link name='" + name + "'>" + collision("<mesh filename='file://" + file + "'/>", "0 0 0") + "</link>";
+  const auto solid = [&](const TriangleMesh& triangles, const std::string& name) {
+    return link(name, mesh(files.write(name + ".stl", stlOf(triangles))));
   };
-  std::string urdf = "<link name='world'/>" + mesh(bracket(), "bracket") + mesh(scaled(thickShell(), 0.5), "shell") +
-                     mesh(dentedBall(), "dented");
-  urdf += jointOf("world", "bracket", "revolute", "-0.5 0 0", "0 0 1") +
-          jointOf("world", "shell", "revolute", "0.8 0 0", "0 1 0") +
-          jointOf("world", "dented", "prismatic", "0 0.6 0.2", "1 0 0");
+  std::string parts = link("world") + solid(bracket(), "bracket") + solid(scaled(thickShell(), 0.5), "shell") +
+                      solid(dentedBall(), "dented");
+  parts += jointOf("world", "bracket", "revolute", "-0.5 0 0", "0 0 1") +
+           jointOf("world", "shell", "revolute", "0.8 0 0", "0 1 0") +
+           jointOf("world", "dented", "prismatic", "0 0.6 0.2", "1 0 0");
   for (const std::string name : {"pea", "rod"}) {
-    for (const std::string axis : {"x", "y"}) urdf += "<link name='" + name + axis + "'/>";
-    urdf += "<link name='" + name + "'>" + (name == "pea" ? ball("0.05") : cylinder("0.04", "0.2")) + "</link>";
-    urdf += jointOf("world", name + "x", "prismatic", "0 0 0", "1 0 0") +
-            jointOf(name + "x", name + "y", "prismatic", "0 0 0", "0 1 0") +
-            jointOf(name + "y", name, "prismatic", "0 0 0", "0 0 1");
+    parts += link(name + "x") + link(name + "y") + link(name, name == "pea" ? ball("0.05") : cylinder("0.04", "0.2"));
+    parts += jointOf("world", name + "x", "prismatic", "0 0 0", "1 0 0") +
+             jointOf(name + "x", name + "y", "prismatic", "0 0 0", "0 1 0") +
+             jointOf(name + "y", name, "prismatic", "0 0 0", "0 0 1");
   }
   ModelOptions options;
   options.mesh_tolerance = mesh_tolerance;
-  return modelWith(loadRobotModel("<robot name='solids'>" + urdf + "</robot>", packageResolver({}), options));
+  return modelOf(robotOf(urdfOf(parts), options));
 }
 
 /// Links without any candidate pair.
 inline std::shared_ptr<const SceneModel> nothingToCheck() {
-  return modelWith(robotOf("<robot name='two'><link name='a'>" + ball("0.1") + "</link><link name='b'>" + ball("0.1") +
-                           "</link>" + jointOf("a", "b", "revolute", "0 0 1", "0 1 0") + "</robot>"));
+  return modelOf(
+      urdfOf(link("a", ball("0.1")) + link("b", ball("0.1")) + jointOf("a", "b", "revolute", "0 0 1", "0 1 0")));
 }
 
-/// A robot by its name, loaded once; nullptr for an example robot that is not found, and under a sanitizer for those whose meshes
-/// take minutes there.
+/// A robot by its name, loaded once; nullptr for an example robot that is not found, and under a sanitizer for those
+/// whose meshes take minutes there.
 inline std::shared_ptr<const SceneModel> robotNamed(const std::string& name) {
   static std::map<std::string, std::shared_ptr<const SceneModel>> known;
   if (const auto found = known.find(name); found != known.end()) return found->second;
-  if (name == "TwoArms") return known[name] = modelOf(twoArms());
+  if (name == "TwoArms") return known[name] = modelOf(urdfOf(twoArms()));
   if (name == "Beads") return known[name] = beads();
   if (name == "JoinedArms") return known[name] = joinedArms();
   if (name == "Solids") return known[name] = solids(0.0);

@@ -1,4 +1,4 @@
-// What lanes, bounds and limits must not change: the answers about many states are those of a new Scene, and those of all
+// Lanes, bounds and limits change no answer: the answers about many states are those of a new Scene, and those of all
 // pairs one by one, to the last bit.
 //
 // PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
@@ -173,7 +173,8 @@ TEST_P(BatchOf, AnswersAsANewSceneDoes) {
     const std::vector<PairProximity> minimum{*for_minimum.minimum(for_minimum.candidates())};
     const auto& expected = for_closest.closest(for_closest.candidates(), kClosest);
     if (!areSameLists({minima[static_cast<std::size_t>(i)]}, minimum) || !areSameLists(ofState(closest, i), expected)) {
-      // A Scene may have left out pairs or pieces that are as near as the tolerance; the smallest distance of all counts.
+      // A Scene may have left out pairs or pieces that are as near as the tolerance; the smallest distance of all
+      // counts.
       ++ties;
       everything.place(states, i);
       ASSERT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));

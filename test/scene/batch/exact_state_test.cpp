@@ -27,7 +27,7 @@ class ExactStateOfTwoArms : public testing::Test {
   }
   int pairs() const { return static_cast<int>(batch_->candidates.size()); }
 
-  const std::shared_ptr<const SceneModel> model_ = modelOf(twoArms());
+  const std::shared_ptr<const SceneModel> model_ = modelOf(urdfOf(twoArms()));
   const std::shared_ptr<const BatchModel> batch_ = std::make_shared<const BatchModel>(model_);
   const Scene new_{model_};
   ExactState exact_{batch_};

@@ -7,24 +7,15 @@
 #include <memory>
 #include <random>
 
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene::scene_batch_test {
 
 std::shared_ptr<const SceneModel> threeSpheres() {
-  std::string links = "<link name='base'/>";
-  for (const char* name : {"x", "y", "z"})
-    links += std::string("<link name='") + name +
-             "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" + "<joint name='to_" + name +
-             "' type='prismatic'><parent link='base'/><child link='" + name +
-             "'/><axis xyz='1 0 0'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
-  auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel("<robot name='r'>" + links + "</robot>", [](const std::string& uri) { return uri; });
-  model->pairs = filterPairs(model->robot, "");
-  return model;
+  return modelOf(onRail({{"x", ball("0.1")}, {"y", ball("0.1")}, {"z", ball("0.1")}}));
 }
 
 TEST(SceneBatch, AnswersAboutEachState) {
@@ -50,23 +41,13 @@ TEST(SceneBatch, AnswersAboutEachState) {
   EXPECT_EQ(below.unknown, (std::vector<unsigned char>{0, 0, 1}));
 }
 
-// Regression: a pair without a pose was left out, so that the state was proven to be above, and the minimum that of the others.
+// Regression: a pair without a pose was left out, so that the state was proven to be above, and the minimum that of the
+// others.
 TEST(SceneBatch, AStateWithAPoseThatIsNotFiniteHasNoAnswer) {
-  std::string links = "<link name='base'/><link name='carriage'/>";
-  const auto add = [&](const std::string& parent, const std::string& child) {
-    links += "<joint name='to_" + child + "' type='prismatic'><parent link='" + parent + "'/><child link='" + child +
-             "'/><axis xyz='1 0 0'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>";
-  };
-  add("base", "carriage");
-  for (const char* name : {"x", "y", "z"})
-    links += std::string("<link name='") + name +
-             "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>";
-  add("carriage", "x");
-  add("base", "y");
-  add("base", "z");
-  auto model = std::make_shared<SceneModel>();
-  model->robot = loadRobotModel("<robot name='r'>" + links + "</robot>", [](const std::string& uri) { return uri; });
-  model->pairs = filterPairs(model->robot, "");
+  std::string parts = link("base") + link("carriage") + slider("to_carriage", "base", "carriage", "1 0 0");
+  for (const std::string name : {"x", "y", "z"})
+    parts += link(name, ball("0.1")) + slider("to_" + name, name == "x" ? "carriage" : "base", name, "1 0 0");
+  const auto model = modelOf(urdfOf(parts));
   SceneBatch batch(model);
   ASSERT_EQ(batch.candidates().size(), 3U);
   Eigen::MatrixXd states = Eigen::MatrixXd::Zero(2, 4);

@@ -42,7 +42,7 @@ void printLayouts() {
   printLayout<BodyPoses::value_type>("BodyPoses::value_type");
 }
 
-/// What the library wrote into public structs, found at the places where this unit looks for it.
+/// Prints the members of public structs that the library has written, as this unit reads them.
 void printRobot() {
   const RobotModel robot = loadRobotModel(R"(<robot name="r">
     <link name="base"><collision><origin xyz="1 2 3"/><geometry><box size="0.1 0.2 0.3"/></geometry></collision></link>

@@ -38,22 +38,34 @@ const VelocityDamper kDamper{{0.02, 0.05}, 0.2, 0.5};
 
 // --- robots
 
-/// Links "0", "1", ... , each on a rail of its own along x; every pair of them is a candidate.
-Model onRails(const std::vector<std::string>& collisions_of_links) {
-  std::string urdf = "<robot name='on rails'><link name='frame'/>";
+/// The robot with these pairs as its only candidates.
+Model modelOf(const std::string& links_and_joints, std::vector<PairFilterOptions::Names> pairs) {
   PairFilterOptions options;
-  for (std::size_t i = 0; i < collisions_of_links.size(); ++i) {
-    const std::string name = std::to_string(i);
-    urdf += "<link name='" + name + "'>" + collisions_of_links[i] + "</link><joint name='rail" + name +
-            "' type='prismatic'><parent link='frame'/><child link='" + name +
-            "'/><axis xyz='1 0 0'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint>";
-    for (std::size_t k = 0; k < i; ++k) options.only_pairs.emplace_back(std::to_string(k), name);
-  }
-  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
+  options.only_pairs = std::move(pairs);
+  return scene::modelOf(urdfOf(links_and_joints), options);
 }
 
-Model ballsOnRails(int balls) {
-  return onRails(std::vector<std::string>(static_cast<std::size_t>(balls), ball("0.1")));
+/// All pairs of the links "0", "1", ... .
+std::vector<PairFilterOptions::Names> allPairs(int links) {
+  std::vector<PairFilterOptions::Names> pairs;
+  for (int i = 0; i < links; ++i)
+    for (int k = 0; k < i; ++k) pairs.emplace_back(std::to_string(k), std::to_string(i));
+  return pairs;
+}
+
+/// Links "0", "1", ... , each on a rail of its own along x, with this largest speed; every pair of them is a candidate.
+Model onRails(const std::vector<std::string>& collisions_of_links, const std::string& speed = "1") {
+  std::string parts = link("frame");
+  for (std::size_t i = 0; i < collisions_of_links.size(); ++i) {
+    const std::string name = std::to_string(i);
+    parts += link(name, collisions_of_links[i]) +
+             joint("rail" + name, "prismatic", "frame", name, axis("1 0 0") + limits("-9", "9", speed));
+  }
+  return modelOf(parts, allPairs(static_cast<int>(collisions_of_links.size())));
+}
+
+Model ballsOnRails(int balls, const std::string& speed = "1") {
+  return onRails(std::vector<std::string>(static_cast<std::size_t>(balls), ball("0.1")), speed);
 }
 
 /// A robot, what moves it, and its rows.
@@ -270,14 +282,10 @@ TEST(ConstraintRows, APairWithoutAPoseIsUnknown) {
 }
 
 TEST(ConstraintRows, APairWithADistanceButWithoutAGradientIsUnknown) {
-  const std::string joints[] = {"planar", "floating"};
-  std::string urdf = "<robot name='on a table'><link name='frame'/>";
-  for (const std::string& type : joints)
-    urdf += "<link name='" + type + "'>" + ball("0.1") + "</link><joint name='to " + type + "' type='" + type +
-            "'><parent link='frame'/><child link='" + type + "'/><axis xyz='0 0 1'/></joint>";
-  PairFilterOptions options;
-  options.only_pairs = {{"planar", "floating"}};
-  Controlled robot(std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options)), 2);
+  std::string parts = link("frame");
+  for (const std::string type : {"planar", "floating"})
+    parts += link(type, ball("0.1")) + joint("to " + type, type, "frame", type, axis("0 0 1"));
+  Controlled robot(modelOf(parts, {{"planar", "floating"}}), 2);
   BodyPoses poses(robot.model->robot.bodies.size(), at(0, 0, 0));
   poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "floating"))] = at(0.3, 0, 0);
   robot.update(poses);
@@ -323,32 +331,12 @@ TEST(ConstraintRows, AnObjectThatMayBeTouchedFromNowOnHasNoRow) {
 
 // --- what the joints can do
 
-/// Balls on rails that are as slow as this [m/s].
-Model slowBalls(int balls, double speed) {
-  std::string urdf = "<robot name='slow'><link name='frame'/>";
-  PairFilterOptions options;
-  for (int i = 0; i < balls; ++i) {
-    const std::string name = std::to_string(i);
-    urdf += "<link name='" + name + "'>" + ball("0.1") + "</link><joint name='rail" + name +
-            "' type='prismatic'><parent link='frame'/><child link='" + name +
-            "'/><axis xyz='1 0 0'/><limit lower='-9' upper='9' effort='1' velocity='" + std::to_string(speed) +
-            "'/></joint>";
-    for (int k = 0; k < i; ++k) options.only_pairs.emplace_back(std::to_string(k), name);
-  }
-  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
-}
-
-/// A ball that turns about an axis through its centre, `apart` [m] above another one; as it states no speed, it is of any.
+/// A ball that turns about an axis through its centre, `apart` [m] above another one; as it states no speed, it is of
+/// any.
 Model ballOnASpindle(double apart) {
-  const std::string height = std::to_string(0.2 + apart);
-  PairFilterOptions options;
-  options.only_pairs = {{"base", "turning"}};
-  return std::make_shared<const SceneModel>(
-      makeSceneModel(robotOf("<robot name='spindle'><link name='base'>" + ball("0.1") + "</link><link name='turning'>" +
-                             ball("0.1", "0 0 " + height) +
-                             "</link><joint name='spindle' type='continuous'><parent link='base'/><child "
-                             "link='turning'/><axis xyz='0 0 1'/></joint></robot>"),
-                     "", options));
+  return modelOf(link("base", ball("0.1")) + link("turning", ball("0.1", "0 0 " + std::to_string(0.2 + apart))) +
+                     hinge("spindle", "base", "turning", "0 0 1"),
+                 {{"base", "turning"}});
 }
 
 // Regression: the row was about 0 with a positive bound, so that no velocity kept it: a UR10 rested for ever.
@@ -374,7 +362,7 @@ TEST(ConstraintRows, APairThatStaysAboveItsStopDistanceNeedsNoRow) {
 }
 
 TEST(ConstraintRows, APairThatPartsTooSlowlyIsAskedForHalfOfWhatItCan) {
-  Controlled robot(slowBalls(2, 0.01), 2);
+  Controlled robot(ballsOnRails(2, "0.01"), 2);
   robot.update({0.0, 0.15});  // 0.05 m deep: 0.19 m/s are asked
   ASSERT_EQ(usedRows(robot.rows), 1);
   EXPECT_NEAR(robot.rows.bounds()[0], 0.5 * 0.02, kTolerance);
@@ -385,14 +373,11 @@ TEST(ConstraintRows, APairThatPartsTooSlowlyIsAskedForHalfOfWhatItCan) {
 
 // Its wheel of 5 mm hardly changes the distance, so that the bound itself would ask for 19 rad/s.
 TEST(ConstraintRows, APairThatHardlyPartsIsAskedForLittle) {
-  const std::string urdf = "<robot name='cam'><link name='base'>" + ball("0.1") + "</link><link name='cam'>" +
-                           ball("0.1", "0.005 0 0") +
-                           "</link><joint name='turn' type='revolute'><parent link='base'/><child link='cam'/>"
-                           "<origin xyz='0 0.21 0'/><axis xyz='0 0 1'/>"
-                           "<limit lower='-3' upper='3' effort='1' velocity='20'/></joint></robot>";
-  PairFilterOptions options;
-  options.only_pairs = {{"base", "cam"}};
-  Controlled robot(std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf), "", options)), 1);
+  const std::string turn = origin("0 0.21 0") + axis("0 0 1") + limits("-3", "3", "20");
+  Controlled robot(modelOf(link("base", ball("0.1")) + link("cam", ball("0.1", "0.005 0 0")) +
+                               joint("turn", "revolute", "base", "cam", turn),
+                           {{"base", "cam"}}),
+                   1);
   robot.update(std::vector<double>{0.0});
   ASSERT_EQ(usedRows(robot.rows), 1);
   const double gradient = robot.rows.matrix()(0, 0), asked = 0.5 * (0.02 - robot.rows.rows()[0].distance) / 0.18;
@@ -402,7 +387,7 @@ TEST(ConstraintRows, APairThatHardlyPartsIsAskedForLittle) {
 }
 
 TEST(ConstraintRows, APairThatIsTooSlowToComeTooNearNeedsNoRow) {
-  Controlled robot(slowBalls(2, 0.01), 1);
+  Controlled robot(ballsOnRails(2, "0.01"), 1);
   robot.update({0.0, 0.35});  // it may approach at 0.36 m/s
   EXPECT_EQ(usedRows(robot.rows), 0);
   EXPECT_EQ(robot.rows.unneeded(), 1);
@@ -512,12 +497,8 @@ const int kSteps = static_cast<int>(fromEnvironment("PROXIMITY_ROW_STEPS", repea
 const int kRobots = std::max(1, kSteps / 70);
 
 /// The robot of ./dev demo, loaded once. Its meshes take a sanitizer minutes: there it is an arm without meshes.
-Model demoRobot() {
-  if (kIsSanitized) return arm();
-  const std::string folder = PROXIMITY_SOURCE_DIR "/config/demo/";
-  static const auto model = std::make_shared<const SceneModel>(
-      makeSceneModel(loadRobotModel(readFile(folder + "robot.urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."})),
-                     readFile(folder + "robot.srdf")));
+Model demoOrArm() {
+  static const Model model = kIsSanitized ? arm() : demoModel();
   return model;
 }
 
@@ -551,7 +532,7 @@ bool mayBind(const Controlled& robot, const PairProximity& pair, const VelocityD
   return rate > 0.0 && rate > damper.gain * (share - ConstraintRows::kSpareShare);
 }
 
-/// What the rows promise about one update, from the answers of another scene, which has asked for all pairs.
+/// Checks the promises of the rows about one update by the answers of another scene, which has asked for all pairs.
 void expectStable(const std::vector<ConstraintRows::Row>& before, const Controlled& robot,
                   std::vector<PairProximity> below, const VelocityDamper& damper) {
   const ConstraintRows& rows = robot.rows;
@@ -608,21 +589,17 @@ void expectStableWalk(const Model& model, const VelocityDamper& damper, int capa
 }
 
 TEST(ConstraintRows, RowsStayInPlaceOnARandomWalkOfTheDemoRobot) {
-  expectStableWalk(demoRobot(), {{0.02, 0.02}, 0.3, 0.5}, 6, kSteps);
+  expectStableWalk(demoOrArm(), {{0.02, 0.02}, 0.3, 0.5}, 6, kSteps);
 }
 
 TEST(ConstraintRows, RowsStayInPlaceOnARandomWalkOfPanda) {
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
-  const ExampleRobot& panda = kExampleRobots[0];
-  const auto model = std::make_shared<const SceneModel>(
-      makeSceneModel(loadRobotModel(readFile(exampleRobotFile(resolve, panda.urdf)), resolve, cachedLoading()),
-                     readFile(exampleRobotFile(resolve, panda.srdf))));
-  expectStableWalk(model, {{0.02, 0.02}, 0.35, 0.5}, 3, kSteps);
+  expectStableWalk(scene::modelOf(kExampleRobots[0], resolve), {{0.02, 0.02}, 0.35, 0.5}, 3, kSteps);
 }
 
 TEST(ConstraintRows, NothingAllocatesAfterTheFirstUpdate) {
-  const Model model = demoRobot();
+  const Model model = demoOrArm();
   Chance chance(4);
   std::vector<BodyPoses> states;
   std::vector<double> positions(model->robot.joints.size(), 0.0);
@@ -703,11 +680,6 @@ VectorXd towards(const std::vector<double>& positions, const std::vector<double>
   return velocity;
 }
 
-std::string rail(const std::string& parent, const std::string& child, const std::string& axis) {
-  return "<joint name='to " + child + "' type='prismatic'><parent link='" + parent + "'/><child link='" + child +
-         "'/><axis xyz='" + axis + "'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint>";
-}
-
 std::string randomShape(Chance& chance) {
   const auto number = [&](double low, double high) { return std::to_string(chance.between(low, high)); };
   const std::string rpy = number(-3, 3) + " " + number(-1, 1) + " " + number(-3, 3);
@@ -723,16 +695,14 @@ std::string randomShape(Chance& chance) {
 
 /// Convex shapes, turned in any way, each on three rails.
 Model gantry(Chance& chance, int shapes) {
-  std::string urdf = "<robot name='gantry'><link name='frame'/>";
-  PairFilterOptions options;
+  std::string parts = link("frame");
   for (int i = 0; i < shapes; ++i) {
     const std::string name = std::to_string(i);
-    urdf += "<link name='x" + name + "'/><link name='y" + name + "'/><link name='" + name + "'>" + randomShape(chance) +
-            "</link>" + rail("frame", "x" + name, "1 0 0") + rail("x" + name, "y" + name, "0 1 0") +
-            rail("y" + name, name, "0 0 1");
-    for (int k = 0; k < i; ++k) options.only_pairs.emplace_back(std::to_string(k), name);
+    parts += link("x" + name) + link("y" + name) + link(name, randomShape(chance)) +
+             slider("to x" + name, "frame", "x" + name, "1 0 0") +
+             slider("to y" + name, "x" + name, "y" + name, "0 1 0") + slider("to " + name, "y" + name, name, "0 0 1");
   }
-  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
+  return modelOf(parts, allPairs(shapes));
 }
 
 std::vector<double> anywhere(Chance& chance, std::size_t joints, double reach) {
@@ -747,9 +717,9 @@ double clearance(Scene& scene, const BodyPoses& poses) {
   return scene.minimum(scene.candidates())->result.distance;
 }
 
-// The distance of two convex shapes that do not turn is a convex function of their positions, so that it never falls below
-// what the gradient says, whichever of several closest points that is for: the damper holds in every step, not only in the
-// limit of small ones.
+// The distance of two convex shapes that do not turn is a convex function of their positions, so that it never falls
+// below what the gradient says, whichever of several closest points that is for: the damper holds in every step, not
+// only in the limit of small ones.
 TEST(ConstraintRows, ShapesThatOnlyShiftNeverComeBelowTheStopDistance) {
   constexpr double kStep = 0.01;  // [s]
   const VelocityDamper damper{{0.03, 0.03}, 0.2, 2.0};
@@ -784,32 +754,29 @@ constexpr double kArmLength = 0.9;  // [m]
 
 /// Two arms of three balls each, whose joints have any axes.
 Model armsOfBalls(Chance& chance) {
-  std::string urdf = "<robot name='arms'><link name='frame'/>";
-  PairFilterOptions options;
-  const auto axis = [&] {
+  std::string parts = link("frame");
+  std::vector<PairFilterOptions::Names> pairs;
+  const auto randomAxis = [&] {
     const Vector3d direction = chance.direction();
     return std::to_string(direction.x()) + " " + std::to_string(direction.y()) + " " + std::to_string(direction.z());
   };
-  const std::string sides[] = {"left", "right"};
-  for (int side = 0; side < 2; ++side) {
+  for (const std::string side : {"left", "right"}) {
     std::string parent = "frame";
     for (int i = 0; i < 3; ++i) {
-      const std::string name = sides[side] + std::to_string(i);
-      const std::string origin = i > 0 ? "0.3 0 0" : side == 0 ? "0 0.25 0" : "0 -0.25 0";
-      urdf += "<link name='" + name + "'>" + ball("0.1", "0.3 0 0") + "</link><joint name='to " + name +
-              "' type='continuous'><parent link='" + parent + "'/><child link='" + name + "'/><origin xyz='" + origin +
-              "'/><axis xyz='" + axis() + "'/></joint>";
+      const std::string name = side + std::to_string(i);
+      const std::string start = i > 0 ? "0.3 0 0" : side == "left" ? "0 0.25 0" : "0 -0.25 0";
+      parts += link(name, ball("0.1", "0.3 0 0")) + hinge("to " + name, parent, name, randomAxis(), start);
       parent = name;
-      if (side == 0)
-        for (int k = 0; k < 3; ++k) options.only_pairs.emplace_back(name, sides[1] + std::to_string(k));
+      if (side == "left")
+        for (int k = 0; k < 3; ++k) pairs.emplace_back(name, "right" + std::to_string(k));
     }
   }
-  return std::make_shared<const SceneModel>(makeSceneModel(robotOf(urdf + "</robot>"), "", options));
+  return modelOf(parts, pairs);
 }
 
-// The distance of two balls is a convex function of their centres. In a step an arm turns by s = sum |dq| at most, and the
-// centre of a ball leaves the straight line that its velocity says by at most s^2 length / 2. So the deficit below the stop
-// distance is at most what was left of the last one, and what both balls lose.
+// The distance of two balls is a convex function of their centres. In a step an arm turns by s = sum |dq| at most, and
+// the centre of a ball leaves the straight line that its velocity says by at most s^2 length / 2. So the deficit below
+// the stop distance is at most what was left of the last one, and what both balls lose.
 TEST(ConstraintRows, ArmsComeBelowTheStopDistanceByNoMoreThanTheirCurvatureInAStep) {
   constexpr double kStep = 1e-3;  // [s]
   const VelocityDamper damper{{0.03, 0.03}, 0.2, 1.0};

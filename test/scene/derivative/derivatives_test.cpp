@@ -26,21 +26,9 @@ using narrowphase::Cylinder;
 using narrowphase::Shape;
 using narrowphase::Sphere;
 
-std::shared_ptr<const SceneModel> modelOf(RobotModel robot) {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = std::move(robot);
-  model->pairs = filterPairs(model->robot, std::vector<std::string>(model->robot.robots.size()));
-  return model;
-}
-
 std::string jointOf(const std::string& name, const std::string& type, const std::string& parent,
                     const std::string& child, const std::string& more) {
-  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child +
-         "'/><limit lower='-3' upper='3' effort='1' velocity='1'/>" + more + "</joint>";
-}
-
-ShapeRefPair linksOf(const RobotModel& robot, const std::string& a, const std::string& b) {
-  return {{robot.findLink(a)}, {robot.findLink(b)}};
+  return joint(name, type, parent, child, limits("-3", "3") + more);
 }
 
 /// A scene and its derivatives in the same poses.
@@ -69,44 +57,40 @@ struct Asked {
 
 // --- on paper
 
-// The balls have a radius of 0.1. The arm of length 2 turns about z and slides along itself; the distance to the ball at (2, 3, 0)
-// grows by -2 for each radian, and the slide leads along x, across the way to it.
+// The balls have a radius of 0.1. The arm of length 2 turns about z and slides along itself; the distance to the ball
+// at (2, 3, 0) grows by -2 for each radian, and the slide leads along x, across the way to it.
 TEST(Gradient, OfATurningArmIsItsLeverAcrossTheNormal) {
-  const auto model = modelOf(robotOf(
-      "<robot name='arm'><link name='base'>" + ball("0.1", "2 3 0") + "</link><link name='arm'/><link name='tip'>" +
-      ball("0.1") + "</link>" + jointOf("turn", "revolute", "base", "arm", "<axis xyz='0 0 1'/>") +
-      jointOf("slide", "prismatic", "arm", "tip", "<origin xyz='2 0 0'/><axis xyz='1 0 0'/>") + "</robot>"));
+  const auto model =
+      modelOf(urdfOf(link("base", ball("0.1", "2 3 0")) + link("arm") + link("tip", ball("0.1")) +
+                     hinge("turn", "base", "arm", "0 0 1") + slider("slide", "arm", "tip", "1 0 0", "2 0 0")));
   Asked asked(model);
   asked.update(forwardKinematics(model->robot, std::vector<double>{0.0, 0.0}));
-  const VectorXd gradient = asked.gradientOf(linksOf(model->robot, "base", "tip"));
+  const VectorXd gradient = asked.gradientOf(pairOf(*model, "base", "tip"));
   EXPECT_NEAR(gradient[0], -2.0, 1e-15);
   EXPECT_NEAR(gradient[1], 0.0, 1e-15);
   // The other way round it is the same.
-  EXPECT_TRUE(asked.gradientOf(linksOf(model->robot, "tip", "base")).isApprox(gradient));
+  EXPECT_TRUE(asked.gradientOf(pairOf(*model, "tip", "base")).isApprox(gradient));
 }
 
 // Each wheel turns as far as it is told to: the second by -0.5 of the first, the third by 4 of the second.
 TEST(Gradient, AddsWhatFollowersDoToTheColumnOfTheirLeader) {
-  const std::string axis = "<axis xyz='0 0 1'/>", next = "<origin xyz='1 0 0'/>" + axis;
-  const auto model = modelOf(robotOf(
-      "<robot name='chain'><link name='base'>" + ball("0.1", "3 2 0") + "</link><link name='1'/><link name='2'/>" +
-      "<link name='3'/><link name='tip'>" + ball("0.1") + "</link>" + jointOf("first", "revolute", "base", "1", axis) +
-      jointOf("second", "revolute", "1", "2", next + "<mimic joint='first' multiplier='-0.5'/>") +
-      jointOf("third", "revolute", "2", "3", next + "<mimic joint='second' multiplier='4'/>") +
-      jointOf("mount", "fixed", "3", "tip", "<origin xyz='1 0 0'/>") + "</robot>"));
+  const std::string first = jointOf("first", "revolute", "base", "1", axis("0 0 1")),
+                    next = origin("1 0 0") + axis("0 0 1");
+  const auto model = modelOf(
+      urdfOf(link("base", ball("0.1", "3 2 0")) + link("1") + link("2") + link("3") + link("tip", ball("0.1")) + first +
+             jointOf("second", "revolute", "1", "2", next + mimic("first", "-0.5")) +
+             jointOf("third", "revolute", "2", "3", next + mimic("second", "4")) + weld("mount", "3", "tip", "1 0 0")));
   Asked asked(model);
   asked.update(forwardKinematics(model->robot, std::vector<double>(3, 0.0)));
-  const VectorXd gradient = asked.gradientOf(linksOf(model->robot, "base", "tip"));
+  const VectorXd gradient = asked.gradientOf(pairOf(*model, "base", "tip"));
   ASSERT_EQ(gradient.size(), 1);
   // The tip at (3, 0, 0) moves along y by 3 * 1 + 2 * (-0.5) + 1 * (-2), towards the ball.
   EXPECT_NEAR(gradient[0], 0.0, 1e-15);
-  const auto lower = modelOf(robotOf(
-      "<robot name='chain'><link name='base'>" + ball("0.1", "2 2 0") + "</link><link name='1'/>" +
-      "<link name='tip'>" + ball("0.1", "1 0 0") + "</link>" + jointOf("first", "revolute", "base", "1", axis) +
-      jointOf("second", "revolute", "1", "tip", next + "<mimic joint='first' multiplier='-0.5'/>") + "</robot>"));
+  const auto lower = modelOf(urdfOf(link("base", ball("0.1", "2 2 0")) + link("1") + link("tip", ball("0.1", "1 0 0")) +
+                                    first + jointOf("second", "revolute", "1", "tip", next + mimic("first", "-0.5"))));
   Asked shorter(lower);
   shorter.update(forwardKinematics(lower->robot, std::vector<double>(2, 0.0)));
-  EXPECT_NEAR(shorter.gradientOf(linksOf(lower->robot, "base", "tip"))[0], -(2.0 - 0.5), 1e-15);
+  EXPECT_NEAR(shorter.gradientOf(pairOf(*lower, "base", "tip"))[0], -(2.0 - 0.5), 1e-15);
 }
 
 TEST(Gradient, InOverlapIsThatOfMinusTheDepth) {
@@ -115,20 +99,18 @@ TEST(Gradient, InOverlapIsThatOfMinusTheDepth) {
   asked.update(posesOf(model->robot, {at(0, 0, 0), at(0.8, 0, 0)}));
   VectorXd expected(12);
   expected << -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0;
-  EXPECT_TRUE(asked.gradientOf(linksOf(model->robot, "0", "1")).isApprox(expected, 1e-15));
+  EXPECT_TRUE(asked.gradientOf(pairOf(*model, "0", "1")).isApprox(expected, 1e-15));
 }
 
 TEST(Gradient, IsZeroForJointsThatAreNotBetweenTheTwo) {
-  const std::string axis = "<origin xyz='1 0.2 0.1'/><axis xyz='0.3 0.4 1'/>";
-  const auto model = modelOf(robotOf("<robot name='tree'><link name='base'/><link name='trunk'/><link name='a'>" +
-                                     ball("0.1") + "</link><link name='b'>" + ball("0.1") + "</link><link name='b2'>" +
-                                     ball("0.1") + "</link>" + jointOf("root", "revolute", "base", "trunk", axis) +
-                                     jointOf("to a", "continuous", "trunk", "a", axis) +
-                                     jointOf("to b", "prismatic", "trunk", "b", axis) +
-                                     jointOf("beyond b", "revolute", "b", "b2", axis) + "</robot>"));
+  const std::string along = origin("1 0.2 0.1") + axis("0.3 0.4 1");
+  const auto model = modelOf(
+      urdfOf(link("base") + link("trunk") + link("a", ball("0.1")) + link("b", ball("0.1")) + link("b2", ball("0.1")) +
+             jointOf("root", "revolute", "base", "trunk", along) + jointOf("to a", "continuous", "trunk", "a", along) +
+             jointOf("to b", "prismatic", "trunk", "b", along) + jointOf("beyond b", "revolute", "b", "b2", along)));
   Asked asked(model);
   asked.update(forwardKinematics(model->robot, std::vector<double>{0.3, 0.5, 0.7, -0.2}));
-  const VectorXd gradient = asked.gradientOf(linksOf(model->robot, "a", "b"));
+  const VectorXd gradient = asked.gradientOf(pairOf(*model, "a", "b"));
   EXPECT_EQ(gradient[0], 0.0);
   EXPECT_NE(gradient[1], 0.0);
   EXPECT_NE(gradient[2], 0.0);
@@ -137,13 +119,12 @@ TEST(Gradient, IsZeroForJointsThatAreNotBetweenTheTwo) {
 
 TEST(Gradient, BetweenTwoRobotsHasTheJointsOfBothFromTheirRoots) {
   const RobotModel arm =
-      robotOf("<robot name='arm'><link name='base'/><link name='tip'>" + ball("0.1", "1 0 0") + "</link>" +
-              jointOf("turn", "revolute", "base", "tip", "<axis xyz='0 0 1'/>") + "</robot>");
+      robotOf(urdfOf(link("base") + link("tip", ball("0.1", "1 0 0")) + hinge("turn", "base", "tip", "0 0 1")));
   const auto model = modelOf(joined({{"left", arm}, {"right", arm}}));
   Asked asked(model);
   asked.update(
       placedAt(model->robot, forwardKinematics(model->robot, std::vector<double>(2, 0.0)), {at(0, 0, 0), at(0, 5, 0)}));
-  const VectorXd gradient = asked.gradientOf(linksOf(model->robot, "left/tip", "right/tip"));
+  const VectorXd gradient = asked.gradientOf(pairOf(*model, "left/tip", "right/tip"));
   EXPECT_NEAR(gradient[0], -1.0, 1e-15);
   EXPECT_NEAR(gradient[1], 1.0, 1e-15);
 }
@@ -152,7 +133,7 @@ TEST(Gradient, BetweenTwoRobotsHasTheJointsOfBothFromTheirRoots) {
 
 struct TwoBalls : testing::Test {
   const std::shared_ptr<const SceneModel> model = modelOf(floatingLinks({ball("0.1"), ball("0.1")}));
-  const ShapeRefPair pair = linksOf(model->robot, "0", "1");
+  const ShapeRefPair pair = pairOf(*model, "0", "1");
   const BodyPoses poses = posesOf(model->robot, {at(0, 0, 0), at(1, 0, 0)});
   Asked asked{model};
   VectorXd gradient = VectorXd::Zero(12);
@@ -438,7 +419,7 @@ TEST(Rate, IsTheSmallestOverAllPiecesInThePlaneOfTheContact) {
     Posture posture(model->robot);
     posture.setMotion(0, turned(0.3, {1, 2, 3}));
     posture.setMotion(1, turned(0.3, {1, 2, 3}) * at(0.02, 0.01, distance));
-    expectRates(model, nullptr, {posture, linksOf(model->robot, "0", "1")});
+    expectRates(model, nullptr, {posture, pairOf(*model, "0", "1")});
   }
 }
 
@@ -492,13 +473,13 @@ TEST(Rate, AllowsForPaddings) {
   model->pairs = filterPairs(model->robot, "", filter);
   Posture posture(model->robot);
   posture.setMotion(1, at(0.05, 0.02, 0.9));
-  expectRates(model, nullptr, {posture, linksOf(model->robot, "0", "1")});
+  expectRates(model, nullptr, {posture, pairOf(*model, "0", "1")});
 }
 
 // Each of the six ways out of a cube is as short, and the distance is the largest of the six.
 TEST(Rate, OfConcentricShapesIsALowerBound) {
   const auto model = modelOf(floatingLinks({box("1 1 1"), ball("0.2")}));
-  const ShapeRefPair pair = linksOf(model->robot, "0", "1");
+  const ShapeRefPair pair = pairOf(*model, "0", "1");
   Asked asked(model);
   asked.update(Posture(model->robot).poses());
   const PairProximity answer = asked.scene.proximity(pair);

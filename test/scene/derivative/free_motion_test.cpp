@@ -17,122 +17,65 @@ namespace proximity_server::scene::free_motion_test {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-std::shared_ptr<const SceneModel> modelOf(const std::string& urdf) {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = robotOf(urdf);
-  model->pairs = filterPairs(model->robot, "");
-  return model;
-}
-
-std::string link(const std::string& name, const std::string& collisions) {
-  return "<link name='" + name + "'>" + collisions + "</link>";
-}
-
-std::string joint(const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
-                  const std::string& inside) {
-  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/>" +
-         inside + "</joint>";
-}
-
-constexpr char kLimit[] = "<limit lower='-9' upper='9' effort='1' velocity='1'/>";
-
-ShapeRefPair pairOf(const SceneModel& model, const char* a, const char* b) {
-  return {{model.robot.findLink(a)}, {model.robot.findLink(b)}};
-}
-
-BodyPoses atZero(const RobotModel& robot) {
-  return forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0));
-}
-
-/// A ball of radius 0.1 on an arm: "swing" turns about z at the origin, "reach" moves it along x, the ball is at (2, 0, 0); a post
-/// stands at (0, 3, 0), with a radius of 0.5.
+/// A ball of radius 0.1 on an arm: "swing" turns about z at the origin, "reach" moves it along x, the ball is at (2, 0,
+/// 0); a post stands at (0, 3, 0), with a radius of 0.5.
 const std::string kCrane =
-    "<robot name='crane'>" + link("post", ball("0.5", "0 3 0")) + link("mast", "") + link("hook", ball("0.1")) +
-    joint("swing", "continuous", "post", "mast", "<axis xyz='0 0 1'/>") +
-    joint("reach", "prismatic", "mast", "hook", "<origin xyz='2 0 0.5'/><axis xyz='1 0 0'/>" + std::string(kLimit)) +
-    "</robot>";
+    urdfOf(link("post", ball("0.5", "0 3 0")) + link("mast") + link("hook", ball("0.1")) +
+           hinge("swing", "post", "mast", "0 0 1") + slider("reach", "mast", "hook", "1 0 0", "2 0 0.5"));
+
+/// The weights of a pair in each column, with all joints at 0.
+void expectWeights(const std::string& urdf, const char* a, const char* b, const std::vector<double>& expected) {
+  const auto model = modelOf(urdf);
+  FreeMotion free(model);
+  free.update(forwardKinematics(model->robot, {}));
+  ASSERT_EQ(free.degreesOfFreedom().size(), static_cast<int>(expected.size()));
+  VectorXd weights(free.degreesOfFreedom().size());
+  for (const ShapeRefPair& pair : {pairOf(*model, a, b), pairOf(*model, b, a)}) {
+    ASSERT_TRUE(free.weights(pair, weights));
+    for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(weights[i], expected[i], 1e-12) << i;
+  }
+}
 
 TEST(FreeMotion, WeightOfARotationIsTheRadiusAboutItsAxisAndOfATranslationOne) {
-  const auto model = modelOf(kCrane);
-  FreeMotion free(model);
-  free.update(atZero(model->robot));
-  VectorXd weights(2);
-  ASSERT_TRUE(free.weights(pairOf(*model, "post", "hook"), weights));
-  EXPECT_NEAR(weights[0], 2.1, 1e-12);
-  EXPECT_NEAR(weights[1], 1.0, 1e-12);
-  ASSERT_TRUE(free.weights(pairOf(*model, "hook", "post"), weights));
-  EXPECT_NEAR(weights[0], 2.1, 1e-12);
+  expectWeights(kCrane, "post", "hook", {2.1, 1.0});
 }
 
 TEST(FreeMotion, JointsThatCarryBothHaveNoWeight) {
-  const auto model =
-      modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("table", ball("0.1", "0 0 1")) +
-              link("lift", ball("0.1", "1 0 0")) + joint("turn", "continuous", "base", "table", "<axis xyz='0 0 1'/>") +
-              joint("up", "prismatic", "table", "lift", "<axis xyz='0 0 1'/>" + std::string(kLimit)) + "</robot>");
-  FreeMotion free(model);
-  free.update(atZero(model->robot));
-  VectorXd weights(2);
-  ASSERT_TRUE(free.weights(pairOf(*model, "table", "lift"), weights));
-  EXPECT_EQ(weights[0], 0.0);
-  EXPECT_NEAR(weights[1], 1.0, 1e-12);
+  expectWeights(
+      urdfOf(link("base", ball("0.1")) + link("table", ball("0.1", "0 0 1")) + link("lift", ball("0.1", "1 0 0")) +
+             hinge("turn", "base", "table", "0 0 1") + slider("up", "table", "lift", "0 0 1")),
+      "table", "lift", {0.0, 1.0});
 }
 
 TEST(FreeMotion, FollowerAddsItsRadiusTimesItsMultiplier) {
-  const auto model = modelOf(
-      "<robot name='r'>" + link("palm", "") + link("left", ball("0.1", "0.3 0 0")) +
-      link("right", ball("0.1", "0.4 0 0")) + joint("open", "continuous", "palm", "left", "<axis xyz='0 0 1'/>") +
-      joint("follow", "continuous", "palm", "right", "<axis xyz='0 0 1'/><mimic joint='open' multiplier='-2'/>") +
-      "</robot>");
-  FreeMotion free(model);
-  ASSERT_EQ(free.degreesOfFreedom().size(), 1);
-  free.update(atZero(model->robot));
-  VectorXd weights(1);
-  ASSERT_TRUE(free.weights(pairOf(*model, "left", "right"), weights));
-  EXPECT_NEAR(weights[0], 0.4 + 2.0 * 0.5, 1e-12);
+  expectWeights(urdfOf(link("palm") + link("left", ball("0.1", "0.3 0 0")) + link("right", ball("0.1", "0.4 0 0")) +
+                       hinge("open", "palm", "left", "0 0 1") +
+                       joint("follow", "continuous", "palm", "right", axis("0 0 1") + mimic("open", "-2"))),
+                "left", "right", {0.4 + 2.0 * 0.5});
 }
 
 TEST(FreeMotion, PlanarJointTurnsAboutItsNormalAndAFloatingOneAboutItsOrigin) {
-  const auto model =
-      modelOf("<robot name='r'>" + link("floor", ball("0.1", "0 9 0")) + link("cart", ball("0.1", "0.3 0 7")) +
-              link("kite", ball("0.1", "0 3 4")) + joint("drive", "planar", "floor", "cart", "<axis xyz='0 0 1'/>") +
-              joint("fly", "floating", "floor", "kite", "") + "</robot>");
-  FreeMotion free(model);
-  free.update(atZero(model->robot));
-  VectorXd weights(9), expected(9);
-  ASSERT_TRUE(free.weights(pairOf(*model, "floor", "cart"), weights));
-  expected << 1, 1, 0.4, 0, 0, 0, 0, 0, 0;
-  EXPECT_LT((weights - expected).cwiseAbs().maxCoeff(), 1e-12);
-  ASSERT_TRUE(free.weights(pairOf(*model, "floor", "kite"), weights));
-  expected << 0, 0, 0, 1, 1, 1, 5.1, 5.1, 5.1;
-  EXPECT_LT((weights - expected).cwiseAbs().maxCoeff(), 1e-12);
+  const std::string urdf = urdfOf(
+      link("floor", ball("0.1", "0 9 0")) + link("cart", ball("0.1", "0.3 0 7")) + link("kite", ball("0.1", "0 3 4")) +
+      joint("drive", "planar", "floor", "cart", axis("0 0 1")) + joint("fly", "floating", "floor", "kite"));
+  expectWeights(urdf, "floor", "cart", {1, 1, 0.4, 0, 0, 0, 0, 0, 0});
+  expectWeights(urdf, "floor", "kite", {0, 0, 0, 1, 1, 1, 5.1, 5.1, 5.1});
 }
 
 TEST(FreeMotion, RadiusOfABoxIsThatOfItsFarthestCorner) {
-  const auto model = modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("plate", box("0.6 0.8 5")) +
-                             joint("turn", "continuous", "base", "plate", "<axis xyz='0 0 1'/>") + "</robot>");
-  FreeMotion free(model);
-  free.update(atZero(model->robot));
-  VectorXd weights(1);
-  ASSERT_TRUE(free.weights(pairOf(*model, "base", "plate"), weights));
-  EXPECT_NEAR(weights[0], 0.5, 1e-12);
-}
-
-TEST(FreeMotion, RadiusOfABoxBesideTheAxisIsThatOfItsFarthestCorner) {
-  for (const char* place : {"1 1 0", "-1 1 0", "1 -1 0", "-1 -1 0"}) {
-    const auto model = modelOf("<robot name='r'>" + link("base", ball("0.1")) + link("plate", box("0.6 0.8 5", place)) +
-                               joint("turn", "continuous", "base", "plate", "<axis xyz='0 0 1'/>") + "</robot>");
-    FreeMotion free(model);
-    free.update(atZero(model->robot));
-    VectorXd weights(1);
-    ASSERT_TRUE(free.weights(pairOf(*model, "base", "plate"), weights));
-    EXPECT_NEAR(weights[0], std::hypot(1.3, 1.4), 1e-12) << place;
-  }
+  const auto plateAt = [](const std::string& place) {
+    return urdfOf(link("base", ball("0.1")) + link("plate", box("0.6 0.8 5", place)) +
+                  hinge("turn", "base", "plate", "0 0 1"));
+  };
+  expectWeights(plateAt("0 0 0"), "base", "plate", {0.5});
+  for (const char* beside : {"1 1 0", "-1 1 0", "1 -1 0", "-1 -1 0"})
+    expectWeights(plateAt(beside), "base", "plate", {std::hypot(1.3, 1.4)});
 }
 
 TEST(FreeMotion, PairIsUnknownWhileAPoseBetweenIsMissing) {
   const auto model = modelOf(kCrane);
   FreeMotion free(model);
-  BodyPoses poses = atZero(model->robot);
+  BodyPoses poses = forwardKinematics(model->robot, {});
   poses[bodyOf(model->robot, "mast")] = std::nullopt;
   free.update(poses);
   VectorXd weights(2);
@@ -143,7 +86,7 @@ TEST(FreeMotion, PairIsUnknownWhileAPoseBetweenIsMissing) {
 TEST(FreeMotion, SizesThatDoNotFitAndUnknownNamesAreRefused) {
   const auto model = modelOf(kCrane);
   FreeMotion free(model);
-  free.update(atZero(model->robot));
+  free.update(forwardKinematics(model->robot, {}));
   VectorXd three(3), two(2);
   EXPECT_THROW(free.weights(pairOf(*model, "post", "hook"), three), std::invalid_argument);
   EXPECT_THROW(free.weights({{0}, ShapeRef::ofObject(4)}, two), std::invalid_argument);
@@ -152,7 +95,7 @@ TEST(FreeMotion, SizesThatDoNotFitAndUnknownNamesAreRefused) {
   EXPECT_THROW(free.alone(2), std::invalid_argument);
   EXPECT_THROW(free.update(BodyPoses(1)), std::invalid_argument);
   Scene scene(model);
-  scene.update(atZero(model->robot));
+  scene.update(forwardKinematics(model->robot, {}));
   FreeMotionQuestion question;
   question.thresholds.links = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(free.find(scene, question), std::invalid_argument);
@@ -164,8 +107,8 @@ TEST(FreeMotion, SizesThatDoNotFitAndUnknownNamesAreRefused) {
 class CraneInAScene : public testing::Test {
  protected:
   CraneInAScene() {
-    scene_.update(atZero(model_->robot));
-    free_.update(atZero(model_->robot));
+    scene_.update(forwardKinematics(model_->robot, {}));
+    free_.update(forwardKinematics(model_->robot, {}));
   }
   void find(double threshold, double influence) {
     FreeMotionQuestion question;
@@ -216,7 +159,7 @@ TEST_F(CraneInAScene, NothingIsFreeBelowTheThresholdButRest) {
 }
 
 TEST_F(CraneInAScene, NothingIsFreeWhileAPairIsUnknown) {
-  BodyPoses poses = atZero(model_->robot);
+  BodyPoses poses = forwardKinematics(model_->robot, {});
   poses[bodyOf(model_->robot, "hook")] = std::nullopt;
   scene_.update(poses);
   free_.update(poses);
@@ -237,7 +180,7 @@ TEST_F(CraneInAScene, DeadlineThatHasPassedLeavesNothingFree) {
 TEST_F(CraneInAScene, NewPosesForgetTheBubbles) {
   find(0.0, 1.0);
   ASSERT_TRUE(free_.isKnown());
-  free_.update(atZero(model_->robot));
+  free_.update(forwardKinematics(model_->robot, {}));
   EXPECT_FALSE(free_.isKnown());
 }
 
@@ -273,8 +216,8 @@ TEST(FreeMotion, AttachedObjectHasTheRadiusOfItsPlace) {
        AddObject{makeObject("wall", {{HalfSpace{Vector3d::UnitX(), -5.0}}}, Fixed{})}}));
   free.use(objects);
   scene.use(objects);
-  free.update(atZero(model->robot));
-  scene.update(atZero(model->robot));
+  free.update(forwardKinematics(model->robot, {}));
+  scene.update(forwardKinematics(model->robot, {}));
   VectorXd weights(2);
   ASSERT_TRUE(
       free.weights({ShapeRef::ofObject(objects->find("load")), ShapeRef::ofObject(objects->find("wall"))}, weights));
@@ -311,7 +254,7 @@ TEST_F(CraneInAScene, SceneWithOtherObjectsOrOfAnotherRobotIsRefused) {
   EXPECT_THROW(FreeMotion(other).use(objects), std::invalid_argument);
   EXPECT_THROW(Derivatives(other).use(objects), std::invalid_argument);
   Scene other_scene(other);
-  other_scene.update(atZero(other->robot));
+  other_scene.update(forwardKinematics(other->robot, {}));
   EXPECT_THROW(free_.find(other_scene, {}), std::invalid_argument);
 }
 

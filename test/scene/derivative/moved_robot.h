@@ -12,8 +12,8 @@
 
 namespace proximity_server::scene {
 
-/// Where a joint's child goes, in the frame of its parent body, if the degrees of freedom of the joint move by `by`: straight, with
-/// constant velocities of the child's origin and of its turn.
+/// The pose of a joint's child in the frame of its parent body after the degrees of freedom of the joint moved by `by`:
+/// straight, with constant velocities of the child's origin and of its turn.
 inline Eigen::Isometry3d movedBy(const RobotModel& robot, const Joint& joint, const Eigen::VectorXd& by,
                                  const Eigen::Isometry3d& parent_T_child) {
   if (hasOnePosition(joint)) return parent_T_child * jointMotion(joint, by[0]);
@@ -34,7 +34,8 @@ inline Eigen::Isometry3d movedBy(const RobotModel& robot, const Joint& joint, co
   return moved;
 }
 
-/// The poses of all bodies after a motion [rad, m] of all degrees of freedom, joint by joint, from poses that are all known.
+/// The poses of all bodies after a motion [rad, m] of all degrees of freedom, joint by joint, from poses that are all
+/// known.
 inline BodyPoses moved(const RobotModel& robot, const DegreesOfFreedom& columns, const BodyPoses& poses,
                        const Eigen::VectorXd& motion) {
   BodyPoses result(poses.size());
@@ -94,10 +95,7 @@ inline std::shared_ptr<const SceneModel> someRobot(Chance& chance) {
     urdf << "</joint>";
   }
   urdf << "</robot>";
-  auto model = std::make_shared<SceneModel>();
-  model->robot = robotOf(urdf.str());
-  model->pairs = filterPairs(model->robot, "");
-  return model;
+  return modelOf(urdf.str());
 }
 
 /// Poses of a robot far from where its joints are at 0.
@@ -105,7 +103,7 @@ inline BodyPoses somePoses(const RobotModel& robot, const DegreesOfFreedom& colu
   Eigen::VectorXd way(columns.size());
   for (int i = 0; i < columns.size(); ++i)
     way[i] = columns[i].kind == DegreeOfFreedom::Kind::Rotation ? chance.between(-3, 3) : chance.between(-0.3, 0.3);
-  return moved(robot, columns, forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)), way);
+  return moved(robot, columns, forwardKinematics(robot, {}), way);
 }
 
 }  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-// What carries objects decides which joints change their distances.
+// The carriers of objects decide which joints change their distances.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -7,30 +7,18 @@
 #include <vector>
 
 #include "proximity_server/scene/derivative/derivatives.h"
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene::object_carriers_test {
-
-/// Two spheres of radius 0.1 m on a rail along x.
-const char* const kRail = R"(<robot name="rail"><link name="rail"/>
-  <link name="left"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="right"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="to_left" type="prismatic"><parent link="rail"/><child link="left"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="to_right" type="prismatic"><parent link="rail"/><child link="right"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)";
 
 class CarriedObjects : public testing::Test {
  protected:
   static Object ball(const std::string& id, const Placement& placement) {
     return makeObject(id, {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, placement);
   }
-  int body(const std::string& link) const {
-    return model_->robot.links[static_cast<std::size_t>(model_->robot.findLink(link))].body;
-  }
-  /// Of the left sphere, at x = -1 m, and an object to the right of it.
+  int body(const std::string& link) const { return bodyOf(model_->robot, link); }
+  /// The gradient of the left sphere, at x = -1 m, to an object on its right.
   std::vector<double> gradientTo(const std::string& id) {
     scene_.use(objects_);
     const BodyPoses poses = forwardKinematics(model_->robot, std::vector<double>{-1.0, 1.0});
@@ -43,11 +31,11 @@ class CarriedObjects : public testing::Test {
   }
 
   std::shared_ptr<const SceneModel> model_ =
-      std::make_shared<const SceneModel>(makeSceneModel(loadRobotModel(kRail, packageResolver({})), std::string()));
+      modelOf(onRail({{"left", robots::ball("0.1")}, {"right", robots::ball("0.1")}}));
   /// In the order of their frames: "a", "b".
-  std::shared_ptr<const Objects> objects_ = std::make_shared<const Objects>(Objects(model_).changed(
-      {AddObject{ball("standing", Fixed{Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 0.0))})},
-       AddObject{ball("in_b", Moving{"b"})}, AddObject{ball("in_a", Moving{"a"})}}));
+  std::shared_ptr<const Objects> objects_ = std::make_shared<const Objects>(
+      Objects(model_).changed({AddObject{ball("standing", Fixed{at(0, 0, 0)})}, AddObject{ball("in_b", Moving{"b"})},
+                               AddObject{ball("in_a", Moving{"a"})}}));
   Scene scene_{model_};
   Derivatives derivatives_{model_};
 };

@@ -38,10 +38,10 @@ class Posture {
 
   void placeRoot(int robot, const Eigen::Isometry3d& pose) { roots_[static_cast<std::size_t>(robot)] = pose; }
 
-  /// Of a planar or floating joint.
+  /// Sets the motion of a planar or floating joint.
   void setMotion(int joint, const Eigen::Isometry3d& motion) { motions_[static_cast<std::size_t>(joint)] = motion; }
 
-  /// Where a velocity leads after the time `step` [s].
+  /// The posture that a velocity leads to after the time `step` [s].
   Posture moved(const DegreesOfFreedom& columns, const Eigen::VectorXd& velocity, double step) const {
     Posture moved = *this;
     for (std::size_t i = 0; i < robot_->joints.size(); ++i) {

@@ -6,9 +6,9 @@
 #include <set>
 
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene::pair_filter_test {
 
@@ -19,23 +19,15 @@ using namespace narrowphase;
 ///   torso -l1- l_upper -l2- l_fore -weld- l_hand
 ///   torso -r1- r_upper -r2- r_fore
 ///   torso -n1- neck -n2- head
-const char* const kUrdf = R"(<robot name="twin">
-  <link name="torso"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="l_upper"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="l_fore"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="l_hand"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="r_upper"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="r_fore"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="neck"/>
-  <link name="head"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <joint name="l1" type="continuous"><parent link="torso"/><child link="l_upper"/></joint>
-  <joint name="l2" type="continuous"><parent link="l_upper"/><child link="l_fore"/></joint>
-  <joint name="weld" type="fixed"><parent link="l_fore"/><child link="l_hand"/></joint>
-  <joint name="r1" type="continuous"><parent link="torso"/><child link="r_upper"/></joint>
-  <joint name="r2" type="continuous"><parent link="r_upper"/><child link="r_fore"/><mimic joint="l2"/></joint>
-  <joint name="n1" type="continuous"><parent link="torso"/><child link="neck"/></joint>
-  <joint name="n2" type="continuous"><parent link="neck"/><child link="head"/></joint>
-</robot>)";
+const std::string kCube = box("1 1 1");
+const std::string kUrdf =
+    urdfOf(link("torso", kCube) + link("l_upper", kCube) + link("l_fore", kCube) + link("l_hand", kCube) +
+               link("r_upper", kCube) + link("r_fore", kCube) + link("neck") + link("head", kCube) +
+               joint("l1", "continuous", "torso", "l_upper") + joint("l2", "continuous", "l_upper", "l_fore") +
+               weld("weld", "l_fore", "l_hand") + joint("r1", "continuous", "torso", "r_upper") +
+               joint("r2", "continuous", "r_upper", "r_fore", mimic("l2")) +
+               joint("n1", "continuous", "torso", "neck") + joint("n2", "continuous", "neck", "head"),
+           "twin");
 
 using Names = PairFilterOptions::Names;
 
@@ -53,7 +45,7 @@ class PairFilter : public ::testing::Test {
   PairReason reason(const PairTable& table, const std::string& a, const std::string& b) const {
     return pair(table, a, b).reason;
   }
-  RobotModel robot_ = loadRobotModel(kUrdf, packageResolver({}));
+  RobotModel robot_ = robotOf(kUrdf);
 };
 
 std::string entry(const std::string& element, const std::string& a, const std::string& b,
@@ -211,43 +203,36 @@ TEST_F(PairFilter, MalformedSrdfThrows) {
 
 // --- neighbours
 
-std::string link(const std::string& name, const std::string& shape = "") {
-  const std::string collision = "<collision><geometry>" + shape + "</geometry></collision>";
-  return "<link name='" + name + "'>" + (shape.empty() ? "" : collision) + "</link>";
+std::string fixed(const std::string& parent, const std::string& child, const std::string& xyz = "0 0 0") {
+  return weld(parent + "_" + child, parent, child, xyz);
 }
-std::string joint(const std::string& type, const std::string& parent, const std::string& child,
-                  const std::string& xyz = "0 0 0") {
-  return "<joint name='" + parent + "_" + child + "' type='" + type + "'><parent link='" + parent + "'/><child link='" +
-         child + "'/><origin xyz='" + xyz + "'/><axis xyz='0 0 1'/></joint>";
+std::string turning(const std::string& parent, const std::string& child, const std::string& xyz = "0 0 0") {
+  return hinge(parent + "_" + child, parent, child, "0 0 1", xyz);
 }
-RobotModel robotOf(const std::string& body) {
-  return loadRobotModel("<robot name='r'>" + body + "</robot>", packageResolver({}));
-}
+RobotModel robotWith(const std::string& links_and_joints) { return robotOf(urdfOf(links_and_joints, "r")); }
 bool areNeighbours(const RobotModel& robot, const std::string& a, const std::string& b) {
   const bool answer = robot.areNeighbours(robot.findLink(a), robot.findLink(b));
   EXPECT_EQ(robot.areNeighbours(robot.findLink(b), robot.findLink(a)), answer);
   return answer;
 }
 
-const std::string kBox = "<box size='0.2 0.2 0.2'/>";
+const std::string kBox = box("0.2 0.2 0.2");
 
 TEST(Neighbours, AreJoinedByOneJointSeenThroughFixedLinksWithoutGeometry) {
-  const RobotModel robot =
-      robotOf(link("base", kBox) + link("flange") + link("axle") + link("arm", kBox) +
-              joint("fixed", "base", "flange") + joint("continuous", "flange", "axle") + joint("fixed", "axle", "arm"));
+  const RobotModel robot = robotWith(link("base", kBox) + link("flange") + link("axle") + link("arm", kBox) +
+                                     fixed("base", "flange") + turning("flange", "axle") + fixed("axle", "arm"));
   EXPECT_TRUE(areNeighbours(robot, "base", "arm"));
 }
 
 TEST(Neighbours, AreSeenThroughACommonParentWithoutGeometry) {
-  const RobotModel robot = robotOf(link("root") + link("base", kBox) + link("arm", kBox) +
-                                   joint("fixed", "root", "base") + joint("continuous", "root", "arm"));
+  const RobotModel robot =
+      robotWith(link("root") + link("base", kBox) + link("arm", kBox) + fixed("root", "base") + turning("root", "arm"));
   EXPECT_TRUE(areNeighbours(robot, "base", "arm"));
 }
 
 TEST(Neighbours, AreNotSeenThroughLinksWithGeometry) {
-  const RobotModel robot =
-      robotOf(link("base", kBox) + link("mast", kBox) + link("arm", kBox) + link("lamp", kBox) +
-              joint("fixed", "base", "mast") + joint("continuous", "base", "arm") + joint("fixed", "arm", "lamp"));
+  const RobotModel robot = robotWith(link("base", kBox) + link("mast", kBox) + link("arm", kBox) + link("lamp", kBox) +
+                                     fixed("base", "mast") + turning("base", "arm") + fixed("arm", "lamp"));
   EXPECT_TRUE(areNeighbours(robot, "base", "arm"));
   EXPECT_FALSE(areNeighbours(robot, "mast", "arm"));
   EXPECT_FALSE(areNeighbours(robot, "base", "lamp"));
@@ -255,9 +240,8 @@ TEST(Neighbours, AreNotSeenThroughLinksWithGeometry) {
 }
 
 TEST(Neighbours, AreNeitherOfOneBodyNorTwoJointsApart) {
-  const RobotModel robot = robotOf(link("base", kBox) + link("mast", kBox) + link("cross") + link("arm", kBox) +
-                                   joint("fixed", "base", "mast") + joint("continuous", "base", "cross") +
-                                   joint("continuous", "cross", "arm"));
+  const RobotModel robot = robotWith(link("base", kBox) + link("mast", kBox) + link("cross") + link("arm", kBox) +
+                                     fixed("base", "mast") + turning("base", "cross") + turning("cross", "arm"));
   EXPECT_FALSE(areNeighbours(robot, "base", "mast"));
   EXPECT_FALSE(areNeighbours(robot, "base", "arm"));
   EXPECT_FALSE(areNeighbours(robot, "base", "base"));
@@ -266,21 +250,21 @@ TEST(Neighbours, AreNeitherOfOneBodyNorTwoJointsApart) {
 TEST_F(PairFilter, EveryNeighbourThatTheSrdfDoesNotListIsNamed) {
   std::string body = link("hub", kBox);
   for (int i = 0; i < 20; ++i) {
-    body += link("spoke" + std::to_string(i), kBox) + joint("continuous", "hub", "spoke" + std::to_string(i));
+    body += link("spoke" + std::to_string(i), kBox) + turning("hub", "spoke" + std::to_string(i));
   }
-  const std::string text = warning(filterPairs(robotOf(body), ""), "neighbours");
+  const std::string text = warning(filterPairs(robotWith(body), ""), "neighbours");
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(says(text, "hub - spoke" + std::to_string(i))) << text;
 }
 
 // The arm turns about z above its base. The rod stands in its axis, so they overlap in every state; the mast is in its
 // way only where the joint is near 0 and pi. Rod and mast are fixed to the base.
-const std::string kMast = link("base", "<box size='0.4 0.4 0.1'/>") + link("mast", "<box size='0.1 0.1 1'/>") +
-                          link("rod", "<cylinder radius='0.05' length='1'/>") +
-                          link("arm", "<box size='0.8 0.1 0.1'/>") + joint("fixed", "base", "mast", "-0.3 0 0.5") +
-                          joint("fixed", "base", "rod", "0 0 0.5") + joint("continuous", "base", "arm", "0 0 0.5");
+const std::string kMast = link("base", box("0.4 0.4 0.1")) + link("mast", box("0.1 0.1 1")) +
+                          link("rod", cylinder("0.05", "1")) + link("arm", box("0.8 0.1 0.1")) +
+                          fixed("base", "mast", "-0.3 0 0.5") + fixed("base", "rod", "0 0 0.5") +
+                          turning("base", "arm", "0 0 0.5");
 
 TEST(SceneModelPairs, WhatIsFixedToANeighbourIsChecked) {
-  const SceneModel model = makeSceneModel(robotOf(kMast), "");
+  const SceneModel model = makeSceneModel(robotWith(kMast), "");
   const auto reason = [&](const char* a, const char* b) {
     return model.pairs.pairs.at(model.pairs.find(model.robot.findLink(a), model.robot.findLink(b))).reason;
   };
@@ -291,23 +275,23 @@ TEST(SceneModelPairs, WhatIsFixedToANeighbourIsChecked) {
 
 TEST(SceneModelPairs, OnlyWhatTouchesInAllStatesOfItsJointIsReported) {
   const std::string what = "in contact in each of 300 states";
-  const std::string text = warning(makeSceneModel(robotOf(kMast), "").pairs, what);
+  const std::string text = warning(makeSceneModel(robotWith(kMast), "").pairs, what);
   EXPECT_TRUE(says(text, "(1): arm - rod.")) << text;
   const std::string disabled = "<robot name='r'>" + disable("rod", "arm") + "</robot>";
-  EXPECT_EQ(warning(makeSceneModel(robotOf(kMast), disabled).pairs, what), "");
+  EXPECT_EQ(warning(makeSceneModel(robotWith(kMast), disabled).pairs, what), "");
 }
 
 TEST(SceneModelPairs, ThatAJointWithoutAPositionNeverMovesIsNotReported) {
-  const std::string loose = link("base", kBox) + link("mast", kBox) + link("cart", kBox) +
-                            joint("fixed", "base", "mast") + joint("floating", "base", "cart");
-  EXPECT_EQ(warning(makeSceneModel(robotOf(loose), "").pairs, "in contact"), "");
+  const std::string loose = link("base", kBox) + link("mast", kBox) + link("cart", kBox) + fixed("base", "mast") +
+                            joint("loose", "floating", "base", "cart");
+  EXPECT_EQ(warning(makeSceneModel(robotWith(loose), "").pairs, "in contact"), "");
 }
 
 // --- configuration
 
 TEST_F(PairFilter, RefusesAUrdfInPlaceOfTheSrdf) {
   EXPECT_EQ(errorOf([&] { filterPairs(robot_, kUrdf); }),
-            "SRDF, line 2: this is a URDF: it describes the link \"torso\", and has nothing that an SRDF has "
+            "SRDF, line 1: this is a URDF: it describes the link \"torso\", and has nothing that an SRDF has "
             "(disable_collisions, groups)");
   EXPECT_TRUE(says(error("<link name='a'/><link name='b'/>"
                          "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>"),

@@ -1,5 +1,5 @@
-// What lanes prove: frames within their error, outlines around and balls inside of the links, bounds around the distances, and
-// verdicts that are those of a Scene. With the same bits on every processor.
+// The promises of lanes: frames within their error, outlines around and balls inside of the links, bounds around the
+// distances, and verdicts that are those of a Scene. With the same bits on every processor.
 //
 // PROXIMITY_LANE_STATES: how many states of each robot are compared.
 #include "scene/lanes/lane_bounds.h"
@@ -56,16 +56,15 @@ Model randomChain(unsigned seed, double size = 1.0) {
   std::ostringstream box, radius;
   box << "<box size='" << 0.1 * size << " " << 0.2 * size << " " << 0.05 * size << "'/>";
   radius << 0.05 * size;
-  std::string urdf = "<link name='l0'>" + ball(radius.str()) + "</link>";
+  std::string parts = link("l0", ball(radius.str()));
   for (int i = 1; i <= 14; ++i) {
     const std::string name = "l" + std::to_string(i), type = types[random() % 7];
     const double length = size * std::pow(10.0, std::uniform_real_distribution<double>(-3.0, 0.5)(random));
-    urdf += "<link name='" + name + "'>" + collision(box.str(), text(0.1 * size)) + "</link><joint name='to_" + name +
-            "' type='" + type + "'><parent link='l" + std::to_string(i - 1) + "'/><child link='" + name +
-            "'/><origin xyz='" + text(length) + "' rpy='" + text(2.0) + "'/><axis xyz='" + text(1.0) +
-            "'/><limit lower='-2' upper='1.5' effort='1' velocity='1'/></joint>";
+    const std::string place = text(0.1 * size), xyz = text(length), rpy = text(2.0), direction = text(1.0);
+    parts += link(name, collision(box.str(), place)) + joint("to_" + name, type, "l" + std::to_string(i - 1), name,
+                                                             origin(xyz, rpy) + axis(direction) + limits("-2", "1.5"));
   }
-  return modelWith(robotOf("<robot name='chain'>" + urdf + "</robot>"));
+  return modelOf(urdfOf(parts));
 }
 
 struct NamedModel {
@@ -210,8 +209,8 @@ TEST(LinkOutline, ContainsTheLinkAndItsBallsAreInside) {
         ASSERT_LE(uncoveredAlong(direction, outline, outline.few, outline.uncovered_by_few, extent), 1e-14);
       }
       for (const Ball& ball : outline.inner) {
-        // The ball moved into the piece by its depth is as deep as it can be: no translation shorter than its radius and that
-        // of a small ball at its centre takes the small ball out.
+        // The ball moved into the piece by its depth is as deep as it can be: no translation shorter than its radius
+        // and that of a small ball at its centre takes the small ball out.
         double deepest = kInfinity;
         for (const Piece* piece : pieces) {
           Isometry3d piece_T_ball = Isometry3d::Identity();

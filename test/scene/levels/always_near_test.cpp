@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/object_files/file_value.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene::always_near_test {
 
@@ -49,10 +49,7 @@ TEST(AlwaysNear, SaysWhatWasSeen) {
 }
 
 TEST(AlwaysNear, YamlHasBothThresholdsOfEachPair) {
-  const RobotModel robot = loadRobotModel(
-      R"(<robot name="r"><link name="wrist_2_link"/><link name="1.0"/><joint name="j" type="fixed"><parent link="wrist_2_link"/>
-         <child link="1.0"/></joint></robot>)",
-      [](const std::string& uri) { return uri; });
+  const RobotModel robot = robotOf(urdfOf(link("wrist_2_link") + link("1.0") + weld("j", "wrist_2_link", "1.0")));
   const std::string yaml = thresholdsYaml(robot, {seen(2e-5, 2e-5)}, kUsual);
   EXPECT_EQ(yaml,
             "pair_stop_distance:\n- {links: [wrist_2_link, \"1.0\"], distance: 0.00001}  # stays at 0.02 mm\n"
@@ -73,25 +70,20 @@ TEST(AlwaysNear, NamesAreReadBackAsTexts) {
   EXPECT_EQ(yamlName("Off"), "\"Off\"");  // the YAML of rosparam reads it as false
 }
 
-// The eye is 0.01 from the face, whatever "turn" does, and the nose from -0.02 to 0.06 by "slide". The plug is always in the face, and
-// the fly has no limits.
-const char* const kHead = R"(<robot name="head">
-  <link name="face"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
-  <link name="eye"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="nose"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="plug"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="fly"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="turn" type="continuous"><parent link="face"/><child link="eye"/><origin xyz="0 0 0.61"/><axis xyz="0 0 1"/></joint>
-  <joint name="slide" type="prismatic"><parent link="face"/><child link="nose"/><origin xyz="0.6 0 0"/><axis xyz="1 0 0"/>
-    <limit lower="-0.02" upper="0.06" effort="1" velocity="1"/></joint>
-  <joint name="spin" type="continuous"><parent link="face"/><child link="plug"/><origin xyz="0 -0.5 0"/><axis xyz="0 0 1"/></joint>
-  <joint name="buzz" type="floating"><parent link="face"/><child link="fly"/><origin xyz="0 0.61 0"/></joint>
-</robot>)";
+// The eye is 0.01 from the face, whatever "turn" does, and the nose from -0.02 to 0.06 by "slide". The plug is always
+// in the face, and the fly has no limits.
+const std::string kHead = urdfOf(
+    link("face", ball("0.5")) + link("eye", ball("0.1")) + link("nose", ball("0.1")) + link("plug", ball("0.1")) +
+        link("fly", ball("0.1")) + hinge("turn", "face", "eye", "0 0 1", "0 0 0.61") +
+        joint("slide", "prismatic", "face", "nose", origin("0.6 0 0") + axis("1 0 0") + limits("-0.02", "0.06")) +
+        hinge("spin", "face", "plug", "0 0 1", "0 -0.5 0") +
+        joint("buzz", "floating", "face", "fly", origin("0 0.61 0")),
+    "head");
 
 SceneModel headChecking(const std::vector<std::string>& links) {
   std::string enabled;
   for (const std::string& link : links) enabled += "<enable_collisions link1='face' link2='" + link + "'/>";
-  return makeSceneModel(loadRobotModel(kHead, packageResolver({})), "<robot name='head'>" + enabled + "</robot>");
+  return makeSceneModel(robotOf(kHead), "<robot name='head'>" + enabled + "</robot>");
 }
 
 TEST(FindAlwaysNear, FindsPairsThatNoStateTakesApart) {

@@ -59,24 +59,13 @@ TEST(ClearanceLevel, HasTheThresholdThatItIsAtOrAbove) {
 
 // --- the pair that decides
 
-// Four balls of radius 0.1 on sliders along x. Where all joints stand at 0 the surfaces of neighbours are 0.1, 0.2 and 0.4 m apart.
-const char* const kBalls = R"(<robot name="balls">
-  <link name="rail"/>
-  <link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="b"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="c"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="d"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="sign"/>
-  <joint name="to_sign" type="fixed"><parent link="rail"/><child link="sign"/></joint>
-  <joint name="slide_a" type="prismatic"><parent link="rail"/><child link="a"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="slide_b" type="prismatic"><parent link="rail"/><child link="b"/><origin xyz="0.3 0 0"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="slide_c" type="prismatic"><parent link="rail"/><child link="c"/><origin xyz="0.7 0 0"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="slide_d" type="prismatic"><parent link="rail"/><child link="d"/><origin xyz="1.3 0 0"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-</robot>)";
+// Four balls of radius 0.1 on sliders along x. Where all joints stand at 0 the surfaces of neighbours are 0.1, 0.2 and
+// 0.4 m apart.
+const std::string kBalls =
+    urdfOf(link("rail") + link("a", ball("0.1")) + link("b", ball("0.1")) + link("c", ball("0.1")) +
+           link("d", ball("0.1")) + link("sign") + weld("to_sign", "rail", "sign") +
+           slider("slide_a", "rail", "a", "1 0 0") + slider("slide_b", "rail", "b", "1 0 0", "0.3 0 0") +
+           slider("slide_c", "rail", "c", "1 0 0", "0.7 0 0") + slider("slide_d", "rail", "d", "1 0 0", "1.3 0 0"));
 
 const char* const kGroups = R"(<robot name="balls">
   <group name="left"><link name="a"/><joint name="slide_b"/></group>
@@ -84,19 +73,13 @@ const char* const kGroups = R"(<robot name="balls">
   <group name="inner"><joint name="slide_b"/><joint name="slide_c"/></group>
 </robot>)";
 
-std::shared_ptr<const SceneModel> balls() {
-  SceneModel model{loadRobotModel(kBalls, packageResolver({})), {}};
-  model.pairs = filterPairs(model.robot, "");
-  return std::make_shared<const SceneModel>(std::move(model));
-}
-
 class Balls : public testing::Test {
  protected:
   int link(const std::string& name) const { return model_->robot.findLink(name); }
 
   /// The pair that decides, as "a - b".
   std::string decide(const LevelThresholds& thresholds, const LevelBefore& before = {}) {
-    scene_.update(forwardKinematics(model_->robot, std::vector<double>(model_->robot.joints.size(), 0.0)));
+    scene_.update(forwardKinematics(model_->robot, {}));
     const PairProximity closest = *scene_.minimum(scene_.candidates());
     decided_ = decidingPair(scene_, scene_.candidates(), closest, thresholds, {}, before);
     const ShapeRefPair& pair = decided_.pair.asked;
@@ -107,7 +90,7 @@ class Balls : public testing::Test {
     return levelThresholds(model_->robot, {kGroups}, {stop, warn}, {{0.02, 0.03}, {0.9, 0.9}});
   }
 
-  const std::shared_ptr<const SceneModel> model_ = balls();
+  const std::shared_ptr<const SceneModel> model_ = modelOf(kBalls);
   Scene scene_{model_};
   DecidingPair decided_;
 };
@@ -157,7 +140,7 @@ TEST_F(Balls, LevelOfAPairIsKeptWithinTheHysteresis) {
 }
 
 TEST_F(Balls, HysteresisOfASmallThresholdIsSmaller) {
-  scene_.update(forwardKinematics(model_->robot, std::vector<double>(model_->robot.joints.size(), 0.0)));
+  scene_.update(forwardKinematics(model_->robot, {}));
   LevelThresholds thresholds;
   thresholds.stop.setPair(link("a"), link("b"), 0.002);
   thresholds.warn.setPair(link("a"), link("b"), 0.003);
@@ -191,13 +174,8 @@ TEST_F(Balls, PairGoesBeforeLinkBeforeGroupBeforeDefaultAndOfEqualsTheLarger) {
 }
 
 TEST_F(Balls, ThresholdsThatMakeNoSenseAreRefusedByName) {
-  const auto refusal = [&](const DistanceRules& stop, const DistanceRules& warn = {}) -> std::string {
-    try {
-      thresholds(stop, warn);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
+  const auto refusal = [&](const DistanceRules& stop, const DistanceRules& warn = {}) {
+    return errorOf([&] { thresholds(stop, warn); });
   };
   const auto pair = [](const char* a, const char* b, double distance) {
     DistanceRules rules;
@@ -242,14 +220,7 @@ group_stop_distance: {left: 0.02}
 }
 
 TEST(ThresholdFile, IsRefusedWithTheLineAndTheField) {
-  const auto refusal = [](const std::string& yaml) -> std::string {
-    try {
-      thresholdsFrom(yaml, "cell.yaml");
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
-  };
+  const auto refusal = [](const std::string& yaml) { return errorOf([&] { thresholdsFrom(yaml, "cell.yaml"); }); };
   EXPECT_EQ(refusal("pair_stop_distances: []"),
             "cell.yaml, line 1: pair_stop_distances: there is no such field (did you mean \"pair_stop_distance\"?)");
   EXPECT_EQ(refusal("link_stop_distance:\n  a: -0.1"), "cell.yaml, line 2: link_stop_distance/a: must not be negative");
@@ -259,22 +230,17 @@ TEST(ThresholdFile, IsRefusedWithTheLineAndTheField) {
 
 // --- pairs that the SRDF disables
 
-// Around the ball of the base turn, each behind a link without geometry, a ball at a distance of 15 mm, one in its middle and one at 1 m.
+// Around the ball of the base turn, each behind a link without geometry, a ball at a distance of 15 mm, one in its
+// middle and one at 1 m.
 std::string carousel() {
-  const auto ball = [](const std::string& name, const std::string& x) {
-    return "<link name='" + name + "'><collision><origin xyz='" + x +
-           " 0 0'/><geometry><sphere radius='0.1'/></geometry></collision></link>";
-  };
-  std::string text =
-      "<robot name='carousel'>" + ball("base", "0") + ball("near", "0.215") + ball("core", "0.01") + ball("far", "1.2");
-  for (const std::string name : {"near", "core", "far"}) {
-    text += "<link name='hub_of_" + name + "'/>";
-    for (const auto& [parent, child] :
-         {std::pair<std::string, std::string>("base", "hub_of_" + name), {"hub_of_" + name, name}})
-      text += "<joint name='to_" + child + "' type='continuous'><parent link='" + parent + "'/><child link='" + child +
-              "'/><axis xyz='0 0 1'/></joint>";
-  }
-  return text + "</robot>";
+  std::string parts = link("base", ball("0.1"));
+  const std::pair<std::string, std::string> places[] = {
+      {"near", "0.215 0 0"}, {"core", "0.01 0 0"}, {"far", "1.2 0 0"}};
+  for (const auto& [name, place] : places)
+    parts += link(name, ball("0.1", place)) + link("hub_of_" + name) +
+             hinge("to_hub_of_" + name, "base", "hub_of_" + name, "0 0 1") +
+             hinge("to_" + name, "hub_of_" + name, name, "0 0 1");
+  return urdfOf(parts, "carousel");
 }
 
 TEST(DisabledPairs, AreNamedIfTheyComeWithinTheirStopDistanceAndAreNotAlwaysInContact) {
@@ -282,7 +248,7 @@ TEST(DisabledPairs, AreNamedIfTheyComeWithinTheirStopDistanceAndAreNotAlwaysInCo
   for (const std::string name : {"near", "core", "far"})
     srdf += "<disable_collisions link1='base' link2='" + name + "' reason='Never'/>";
   srdf += "<disable_collisions link1='near' link2='far' reason='Never'/></robot>";
-  SceneModel model = makeSceneModel(loadRobotModel(carousel(), packageResolver({})), srdf);
+  SceneModel model = makeSceneModel(robotOf(carousel()), srdf);
   const std::vector<DisabledPair> disabled = disabledPairsBelow(model, {0.02, 0.02});
   ASSERT_EQ(disabled.size(), 1u);
   EXPECT_EQ(disabled[0].pair, model.pairs.find(model.robot.findLink("base"), model.robot.findLink("near")));
@@ -296,7 +262,7 @@ TEST(DisabledPairs, AreNamedIfTheyComeWithinTheirStopDistanceAndAreNotAlwaysInCo
 }
 
 TEST(CheckedPairs, ThatAreAlwaysAtStopAreNamedWithTheThresholdsThatFit) {
-  SceneModel model = makeSceneModel(loadRobotModel(carousel(), packageResolver({})), "");
+  SceneModel model = makeSceneModel(robotOf(carousel()), "");
   const auto found = [&](const LevelThresholds& thresholds) {
     SceneModel copy = model;
     warnOfNearPairs(copy, thresholds);

@@ -21,16 +21,14 @@ using Eigen::Isometry3d;
 
 /// A base, and two arms of three links on it; "finger" mimics "elbow", and "camera" is fixed to the base.
 const std::string kArms =
-    "<robot name='arms'><link name='base'>" + box("0.4 0.4 0.4") + "</link><link name='camera'>" +
-    ball("0.05", "0 0 0.5") + "</link><joint name='mount' type='fixed'><parent link='base'/><child link='camera'/>" +
-    "</joint><link name='upper'>" + cylinder("0.1", "0.6", "0.5 0 0", "0 1.5708 0") + "</link><link name='fore'>" +
-    box("0.6 0.1 0.1", "0.4 0 0") + "</link><link name='finger'>" + ball("0.08", "0.2 0 0") + "</link>" +
-    "<joint name='shoulder' type='revolute'><parent link='base'/><child link='upper'/><origin xyz='0 0 0.3'/>" +
-    "<axis xyz='0 0 1'/><limit lower='-3' upper='3' effort='1' velocity='1'/></joint>" +
-    "<joint name='elbow' type='revolute'><parent link='upper'/><child link='fore'/><origin xyz='0.9 0 0'/>" +
-    "<axis xyz='0 1 0'/><limit lower='-2' upper='2' effort='1' velocity='1'/></joint>" +
-    "<joint name='follower' type='revolute'><parent link='fore'/><child link='finger'/><origin xyz='0.8 0 0'/>" +
-    "<axis xyz='0 0 1'/><limit lower='-2' upper='2' effort='1' velocity='1'/><mimic joint='elbow'/></joint></robot>";
+    urdfOf(link("base", box("0.4 0.4 0.4")) + link("camera", ball("0.05", "0 0 0.5")) +
+               weld("mount", "base", "camera") + link("upper", cylinder("0.1", "0.6", "0.5 0 0", "0 1.5708 0")) +
+               link("fore", box("0.6 0.1 0.1", "0.4 0 0")) + link("finger", ball("0.08", "0.2 0 0")) +
+               joint("shoulder", "revolute", "base", "upper", origin("0 0 0.3") + axis("0 0 1") + limits("-3", "3")) +
+               joint("elbow", "revolute", "upper", "fore", origin("0.9 0 0") + axis("0 1 0") + limits("-2", "2")) +
+               joint("follower", "revolute", "fore", "finger",
+                     origin("0.8 0 0") + axis("0 0 1") + limits("-2", "2") + mimic("elbow")),
+           "arms");
 
 const std::string kSrdf =
     "<robot name='arms'><group name='hand'><link name='finger'/></group>"

@@ -38,7 +38,7 @@ std::string numbered(const std::string& text, int times) {
   return result;
 }
 
-/// What std::invalid_argument said, within the minute that reading a file may take.
+/// Returns the text of std::invalid_argument, and expects it within the minute that reading a file may take.
 template <typename Call>
 std::string errorWithinAMinute(const Call& call) {
   const auto begin = std::chrono::steady_clock::now();
@@ -55,7 +55,7 @@ long maxMemory(decltype(RUSAGE_SELF) who) {
   return usage.ru_maxrss;
 }
 
-// Where memory runs out in the child a sanitizer ends it, with an exit code of its own.
+// A sanitizer ends a child whose memory runs out, with an exit code of its own.
 #ifdef PROXIMITY_SANITIZED
 const std::string kTooMuch = "it ";
 #else

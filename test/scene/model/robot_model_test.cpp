@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "scene/files.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene::robot_model_test {
 
@@ -27,21 +28,10 @@ const double kPi = std::acos(-1.0);
 
 // --- URDFs in words
 
-std::string robot(const std::string& body) { return "<robot name=\"test\">" + body + "</robot>"; }
-
-std::string link(const std::string& name, const std::string& body = "") {
-  return "<link name=\"" + name + "\">" + body + "</link>";
-}
-
+/// With the attributes of its origin, or without an origin.
 std::string collision(const std::string& shape, const std::string& origin = "") {
   return "<collision>" + (origin.empty() ? "" : "<origin " + origin + "/>") + "<geometry>" + shape +
          "</geometry></collision>";
-}
-
-std::string joint(const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
-                  const std::string& body = "") {
-  return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" + child +
-         "\"/>" + body + "</joint>";
 }
 
 const std::string kUnitBox = collision("<box size='1 1 1'/>");
@@ -50,7 +40,7 @@ const std::string kUnitBox = collision("<box size='1 1 1'/>");
 std::string noMesh(const std::string& uri) { throw std::invalid_argument(uri + ": no such mesh"); }
 
 RobotModel load(const std::string& body, const ModelOptions& options = {}) {
-  return loadRobotModel(robot(body), noMesh, options);
+  return loadRobotModel(urdfOf(body, "test"), noMesh, options);
 }
 
 std::string errorOfLoading(const std::string& body, const ModelOptions& options = {}) {
@@ -77,8 +67,6 @@ void expectWarns(const RobotModel& model, const std::string& what) {
 void expectNear(const Isometry3d& pose, const Isometry3d& expected) {
   EXPECT_TRUE(pose.isApprox(expected, 1e-12)) << pose.matrix() << "\n\nexpected\n" << expected.matrix();
 }
-
-Isometry3d translation(double x, double y, double z) { return Isometry3d(Eigen::Translation3d(x, y, z)); }
 
 // --- names
 
@@ -107,8 +95,7 @@ TEST(RobotModel, PrimitivesHaveTheirSizesAndPoses) {
   ASSERT_EQ(model.pieces.size(), 3U);
   EXPECT_EQ(model.pieces[0].shape.kind(), Shape::Kind::Box);
   EXPECT_EQ(model.pieces[0].shape.halfExtents(), Vector3d(0.5, 1.0, 1.5));
-  expectNear(model.pieces[0].body_T_piece,
-             translation(1, 2, 3) * Isometry3d(Eigen::AngleAxisd(1.5, Vector3d::UnitZ())));
+  expectNear(model.pieces[0].body_T_piece, at(1, 2, 3) * Isometry3d(Eigen::AngleAxisd(1.5, Vector3d::UnitZ())));
   EXPECT_EQ(model.pieces[1].shape.kind(), Shape::Kind::Point);
   EXPECT_EQ(model.pieces[1].shape.margin(), 0.5);
   EXPECT_EQ(model.pieces[2].shape.kind(), Shape::Kind::Cylinder);
@@ -159,7 +146,7 @@ TEST(RobotModel, CylinderWithEqualSpheresAtBothEndsIsACapsule) {
   EXPECT_EQ(capsule.shape.kind(), Shape::Kind::Segment);
   EXPECT_EQ(capsule.shape.halfExtents(), Vector3d(0, 0, 0.2));
   EXPECT_EQ(capsule.shape.margin(), 0.1);
-  expectNear(capsule.body_T_piece, translation(1, 0, 0));
+  expectNear(capsule.body_T_piece, at(1, 0, 0));
   EXPECT_EQ(model.collisions[capsule.collision].number, 2);
   expectSays(model.collisions[1].description, "capsule");
 }
@@ -249,8 +236,8 @@ TEST(RobotModel, FixedJointsFoldIntoOneBody) {
   const Link& tool = model.links[model.findLink("tool")];
   EXPECT_EQ(plate.body, 0);
   EXPECT_EQ(tool.body, 1);
-  expectNear(plate.body_T_link, translation(0, 0, 1) * Isometry3d(Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ())));
-  expectNear(tool.body_T_link, translation(3, 0, 0));
+  expectNear(plate.body_T_link, at(0, 0, 1) * Isometry3d(Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ())));
+  expectNear(tool.body_T_link, at(3, 0, 0));
   EXPECT_EQ(model.fixed_joints.size(), 2U);
   EXPECT_EQ(model.findLink("nobody"), -1);
 }
@@ -317,7 +304,7 @@ TEST(JointMotion, TurnsAboutOrSlidesAlongTheAxis) {
   Joint joint = load(twoLinks("continuous", "<axis xyz='0 0 1'/>")).joints.at(0);
   expectNear(jointMotion(joint, kPi / 2), Isometry3d(Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ())));
   joint.type = Joint::Type::Prismatic;
-  expectNear(jointMotion(joint, 0.3), translation(0, 0, 0.3));
+  expectNear(jointMotion(joint, 0.3), at(0, 0, 0.3));
   joint.type = Joint::Type::Planar;
   expectNear(jointMotion(joint, 0.3), Isometry3d::Identity());
 }
@@ -335,7 +322,7 @@ TEST(ForwardKinematics, FollowsFixedAndMovableJoints) {
   const BodyPoses poses = forwardKinematics(model, {{"turn", kPi / 2}, {"slide", 0.5}});
   ASSERT_EQ(poses.size(), 3U);
   expectNear(*poses[0], Isometry3d::Identity());
-  expectNear(*poses[1], translation(0, 0, 1) * Isometry3d(Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ())));
+  expectNear(*poses[1], at(0, 0, 1) * Isometry3d(Eigen::AngleAxisd(kPi / 2, Vector3d::UnitZ())));
   EXPECT_TRUE(poses[2]->translation().isApprox(Vector3d(0, 1.5, 1), 1e-12));
 }
 
@@ -607,7 +594,7 @@ class MeshRobot : public ::testing::Test {
     files_.write("boxes/broken.stl", "no mesh");
   }
   RobotModel load(const std::string& body, const ModelOptions& options = {}) {
-    return loadRobotModel(robot(body), packageResolver({files_.path("")}), options);
+    return loadRobotModel(urdfOf(body), packageResolver({files_.path("")}), options);
   }
   static std::string mesh(const std::string& uri, const std::string& scale = "1 1 1") {
     return collision("<mesh filename='" + uri + "' scale='" + scale + "'/>");

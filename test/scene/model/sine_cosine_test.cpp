@@ -36,7 +36,7 @@ TEST(SineAndCosine, AreWithinTheirError) {
   }
 }
 
-// Where the sine or the cosine is nearly 0, and where the number of quarter turns changes.
+// These are the angles where the sine or the cosine is nearly 0, and where the number of quarter turns changes.
 TEST(SineAndCosine, AreWithinTheirErrorAboutMultiplesOfAnEighthTurn) {
   std::mt19937 random(2);
   std::uniform_int_distribution<int> steps(-3, 3);

@@ -8,9 +8,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "scene/files.h"
+#include "scene/small_robots.h"
 
 namespace proximity_server::scene::limited_motion_test {
 
@@ -23,40 +24,26 @@ constexpr double kTolerance = 1e-6;  // [m] of the searches
 constexpr double kRounding = 1e-12;
 using Stated = std::vector<std::optional<double>>;
 
-std::string limits(double lower, double upper) {
-  return "<limit lower='" + std::to_string(lower) + "' upper='" + std::to_string(upper) + "' effort='1' velocity='1'/>";
-}
+std::string limits(double lower, double upper) { return robots::limits(std::to_string(lower), std::to_string(upper)); }
 
 /// Two cubes of edge 1 on the x axis, about (left, 0, 0) and (4 + right, 0, 0): the gap is 3 + right - left.
 std::string carts(const std::string& left_limits, const std::string& right_limits) {
-  const std::string cube = "<collision><geometry><box size='1 1 1'/></geometry></collision>";
-  const std::string axis = "<axis xyz='1 0 0'/>";
-  return "<robot name='carts'><link name='rail'/><link name='l'>" + cube + "</link><link name='r'>" + cube + "</link>" +
-         "<joint name='left' type='prismatic'><parent link='rail'/><child link='l'/>" + axis + left_limits +
-         "</joint><joint name='right' type='prismatic'><parent link='rail'/><child link='r'/><origin xyz='4 0 0'/>" +
-         axis + right_limits + "</joint></robot>";
+  return urdfOf(link("rail") + link("l", box("1 1 1")) + link("r", box("1 1 1")) +
+                joint("left", "prismatic", "rail", "l", axis("1 0 0") + left_limits) +
+                joint("right", "prismatic", "rail", "r", origin("4 0 0") + axis("1 0 0") + right_limits));
 }
 
 /// One joint about or along z, with a link at the tip of an arm of 1 m.
 std::string oneJoint(const std::string& type, const std::string& limit) {
-  return "<robot name='one'><link name='a'/><link name='b'/><joint name='j' type='" + type +
-         "'><parent link='a'/><child link='b'/><origin xyz='1 0 0'/><axis xyz='0 0 1'/>" + limit + "</joint></robot>";
+  return urdfOf(link("a") + link("b") + joint("j", type, "a", "b", origin("1 0 0") + axis("0 0 1") + limit));
 }
-
-RobotModel load(const std::string& urdf) { return loadRobotModel(urdf, packageResolver({})); }
 
 std::size_t jointOf(const RobotModel& robot, const std::string& name) {
   const auto named = [&](const Joint& joint) { return joint.name == name; };
   return static_cast<std::size_t>(std::find_if(robot.joints.begin(), robot.joints.end(), named) - robot.joints.begin());
 }
 
-std::vector<double> values(const RobotModel& robot, const std::map<std::string, double>& by_name) {
-  std::vector<double> result(robot.joints.size(), 0.0);
-  for (const auto& [name, value] : by_name) result[jointOf(robot, name)] = value;
-  return result;
-}
-
-/// Where a joint stands at a time of a motion that starts from these positions.
+/// The position of a joint at a time of the motion.
 struct Positions {
   const RobotModel& robot;
   const LimitedMotion& limited;
@@ -73,7 +60,7 @@ struct Positions {
 
 /// The stop time of the joint of oneJoint() from a position on; infinity: it does not stop.
 double stopOf(const std::string& urdf, double position, double travel, const Stated& stated = {}) {
-  const RobotModel robot = load(urdf);
+  const RobotModel robot = robotOf(urdf);
   const LimitedMotion limited =
       motionWithinLimits(robot, forwardKinematics(robot, std::vector<double>{position}), {travel}, stated);
   EXPECT_LE(limited.motion.phases().size(), 2u);
@@ -81,9 +68,9 @@ double stopOf(const std::string& urdf, double position, double travel, const Sta
 }
 
 TEST(MotionWithinLimits, StopsAJointAtItsLimit) {
-  const RobotModel robot = load(carts(limits(-1, 1), limits(-5, 5)));
-  const BodyPoses start = forwardKinematics(robot, values(robot, {{"left", 0.5}}));
-  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"left", 2.0}}));
+  const RobotModel robot = robotOf(carts(limits(-1, 1), limits(-5, 5)));
+  const BodyPoses start = forwardKinematics(robot, byJoint(robot, {{"left", 0.5}}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"left", 2.0}}));
   ASSERT_EQ(limited.stops.size(), 1u);
   EXPECT_EQ(limited.stops[0].joint, static_cast<int>(jointOf(robot, "left")));
   EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);  // 0.5 m of 2
@@ -94,17 +81,17 @@ TEST(MotionWithinLimits, StopsAJointAtItsLimit) {
 }
 
 TEST(MotionWithinLimits, IsOneMotionWhereNoJointReachesItsLimit) {
-  const RobotModel robot = load(carts(limits(-1, 1), limits(-5, 5)));
-  const BodyPoses start = forwardKinematics(robot, values(robot, {}));
-  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"left", 0.9}, {"right", -4.9}}));
+  const RobotModel robot = robotOf(carts(limits(-1, 1), limits(-5, 5)));
+  const BodyPoses start = forwardKinematics(robot, byJoint(robot, {}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"left", 0.9}, {"right", -4.9}}));
   EXPECT_TRUE(limited.stops.empty());
   EXPECT_EQ(limited.motion.phases().size(), 1u);
 }
 
 TEST(MotionWithinLimits, GoesOnWithTheOthersWhenOneStops) {
-  const RobotModel robot = load(carts(limits(-1, 1), limits(-1.5, 5)));
-  const BodyPoses start = forwardKinematics(robot, values(robot, {}));
-  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"left", 4.0}, {"right", -4.0}}));
+  const RobotModel robot = robotOf(carts(limits(-1, 1), limits(-1.5, 5)));
+  const BodyPoses start = forwardKinematics(robot, byJoint(robot, {}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"left", 4.0}, {"right", -4.0}}));
   ASSERT_EQ(limited.stops.size(), 2u);
   EXPECT_EQ(limited.stops[0].joint, static_cast<int>(jointOf(robot, "left")));
   EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
@@ -118,14 +105,14 @@ TEST(MotionWithinLimits, GoesOnWithTheOthersWhenOneStops) {
 }
 
 TEST(MotionWithinLimits, LeavesAJointBeyondItsLimitThereUnlessItMovesBackIn) {
-  const RobotModel robot = load(carts(limits(-1, 1), limits(-5, 5)));
-  const BodyPoses start = forwardKinematics(robot, values(robot, {{"left", 1.001}}));
-  const LimitedMotion outwards = motionWithinLimits(robot, start, values(robot, {{"left", 2.0}}));
+  const RobotModel robot = robotOf(carts(limits(-1, 1), limits(-5, 5)));
+  const BodyPoses start = forwardKinematics(robot, byJoint(robot, {{"left", 1.001}}));
+  const LimitedMotion outwards = motionWithinLimits(robot, start, byJoint(robot, {{"left", 2.0}}));
   ASSERT_EQ(outwards.stops.size(), 1u);
   EXPECT_EQ(outwards.stops[0].time, 0.0);
   EXPECT_EQ(outwards.motion.phases().size(), 1u);
   EXPECT_NEAR((Positions{robot, outwards}.of("left", 1.0)), 1.001, kRounding);
-  const LimitedMotion inwards = motionWithinLimits(robot, start, values(robot, {{"left", -1.0}}));
+  const LimitedMotion inwards = motionWithinLimits(robot, start, byJoint(robot, {{"left", -1.0}}));
   EXPECT_TRUE(inwards.stops.empty());
   EXPECT_NEAR((Positions{robot, inwards}.of("left", 1.0)), 0.001, kRounding);
 }
@@ -158,8 +145,8 @@ TEST(MotionWithinLimits, TakesTheTurnFromAStatedPosition) {
   EXPECT_NEAR(stopOf(joint, 6.0, 10.0, {-0.3}), 0.025 + 0.2 * kPi, kRounding);
 }
 
-// Regression: of a joint stated more than 0.05 rad beyond a limit, which moves back in, the pose a turn away was taken, whose
-// other limit is near: it stopped there, and what it would meet on its way was missed.
+// Regression: of a joint stated more than 0.05 rad beyond a limit, which moves back in, the pose a turn away was taken,
+// whose other limit is near: it stopped there, and what it would meet on its way was missed.
 TEST(MotionWithinLimits, TakesAStatedPositionBeyondALimitForTheTurn) {
   const std::string joint = oneJoint("revolute", limits(-3.2, 3.2));
   for (const double beyond : {0.04, 0.06, 1.0, 3.1}) {
@@ -174,12 +161,8 @@ TEST(MotionWithinLimits, RefusesAPositionThatDoesNotTellTheTurn) {
   const std::string joint = oneJoint("revolute", limits(-1, 2));
   EXPECT_EQ(stopOf(joint, 2.0 + 3.14, 1.0, {2.0 + 3.14}), 0.0);
   for (const double far : {1e9, 7.0, 2.0 + 3.15, -1.0 - 3.15}) {
-    try {
-      stopOf(joint, 0.5, 10.0, {far});
-      ADD_FAILURE() << far;
-    } catch (const std::invalid_argument& error) {
-      EXPECT_NE(std::string(error.what()).find("joint 'j' is stated to be at "), std::string::npos) << error.what();
-    }
+    const std::string error = errorOf([&] { stopOf(joint, 0.5, 10.0, {far}); });
+    EXPECT_NE(error.find("joint 'j' is stated to be at "), std::string::npos) << error;
     EXPECT_TRUE(std::isinf(stopOf(joint, 0.5, 0.0, {far}))) << "it rests";
     EXPECT_TRUE(std::isinf(stopOf(oneJoint("continuous", ""), 0.5, 10.0, {far})));
   }
@@ -192,18 +175,16 @@ TEST(MotionWithinLimits, DoesNotTakeALittleBeyondOneLimitForTheOtherOne) {
   EXPECT_GT(stopOf(joint, 3.15, -4.0), 1.0);
 }
 
-constexpr char kFollowers[] = R"(<robot name="followers"><link name="rail"/>
-  <link name="l"/><link name="f"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="lead" type="prismatic"><parent link="rail"/><child link="l"/><axis xyz="1 0 0"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-  <joint name="follow" type="prismatic"><parent link="rail"/><child link="f"/><axis xyz="0 1 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/><mimic joint="lead" multiplier="-2" offset="0.5"/></joint>
-</robot>)";
+const std::string kFollowers =
+    urdfOf(link("rail") + link("l") + link("f", ball("0.1")) +
+           joint("lead", "prismatic", "rail", "l", axis("1 0 0") + limits(-1, 1)) +
+           joint("follow", "prismatic", "rail", "f",
+                 axis("0 1 0") + limits(-9, 9) + "<mimic joint='lead' multiplier='-2' offset='0.5'/>"));
 
 TEST(MotionWithinLimits, StopsAFollowerWithItsLeader) {
-  const RobotModel robot = load(kFollowers);
-  const BodyPoses start = forwardKinematics(robot, values(robot, {{"lead", 0.5}}));
-  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"lead", 2.0}}));
+  const RobotModel robot = robotOf(kFollowers);
+  const BodyPoses start = forwardKinematics(robot, byJoint(robot, {{"lead", 0.5}}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"lead", 2.0}}));
   ASSERT_EQ(limited.stops.size(), 1u);
   EXPECT_EQ(limited.stops[0].joint, static_cast<int>(jointOf(robot, "lead")));
   EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
@@ -211,10 +192,10 @@ TEST(MotionWithinLimits, StopsAFollowerWithItsLeader) {
 }
 
 TEST(MotionWithinLimits, ReadsALeaderOffItsFollowerWhereItsOwnPoseIsMissing) {
-  const RobotModel robot = load(kFollowers);
-  BodyPoses start = forwardKinematics(robot, values(robot, {{"lead", 0.5}}));
+  const RobotModel robot = robotOf(kFollowers);
+  BodyPoses start = forwardKinematics(robot, byJoint(robot, {{"lead", 0.5}}));
   start[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(robot.findLink("l"))].body)].reset();
-  const LimitedMotion limited = motionWithinLimits(robot, start, values(robot, {{"lead", 2.0}}));
+  const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"lead", 2.0}}));
   ASSERT_EQ(limited.stops.size(), 1u);
   EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
   EXPECT_NEAR((Positions{robot, limited}.of("follow", 1.0)), -1.5, kRounding);
@@ -227,18 +208,17 @@ std::string chain(int joints, std::mt19937& random) {
   const auto triple = [&] {
     return std::to_string(unit(random)) + " " + std::to_string(unit(random)) + " " + std::to_string(unit(random));
   };
-  std::string urdf = "<robot name='chain'><link name='m0'/>";
+  std::string parts = link("m0");
   for (int i = 0; i < joints; ++i) {
     const std::string number = std::to_string(i), next = std::to_string(i + 1);
-    urdf += "<link name='l" + next + "'/><link name='m" + next + "'/><joint name='j" + number + "' type='" +
-            (i % 3 == 2 ? "prismatic" : "revolute") + "'><parent link='m" + number + "'/><child link='l" + next +
-            "'/><origin xyz='" + triple() + "' rpy='" + triple() + "'/><axis xyz='" + triple() + "'/>" +
-            limits(-1.0 - unit(random), 1.0 + unit(random));
-    if (i % 5 == 4) urdf += "<mimic joint='j0' multiplier='0.5' offset='0.1'/>";
-    urdf += "</joint><joint name='f" + number + "' type='fixed'><parent link='l" + next + "'/><child link='m" + next +
-            "'/><origin xyz='" + triple() + "' rpy='" + triple() + "'/></joint>";
+    const std::string xyz = triple(), rpy = triple(), direction = triple(), place = triple();
+    const double lower = -1.0 - unit(random), upper = 1.0 + unit(random);
+    const std::string following = i % 5 == 4 ? "<mimic joint='j0' multiplier='0.5' offset='0.1'/>" : "";
+    parts += link("l" + next) + link("m" + next) + weld("f" + number, "l" + next, "m" + next, place) +
+             joint("j" + number, i % 3 == 2 ? "prismatic" : "revolute", "m" + number, "l" + next,
+                   origin(xyz, rpy) + axis(direction) + limits(lower, upper) + following);
   }
-  return urdf + "</robot>";
+  return urdfOf(parts);
 }
 
 TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
@@ -246,7 +226,7 @@ TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   int stops = 0;
   for (int i = 0; i < 50; ++i) {
-    const RobotModel robot = load(chain(12, random));
+    const RobotModel robot = robotOf(chain(12, random));
     std::vector<double> from, travel;
     for (const Joint& joint : robot.joints) {
       from.push_back(joint.lower + unit(random) * (joint.upper - joint.lower));
@@ -272,7 +252,7 @@ TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
 
 TEST(MotionWithinLimits, EndsWhereEveryJointIsWithinRoundingOfItsLimit) {
   std::mt19937 random(6);
-  const RobotModel robot = load(chain(40, random));
+  const RobotModel robot = robotOf(chain(40, random));
   std::vector<double> from, travel;
   for (const Joint& joint : robot.joints) {
     from.push_back(std::nextafter(joint.upper, joint.lower));
@@ -285,13 +265,13 @@ TEST(MotionWithinLimits, EndsWhereEveryJointIsWithinRoundingOfItsLimit) {
 }
 
 TEST(MotionWithinLimits, RefusesTheWrongNumberOfStatedPositions) {
-  const RobotModel robot = load(oneJoint("revolute", limits(-1, 1)));
+  const RobotModel robot = robotOf(oneJoint("revolute", limits(-1, 1)));
   EXPECT_THROW(motionWithinLimits(robot, forwardKinematics(robot, std::vector<double>{0.0}), {1.0}, {0.0, 0.0}),
                std::invalid_argument);
 }
 
 TEST(PhasedMotion, RefusesPhasesThatLeaveAGap) {
-  const RobotModel robot = load(oneJoint("revolute", limits(-1, 1)));
+  const RobotModel robot = robotOf(oneJoint("revolute", limits(-1, 1)));
   const RobotMotion rest = RobotMotion::between(robot, std::vector<double>{0.0}, std::vector<double>{0.0});
   using Phases = std::vector<PhasedMotion::Phase>;
   EXPECT_THROW(PhasedMotion{Phases{}}, std::invalid_argument);
@@ -310,15 +290,10 @@ struct Carts {
   Carts(const std::string& left_limits, const std::string& right_limits, double left_travel, double right_travel)
       : model(modelOf(carts(left_limits, right_limits))),
         scene(model),
-        limited(motionWithinLimits(model->robot, forwardKinematics(model->robot, values(model->robot, {})),
-                                   values(model->robot, {{"left", left_travel}, {"right", right_travel}}))) {}
+        limited(motionWithinLimits(model->robot, forwardKinematics(model->robot, byJoint(model->robot, {})),
+                                   byJoint(model->robot, {{"left", left_travel}, {"right", right_travel}}))) {}
 
-  static std::shared_ptr<const SceneModel> modelOf(const std::string& urdf) {
-    SceneModel model{load(urdf), {}};
-    model.pairs = filterPairs(model.robot, "");
-    return std::make_shared<const SceneModel>(model);
-  }
-  std::vector<ShapeRefPair> pairs() const { return {{{model->robot.findLink("l")}, {model->robot.findLink("r")}}}; }
+  std::vector<ShapeRefPair> pairs() const { return {pairOf(*model, "l", "r")}; }
   RobotContact contact(const MotionQuestion& question = {}) {
     return scene.timeOfContact(pairs(), limited.motion, question);
   }

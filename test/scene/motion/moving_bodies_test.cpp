@@ -119,7 +119,7 @@ TEST(BoxGapOfMovingBodies, IsAboutTheirMotionAgainstEachOther) {
   EXPECT_NEAR(together.bodies.boxGap(together.a, together.b, Interval(1), together.poses), 7.0, 1e-11);
 }
 
-// The same cubes, of which b turns at rest: an edge of it looks at a in the middle. All of its points are within
+// Of these cubes b turns in its place: an edge of it looks at a in the middle. All of its points are within
 // sqrt(3) of the axis, move at most so fast times the turning, and their velocities turn with it.
 TEST(BoxGapOfMovingBodies, TurnsTheBoxes) {
   const double turning = 0.1;
@@ -133,14 +133,11 @@ TEST(BoxGapOfMovingBodies, TurnsTheBoxes) {
 
 // Links "0" to "4" on a row of joints about z, y, z, y, each 1 before the other.
 RobotModel rowOfJoints() {
-  std::string urdf = "<robot name='row'>";
-  for (int i = 0; i < 5; ++i)
-    urdf += "<link name='" + std::to_string(i) + "'>" + box("0.6 0.2 0.3", "0.4 0 0") + "</link>";
+  std::string parts;
+  for (int i = 0; i < 5; ++i) parts += link(std::to_string(i), box("0.6 0.2 0.3", "0.4 0 0"));
   for (int i = 0; i < 4; ++i)
-    urdf += "<joint name='" + std::to_string(i) + "' type='continuous'><parent link='" + std::to_string(i) +
-            "'/><child link='" + std::to_string(i + 1) + "'/><origin xyz='1 0 0'/><axis xyz='" +
-            (i % 2 ? "0 1 0" : "0 0 1") + "'/></joint>";
-  return robotOf(urdf + "</robot>");
+    parts += hinge(std::to_string(i), std::to_string(i), std::to_string(i + 1), i % 2 ? "0 1 0" : "0 0 1", "1 0 0");
+  return robotOf(urdfOf(parts));
 }
 
 struct Row {

@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/small_robots.h"
 #include "scene/solids.h"
 
 namespace proximity_server::scene::moving_scene_test {
@@ -27,50 +27,18 @@ constexpr double kPi = 3.14159265358979323846;
 // 2 + slide. "swing" turns an arm about the z axis through (0, 5, 0): a ball of radius 0.25, at (2, 5, 0) when it
 // stands at 0. "stand" moves a post of radius 0.5, a ball about (0, 7.25 + stand, 0), so that the arm at a quarter turn
 // points at it and the gap is stand - 0.5.
-const char* const kSlideAndSwing = R"(<robot name="slide and swing">
-  <link name="wall"><collision><geometry><box size="1 4 4"/></geometry></collision></link>
-  <link name="sled"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <link name="arm"><collision><origin xyz="2 0 0"/><geometry><sphere radius="0.25"/></geometry></collision></link>
-  <link name="post"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
-  <link name="frame"/>
-  <joint name="weld" type="fixed"><parent link="frame"/><child link="wall"/></joint>
-  <joint name="slide" type="prismatic"><parent link="frame"/><child link="sled"/><origin xyz="3 0 0"/>
-    <axis xyz="1 0 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="swing" type="continuous"><parent link="frame"/><child link="arm"/><origin xyz="0 5 0"/>
-    <axis xyz="0 0 1"/></joint>
-  <joint name="stand" type="prismatic"><parent link="frame"/><child link="post"/><origin xyz="0 7.25 0"/>
-    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-</robot>)";
-
-std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, double padding = 0.0) {
-  SceneModel model{loadRobotModel(urdf, packageResolver({PROXIMITY_SOURCE_DIR "/.."})), {}};
-  model.pairs = filterPairs(model.robot, "");
-  for (LinkPair& pair : model.pairs.pairs) pair.padding = padding;
-  return std::make_shared<const SceneModel>(model);
-}
-
-int linkOf(const SceneModel& model, const char* name) { return model.robot.findLink(name); }
-
-ShapeRefPair pairOf(const SceneModel& model, const char* a, const char* b) {
-  return {{linkOf(model, a)}, {linkOf(model, b)}};
-}
-
-/// Positions in the order of the model's joints, by name.
-std::vector<double> positions(const SceneModel& model, const std::map<std::string, double>& by_name) {
-  std::vector<double> result;
-  for (const Joint& joint : model.robot.joints) {
-    const auto found = by_name.find(joint.name);
-    result.push_back(found == by_name.end() ? 0.0 : found->second);
-  }
-  return result;
-}
+const std::string kSlideAndSwing =
+    urdfOf(link("wall", box("1 4 4")) + link("sled", box("1 1 1")) + link("arm", ball("0.25", "2 0 0")) +
+           link("post", ball("0.5")) + link("frame") + weld("weld", "frame", "wall") +
+           slider("slide", "frame", "sled", "1 0 0", "3 0 0") + hinge("swing", "frame", "arm", "0 0 1", "0 5 0") +
+           slider("stand", "frame", "post", "0 1 0", "0 7.25 0"));
 
 /// The robot above, on the way from one state to another.
 class SlideAndSwing : public testing::Test {
  protected:
   using State = std::map<std::string, double>;
   RobotMotion motion(const State& from, const State& to) const {
-    return RobotMotion::between(model_->robot, positions(*model_, from), positions(*model_, to));
+    return RobotMotion::between(model_->robot, byJoint(model_->robot, from), byJoint(model_->robot, to));
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kSlideAndSwing);
@@ -100,7 +68,9 @@ TEST_F(SlideAndSwing, ContactDistanceIsReachedBefore) {
 }
 
 TEST_F(SlideAndSwing, PairPaddingIsTakenOffTheDistance) {
-  MovingScene padded(modelOf(kSlideAndSwing, 0.5));
+  SceneModel model = *model_;
+  for (LinkPair& pair : model.pairs.pairs) pair.padding = 0.5;
+  MovingScene padded(std::make_shared<const SceneModel>(model));
   const RobotContact contact = padded.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
@@ -210,7 +180,7 @@ TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
   const RobotContact contact = scene_.timeOfContact(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, swing / kPi, 1e-6);
-  EXPECT_EQ(contact.pair.asked.a.link(), linkOf(*model_, "post"));
+  EXPECT_EQ(contact.pair.asked.a.link(), model_->robot.findLink("post"));
   const RobotMinimum minimum = scene_.minimum(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   EXPECT_NEAR(minimum.upper_bound, -0.5, 1e-6);  // both overlap by a half: the ball in the post, the sled in the wall
 }
@@ -233,9 +203,9 @@ TEST_F(SlideAndSwing, PairsFarApartAreSettledByOneBound) {
 }
 
 TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
-  BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
-  start[static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(linkOf(*model_, "sled"))].body)].reset();
-  const RobotMotion motion = RobotMotion::ofTravel(model_->robot, start, positions(*model_, {{"slide", -2.5}}));
+  BodyPoses start = forwardKinematics(model_->robot, {});
+  start[bodyOf(model_->robot, "sled")].reset();
+  const RobotMotion motion = RobotMotion::ofTravel(model_->robot, start, byJoint(model_->robot, {{"slide", -2.5}}));
   const RobotContact contact = scene_.timeOfContact(sled_, motion);
   EXPECT_EQ(contact.status, Status::Unknown);
   EXPECT_EQ(contact.counts.unknown, 1);
@@ -259,18 +229,12 @@ TEST_F(SlideAndSwing, TravelThatOverflowsIsUnknown) {
 
 // Regression: the bounds of a contact at the start were those of the pieces that were looked at first.
 TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
-  const std::string near =
-      R"(<collision><origin xyz="0.05 0 0"/><geometry><sphere radius="0.02"/></geometry></collision>)";
+  const std::string near = ball("0.02", "0.05 0 0");
   // Its box in the frame of the link is nearer than it is, so that it is looked at first.
-  const std::string far =
-      R"(<collision><origin xyz="-0.09 -0.09 0" rpy="0 0 0.7854"/><geometry><box size="0.1 0.3 0.1"/>
-    </geometry></collision>)";
+  const std::string far = box("0.1 0.3 0.1", "-0.09 -0.09 0", "0 0 0.7854");
   for (const std::string& pieces : {near + far, far + near}) {
     const auto model =
-        modelOf(R"(<robot name="r"><link name="probe"><collision><geometry><sphere radius="0.01"/></geometry>
-      </collision></link><link name="hand">)" +
-                pieces + R"(</link><joint name="slide" type="prismatic"><parent link="probe"/>
-      <child link="hand"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint></robot>)");
+        modelOf(urdfOf(link("probe", ball("0.01")) + link("hand", pieces) + slider("slide", "probe", "hand", "0 1 0")));
     MotionQuestion question;
     question.contact_distance = 0.2;
     const RobotContact contact = MovingScene(model).timeOfContact(
@@ -298,10 +262,9 @@ TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
 }
 
 TEST_F(SlideAndSwing, BodiesMoveAtTheirOwnTwists) {
-  const BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
+  const BodyPoses start = forwardKinematics(model_->robot, {});
   std::vector<RobotMotion::Twist> twists(start.size());
-  const auto body =
-      static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(linkOf(*model_, "sled"))].body);
+  const int body = bodyOf(model_->robot, "sled");
   twists[body].linear = {-4.0, 0.5, 0.0};
   twists[body].angular = {7.0, 0.0, 0.0};  // about the way it goes, so that its face stays parallel to the wall
   const RobotContact contact = scene_.timeOfContact(sled_, RobotMotion::ofTwists(start, twists));
@@ -310,20 +273,18 @@ TEST_F(SlideAndSwing, BodiesMoveAtTheirOwnTwists) {
 }
 
 TEST_F(SlideAndSwing, BadMotionsAreRefused) {
-  const BodyPoses start = forwardKinematics(model_->robot, positions(*model_, {}));
-  const std::vector<double> still(model_->robot.joints.size(), 0.0);
+  const BodyPoses start = forwardKinematics(model_->robot, {});
+  const std::vector<double> still = byJoint(model_->robot, {});
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(RobotMotion::ofTravel(model_->robot, BodyPoses(1), still), std::invalid_argument);
   EXPECT_THROW(RobotMotion::ofTravel(model_->robot, start, std::vector<double>(1)), std::invalid_argument);
   EXPECT_THROW(RobotMotion::ofTwists(start, {}), std::invalid_argument);
   EXPECT_THROW(scene_.minimum(sled_, RobotMotion::ofTwists({start[0]}, {{}})), std::invalid_argument);
   EXPECT_THROW(scene_.minimum(std::vector<ShapeRefPair>{{{99}, {0}}}, motion({}, {})), std::invalid_argument);
-  try {
-    RobotMotion::ofTravel(model_->robot, start, positions(*model_, {{"swing", nan}}));
-    FAIL() << "not finite, but taken";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("swing"), std::string::npos) << error.what();
-  }
+  const std::string error = errorOf([&] {
+    RobotMotion::ofTravel(model_->robot, start, byJoint(model_->robot, {{"swing", nan}}));
+  });
+  EXPECT_NE(error.find("swing"), std::string::npos) << error;
 }
 
 // --- whole robots, against states in between
@@ -413,11 +374,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
 }
 
 TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
-  SceneModel model{loadRobotModel(readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.urdf"),
-                                  packageResolver({PROXIMITY_SOURCE_DIR "/.."}), cachedLoading()),
-                   {}};
-  model.pairs = filterPairs(model.robot, readFile(PROXIMITY_SOURCE_DIR "/config/demo/robot.srdf"));
-  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), 60, repeats(100), 0.02);
+  expectHoldsOnTheWay(demoModel(), 60, repeats(100), 0.02);
 }
 
 class SharedRobotInMotion : public testing::TestWithParam<ExampleRobot> {};
@@ -425,10 +382,9 @@ class SharedRobotInMotion : public testing::TestWithParam<ExampleRobot> {};
 TEST_P(SharedRobotInMotion, ComesNoCloserOnTheWayThanTheBoundsSay) {
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
-  SceneModel model{loadRobotModel(readFile(exampleRobotFile(resolve, GetParam().urdf)), resolve, cachedLoading()), {}};
-  model.pairs = filterPairs(model.robot, readFile(exampleRobotFile(resolve, GetParam().srdf)));
-  const bool is_large = model.robot.bodies.size() > 20;
-  expectHoldsOnTheWay(std::make_shared<const SceneModel>(model), is_large ? 10 : 100, repeats(100), 0.01);
+  const auto model = modelOf(GetParam(), resolve);
+  const bool is_large = model->robot.bodies.size() > 20;
+  expectHoldsOnTheWay(model, is_large ? 10 : 100, repeats(100), 0.01);
 }
 
 INSTANTIATE_TEST_SUITE_P(MovingScene, SharedRobotInMotion, testing::ValuesIn(robotsToTest()),
@@ -442,18 +398,12 @@ class BallAndBracket : public testing::Test {
  protected:
   std::shared_ptr<const SceneModel> ballAt(double x) const {
     const std::string file = files_.write("bracket.stl", stlOf(bracket()));
-    std::ostringstream urdf;
-    urdf << "<robot name='ball and bracket'><link name='frame'/><link name='bracket'><collision><geometry>"
-         << "<mesh filename='file://" << file << "'/></geometry></collision></link><link name='ball'><collision>"
-         << "<geometry><sphere radius='0.1'/></geometry></collision></link><joint name='weld' type='fixed'>"
-         << "<parent link='frame'/><child link='bracket'/></joint><joint name='slide' type='prismatic'>"
-         << "<parent link='frame'/><child link='ball'/><origin xyz='" << x << " 0.5 0.4'/><axis xyz='1 0 0'/>"
-         << "<limit lower='-9' upper='9' effort='1' velocity='1'/></joint></robot>";
     ModelOptions options;
     options.mesh_tolerance = 0.0;
-    SceneModel model{loadRobotModel(urdf.str(), packageResolver({}), options), {}};
-    model.pairs = filterPairs(model.robot, "");
-    return std::make_shared<const SceneModel>(model);
+    const std::string start = std::to_string(x) + " 0.5 0.4";
+    return modelOf(robotOf(urdfOf(link("frame") + link("bracket", mesh(file)) + link("ball", ball("0.1")) +
+                                  weld("weld", "frame", "bracket") + slider("slide", "frame", "ball", "1 0 0", start)),
+                           options));
   }
 
   RobotContact contact(double from, double to, double contact_distance = 0.0) const {
@@ -462,13 +412,13 @@ class BallAndBracket : public testing::Test {
     question.contact_distance = contact_distance;
     return MovingScene(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-        RobotMotion::between(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})), question);
+        RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, {}), {to - from}), question);
   }
   RobotMinimum minimum(double from, double to) const {
     const auto model = ballAt(from);
     return MovingScene(model).minimum(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-        RobotMotion::between(model->robot, positions(*model, {}), positions(*model, {{"slide", to - from}})));
+        RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, {}), {to - from}));
   }
 
  private:
@@ -519,16 +469,13 @@ TEST_F(BallAndBracket, HasTheMinimumOfItsPiecesOutsideOfTheBracket) {
 }
 
 // A carriage, and 1.25 from it a wheel on an axle and a ball on a swivel.
-const char* const kWheel = R"(<robot name="wheel">
-  <link name="carriage"><collision><origin xyz="0 2 0"/><geometry><box size="3 1 3"/></geometry></collision></link>
-  <link name="wheel"><collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="1" length="0.5"/></geometry></collision></link>
-  <link name="ball"><collision><geometry><sphere radius="0.25"/></geometry></collision></link>
-  <joint name="axle" type="continuous"><parent link="carriage"/><child link="wheel"/><axis xyz="0 1 0"/></joint>
-  <joint name="swivel" type="continuous"><parent link="carriage"/><child link="ball"/><origin xyz="0 2 3"/><axis xyz="0.6 0 0.8"/></joint>
-</robot>)";
+const std::string kWheel =
+    urdfOf(link("carriage", box("3 1 3", "0 2 0")) +
+           link("wheel", cylinder("1", "0.5", "0 0 0", "1.5707963267948966 0 0")) + link("ball", ball("0.25")) +
+           hinge("axle", "carriage", "wheel", "0 1 0") + hinge("swivel", "carriage", "ball", "0.6 0 0.8", "0 2 3"));
 
-// Regression: the wheel or the ball stood still and the carriage went round it, so that 512 queries did not prove a distance
-// that never changes.
+// Regression: the wheel or the ball stood still and the carriage went round it, so that 512 queries did not prove a
+// distance that never changes.
 TEST(MovingScene, MinimumOfWhatTurnsAboutItsOwnAxisConverges) {
   const std::shared_ptr<const SceneModel> model = modelOf(kWheel);
   const RobotMotion motion =

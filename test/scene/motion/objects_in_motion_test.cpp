@@ -29,23 +29,21 @@ using Twist = RobotMotion::Twist;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// A cube of edge 1 that slides along x, and above it at z = 10 a ball of radius 0.5, with the same joint in front of it.
+// A cube of edge 1 that slides along x, and above it at z = 10 a ball of radius 0.5, with the same joint in front of
+// it.
 std::shared_ptr<const SceneModel> cubeAndBall() {
-  const auto slide = [](const std::string& child, const std::string& xyz) {
-    return "<joint name='to_" + child + "' type='prismatic'><parent link='rail'/><child link='" + child +
-           "'/><origin xyz='" + xyz +
-           "'/><axis xyz='1 0 0'/><limit lower='-9' upper='9' effort='1' velocity='1'/></joint>";
-  };
-  auto model = std::make_shared<SceneModel>();
-  model->robot = robotOf("<robot name='cube and ball'><link name='rail'/><link name='cube'>" + box("1 1 1") +
-                         "</link><link name='ball'>" + ball("0.5") + "</link>" + slide("cube", "0 0 0") +
-                         slide("ball", "0 0 10") + "</robot>");
-  model->pairs = filterPairs(model->robot, "");
-  return model;
+  return modelOf(onRail({{"cube", box("1 1 1")}, {"ball", ball("0.5"), "0 0 10"}}));
 }
 
 Object cube(const std::string& id, const Placement& placement, double edge = 1.0) {
   return makeObject(id, {{Shape(Box{{edge, edge, edge}})}}, placement);
+}
+
+/// A closed mesh whose walls are 10 m thick.
+Object solid(const std::string& id, const Placement& placement) {
+  ObjectOptions options;
+  options.meshes.tolerance = 0.0;
+  return makeObject(id, {{scaled(bracket(), 10.0)}}, placement, options);
 }
 
 /// The cube goes `way` along x, from the origin; the ball rests.
@@ -54,11 +52,8 @@ class CubeAndBall : public testing::Test {
   RobotMotion motion(double way, double from = 0.0) const {
     return RobotMotion::between(model_->robot, positions(from, 0.0), positions(from + way, 0.0));
   }
-  /// In the order of the joints.
   std::vector<double> positions(double cube, double ball) const {
-    std::vector<double> result;
-    for (const Joint& joint : model_->robot.joints) result.push_back(joint.name == "to_cube" ? cube : ball);
-    return result;
+    return byJoint(model_->robot, {{"to_cube", cube}, {"to_ball", ball}});
   }
   void add(const Object& object) { change(AddObject{object}); }
   void change(const ObjectChange& change) {
@@ -92,8 +87,8 @@ TEST_F(CubeAndBall, FixedObjectIsMetWhenTheGapIsCovered) {
   EXPECT_FALSE(contact(motion(2.9)).contact);
 }
 
-// There are so many objects that they are in a tree. Two links are in contact at 0 m, a link and an object at 0.5 m: the cube
-// meets the wall when it has gone 2.5 m.
+// There are so many objects that they are in a tree. Two links are in contact at 0 m, a link and an object at 0.5 m:
+// the cube meets the wall when it has gone 2.5 m.
 TEST_F(CubeAndBall, FixedObjectsAreMetAtTheirOwnContactDistance) {
   std::vector<ObjectChange> changes;
   for (int i = 0; i < 100; ++i) changes.push_back(AddObject{cube(std::to_string(i), Fixed{at(0, 50 + 2 * i, 0)})});
@@ -211,10 +206,7 @@ TEST_F(CubeAndBall, UnknownWorldLeavesWhatIsAttachedKnown) {
 }
 
 TEST_F(CubeAndBall, UnknownWorldHidesNothingThatIsInsideOfAClosedMesh) {
-  ObjectOptions options;
-  options.meshes.tolerance = 0.0;
-  const std::vector<ObjectShape> shapes{{scaled(bracket(), 10.0)}};
-  add(makeObject("held solid", shapes, Attached{"cube", {}, at(-5, -5, 6)}, options));
+  add(solid("held solid", Attached{"cube", {}, at(-5, -5, 6)}));
   RobotMotion lost = motion(0.25);
   lost.carryObjects({RobotMotion::atRest(std::nullopt), {}});
   const RobotMinimum minimum = scene_.minimum(candidates_, lost);
@@ -321,10 +313,7 @@ TEST_F(CubeAndBall, OfTenThousandBoxesOnlyTheNearOnesAreExamined) {
 
 // The walls of the bracket are 10 m thick. The ball is 4 m above its lower face, and farther from all others.
 TEST_F(CubeAndBall, WhatIsInsideOfAClosedMeshIsInContactFromTheStartAndAsDeepAsItIs) {
-  ObjectOptions options;
-  options.meshes.tolerance = 0.0;
-  const std::vector<ObjectShape> shapes{{scaled(bracket(), 10.0)}};
-  add(makeObject("solid", shapes, Fixed{at(-5, -5, 6)}, options));
+  add(solid("solid", Fixed{at(-5, -5, 6)}));
   for (const bool in_the_tree : {false, true}) {
     for (int i = 0; in_the_tree && i < 40; ++i) add(cube(std::to_string(i), Fixed{at(100 + i, 50, 0)}));
     EXPECT_EQ(objects_->fixed().tree().empty(), !in_the_tree);
@@ -342,10 +331,7 @@ TEST_F(CubeAndBall, WhatIsInsideOfAClosedMeshIsInContactFromTheStartAndAsDeepAsI
 }
 
 TEST_F(CubeAndBall, OverlapWithAClosedMeshThatMayGetDeeperIsLeftOpen) {
-  ObjectOptions options;
-  options.meshes.tolerance = 0.0;
-  const std::vector<ObjectShape> shapes{{scaled(bracket(), 10.0)}};
-  add(makeObject("solid", shapes, Fixed{at(0, -5, -5)}, options));  // its face is at x = 0, in the middle of the cube
+  add(solid("solid", Fixed{at(0, -5, -5)}));  // its face is at x = 0, in the middle of the cube
   const ShapeRefPair pair{{model_->robot.findLink("cube")}, ShapeRef::ofObject(0)};
   MotionQuestion question;
   ASSERT_EQ(contact(motion(-2.0), question).t_contact, 0.0);
@@ -441,20 +427,17 @@ class PairsOfSeveralPieces : public testing::Test {
     EXPECT_GE(said.result.upper_bound, truth.lower_bound - kRounding);
   }
   std::shared_ptr<const SceneModel> randomModel() {
-    std::ostringstream urdf;
-    urdf << "<robot name='balls'><link name='root'/>";
-    for (const std::string link : {"left", "right"}) {
-      urdf << "<link name='" << link << "'>";
-      for (int i = 0; i < kBalls; ++i)
-        urdf << "<collision><origin xyz='" << point(0.5).transpose() << "'/><geometry><sphere radius='"
-             << real(0.05, 0.2) << "'/></geometry></collision>";
-      urdf << "</link><joint name='to_" << link << "' type='continuous'><parent link='root'/><child link='" << link
-           << "'/><axis xyz='0 0 1'/></joint>";
+    std::string parts = link("root");
+    for (const std::string name : {"left", "right"}) {
+      std::string balls;
+      for (int i = 0; i < kBalls; ++i) {
+        std::ostringstream centre;
+        centre << point(0.5).transpose();
+        balls += ball(std::to_string(real(0.05, 0.2)), centre.str());
+      }
+      parts += link(name, balls) + hinge("to_" + name, "root", name, "0 0 1");
     }
-    auto model = std::make_shared<SceneModel>();
-    model->robot = robotOf(urdf.str() + "</robot>");
-    model->pairs = filterPairs(model->robot, "");
-    return model;
+    return modelOf(urdfOf(parts));
   }
 
   const std::shared_ptr<const SceneModel> model_ = randomModel();
@@ -463,7 +446,8 @@ class PairsOfSeveralPieces : public testing::Test {
   Scene still_{model_};
 };
 
-// Regression: where the pose of the world is not known, the lower bounds of pairs with held objects were those of two pieces.
+// Regression: where the pose of the world is not known, the lower bounds of pairs with held objects were those of two
+// pieces.
 TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemInTheWorldAndWithoutIt) {
   for (int i = 0; i < repeats(60); ++i) {
     for (const bool with_half_space : {false, true}) {
@@ -492,14 +476,12 @@ TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemAboveASingleHalfSpace) {
   EXPECT_GT(contacts_, 0);
 }
 
-/// Of links of several parts, whose places are far away: their rounding is more than the tolerance.
+// The links have several parts and stand so far away that their rounding is more than the tolerance.
 TEST(FarInMotion, APairWhoseBoundsAreWiderThanTheToleranceHasNotConverged) {
-  auto model = std::make_shared<SceneModel>();
   const std::string balls = ball("0.1", "0.3 0.2 0.1") + ball("0.1", "-0.1 0.2 0.3");
-  model->robot = floatingLinks({balls, balls});
-  model->pairs = filterPairs(model->robot, "");
+  const auto model = modelOf(floatingLinks({balls, balls}));
   MovingScene scene(model);
-  const std::vector<ShapeRefPair> pairs{{{model->robot.findLink("0")}, {model->robot.findLink("1")}}};
+  const std::vector<ShapeRefPair> pairs{pairOf(*model, "0", "1")};
   Chance chance(4);
   for (int i = 0; i < 60; ++i) {
     const Isometry3d far(Eigen::Translation3d(1e6 * chance.direction()));
@@ -516,9 +498,7 @@ TEST(FarInMotion, APairWhoseBoundsAreWiderThanTheToleranceHasNotConverged) {
 }
 
 TEST(FarInMotion, BoundsHoldWhereverTheOriginsOfThePosesAndOfTheWorldAre) {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = floatingLinks({ball("0.1", "0.3 0.2 0.1"), ball("0.1", "-0.1 0.2 0.3")});
-  model->pairs = filterPairs(model->robot, "");
+  const auto model = modelOf(floatingLinks({ball("0.1", "0.3 0.2 0.1"), ball("0.1", "-0.1 0.2 0.3")}));
   const ShapeRef a{model->robot.findLink("0")}, b{model->robot.findLink("1")}, fixed = ShapeRef::ofObject(0);
   Chance chance(3);
   for (int i = 0; i < 60; ++i) {

@@ -17,27 +17,19 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // An arm that "turn" turns about z through (1, 0, 0), a slider that "slide" moves along the x axis of the arm's end at
 // (2, 0, 0), which looks along y; a follower that turns about z by 2 turn + 0.5, and a link that floats.
-const char* const kMachine = R"(<robot name="machine">
-  <link name="base"/><link name="arm"/><link name="slider"/><link name="follower"/><link name="kite"/>
-  <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="1 0 0"/>
-    <axis xyz="0 0 1"/></joint>
-  <joint name="slide" type="prismatic"><parent link="arm"/><child link="slider"/>
-    <origin xyz="2 0 0" rpy="0 0 1.5707963267948966"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="follow" type="continuous"><parent link="base"/><child link="follower"/><axis xyz="0 0 1"/>
-    <mimic joint="turn" multiplier="2" offset="0.5"/></joint>
-  <joint name="float" type="floating"><parent link="base"/><child link="kite"/></joint>
-</robot>)";
+const std::string kMachine =
+    urdfOf(link("base") + link("arm") + link("slider") + link("follower") + link("kite") +
+           hinge("turn", "base", "arm", "0 0 1", "1 0 0") +
+           joint("slide", "prismatic", "arm", "slider",
+                 origin("2 0 0", "0 0 1.5707963267948966") + axis("1 0 0") + limits("-9", "9")) +
+           joint("follow", "continuous", "base", "follower",
+                 axis("0 0 1") + "<mimic joint='turn' multiplier='2' offset='0.5'/>") +
+           joint("float", "floating", "base", "kite"));
 
 class JointMotion : public testing::Test {
  protected:
   std::vector<double> byJoint(const std::map<std::string, double>& named) const {
-    std::vector<double> values;
-    for (const Joint& joint : robot_.joints) {
-      const auto found = named.find(joint.name);
-      values.push_back(found == named.end() ? 0.0 : found->second);
-    }
-    return values;
+    return scene::byJoint(robot_, named);
   }
   int body(const char* link) const { return bodyOf(robot_, link); }
   BodyPoses start() const { return forwardKinematics(robot_, byJoint({})); }

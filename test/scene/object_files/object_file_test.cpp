@@ -254,7 +254,7 @@ TEST(ObjectFile, PlainPathsOfMeshesBeginInItsFolder) {
   EXPECT_EQ(uri(shapes.at(1)), "/abs/bar.stl");
   EXPECT_EQ(uri(shapes.at(2)), "package://cell/bar.stl");
   EXPECT_EQ(uri(file.changes.at(0).edit.shapes.at(0)), files.path("cell/b.stl"));
-  // What is written of it does not depend on the folder.
+  // The written file does not depend on the folder.
   const ObjectFile again = objectFileFrom(readYaml(yamlOf({file.objects, {}, {}}), "again"), "again");
   EXPECT_EQ(uri(again.objects.at(0).shapes.at(0)), files.path("cell/meshes/bar.stl"));
 }

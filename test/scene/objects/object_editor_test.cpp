@@ -51,9 +51,7 @@ class AnEditor : public testing::Test {
  protected:
   static Objects tableAndBar() {
     auto model = std::make_shared<SceneModel>();
-    model->robot = robotOf(
-        "<robot name='r'><link name='hand'/><link name='finger'/><joint name='1' type='fixed'>"
-        "<parent link='hand'/><child link='finger'/></joint></robot>");
+    model->robot = robotOf(urdfOf(link("hand") + link("finger") + weld("1", "hand", "finger")));
     const std::vector<ObjectShape> ball{{narrowphase::Shape(Sphere{0.1})}};
     return Objects(model).changed({AddObject{makeObject("table", ball, Fixed{at(4, 0, 0)})},
                                    AddObject{makeObject("bar", ball, Attached{"hand", {"finger"}, at(1, 0, 0)})}});

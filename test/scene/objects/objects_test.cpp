@@ -22,19 +22,10 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// base (no joint above it), arm, hand with a fixed finger, and a camera without geometry.
 std::shared_ptr<const SceneModel> arm() {
-  const std::string limit = "<axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='1' velocity='1'/></joint>";
-  auto model = std::make_shared<SceneModel>();
-  model->robot = robotOf("<robot name='arm'><link name='base'>" + ball("0.1") + "</link><link name='arm'>" +
-                         ball("0.1", "0 0 1") + "</link><link name='hand'>" + ball("0.1", "0 0 2") +
-                         "</link><link name='finger'>" + ball("0.1", "0 0 2.2") +
-                         "</link><link name='camera'/>"
-                         "<joint name='1' type='revolute'><parent link='base'/><child link='arm'/>" +
-                         limit + "<joint name='2' type='revolute'><parent link='arm'/><child link='hand'/>" + limit +
-                         "<joint name='3' type='fixed'><parent link='hand'/><child link='finger'/></joint>"
-                         "<joint name='4' type='revolute'><parent link='base'/><child link='camera'/>" +
-                         limit + "</robot>");
-  model->pairs = filterPairs(model->robot, "");
-  return model;
+  return modelOf(urdfOf(link("base", ball("0.1")) + link("arm", ball("0.1", "0 0 1")) +
+                        link("hand", ball("0.1", "0 0 2")) + link("finger", ball("0.1", "0 0 2.2")) + link("camera") +
+                        hinge("1", "base", "arm", "0 0 1") + hinge("2", "arm", "hand", "0 0 1") +
+                        weld("3", "hand", "finger") + hinge("4", "base", "camera", "0 0 1")));
 }
 
 Object thing(const std::string& id, const Placement& placement = Fixed{}) {

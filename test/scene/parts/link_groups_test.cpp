@@ -61,17 +61,11 @@ Links namesOf(const Grouped& robot, const std::vector<int>& links) {
 const std::vector<std::string> kFiveBalls(5, ball("0.5"));
 
 /// Two arms of two links each. Neighbours in an arm are no candidates, all other pairs are.
-const char* const kTwoArms = R"(<robot name="two arms">
-  <link name="base"/>
-  <link name="left upper"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="left fore"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="right upper"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="right fore"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="1" type="continuous"><parent link="base"/><child link="left upper"/></joint>
-  <joint name="2" type="continuous"><parent link="base"/><child link="right upper"/></joint>
-  <joint name="3" type="continuous"><parent link="left upper"/><child link="left fore"/></joint>
-  <joint name="4" type="continuous"><parent link="right upper"/><child link="right fore"/></joint>
-</robot>)";
+const std::string kTwoArms =
+    urdfOf(link("base") + link("left upper", ball("0.1")) + link("left fore", ball("0.1")) +
+           link("right upper", ball("0.1")) + link("right fore", ball("0.1")) +
+           hinge("1", "base", "left upper", "1 0 0") + hinge("2", "base", "right upper", "1 0 0") +
+           hinge("3", "left upper", "left fore", "1 0 0") + hinge("4", "right upper", "right fore", "1 0 0"));
 
 // --- the tree
 

@@ -118,7 +118,7 @@ TEST(BoxGapOfPlacedRobot, IsTheDistanceOfTheBoxes) {
   EXPECT_NEAR(placed.boxGap(placed.a, placed.b, a_T_b), 2.5, 1e-12);
 }
 
-// The same cube, but slanted within b: an edge looks at a's face.
+// The cube is slanted within b, so that an edge looks at a's face.
 TEST(BoxGapOfPlacedRobot, TurnsTheAxesOfB) {
   Placed placed({box("2 2 2"), box("2 2 2", "0 0 0", "0 0 0.5")});
   placed.update({at(0, 0, 0), turned(M_PI / 4 - 0.5, Vector3d::UnitZ(), {4, 0, 0})});
@@ -186,8 +186,8 @@ TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
   EXPECT_NEAR(motion.distance_change, std::sqrt(2.0) * (2.0 + 1.0), 1e-12);
 }
 
-// Regression: seen from b, a ball of 1 mm that b goes round turns about its centre, and its points move by less than the
-// rounding. But the point on b, which is kept in the frame of a, was 2e-9 m off its shape.
+// Regression: seen from b, a ball of 1 mm that b goes round turns about its centre, and its points move by less than
+// the rounding. But the point on b, which is kept in the frame of a, was 2e-9 m off its shape.
 TEST(MotionBoundOfPlacedRobot, OfWhatGoesRoundASmallBallIsNoRest) {
   const Placed placed({ball("0.001"), ball("1")});
   const Isometry3d before = at(100, 0, 0), now = turned(2e-11, {0, 0, 1}) * before;

@@ -138,8 +138,7 @@ TEST(Volumes, PartsBelongToTheBodyOfTheirLink) {
 
 TEST(Volumes, OfLinksOfOneBodyAreApart) {
   const RobotModel robot =
-      robotOf("<robot name='two'><link name='a'>" + ballsAt({0, 1}) + "</link><link name='b'>" + ballsAt({5}) +
-              "</link><joint name='weld' type='fixed'><parent link='a'/><child link='b'/></joint></robot>");
+      robotOf(urdfOf(link("a", ballsAt({0, 1})) + link("b", ballsAt({5})) + weld("weld", "a", "b")));
   const Volumes volumes(robot);
   EXPECT_EQ(leavesOf(volumes, robot.findLink("a")).size(), 2u);
   EXPECT_EQ(leavesOf(volumes, robot.findLink("b")).size(), 1u);

@@ -77,7 +77,8 @@ TEST(EnclosedSpace, HoldsASolidThatIsInsideOut) {
 TEST(EnclosedSpace, MayHoldAPointBelowACornerOnEachOfItsRays) {
   const Vector3d rays[] = {Eigen::AngleAxisd(-0.7391, Vector3d(0.317, 0.911, -0.263).normalized()) * Vector3d::UnitZ(),
                            Eigen::AngleAxisd(-2.1731, Vector3d(-0.571, 0.337, 0.749).normalized()) * Vector3d::UnitZ()};
-  // Two triangles at each edge from a corner on a ray to one of the ends of this axis, on both sides of the plane of the rays.
+  // Two triangles at each edge from a corner on a ray to one of the ends of this axis, on both sides of the plane of
+  // the rays.
   const Vector3d axis = rays[0].cross(rays[1]).normalized(), back = -rays[0] - rays[1];
   TriangleMesh mesh;
   mesh.vertices = {axis, -axis, rays[0], rays[1], back};

@@ -13,7 +13,9 @@
 
 #include "sanitized.h"
 #include "scene/files.h"
+#include "scene/pieces/boxes.h"
 #include "scene/pieces/mesh_parts.h"
+#include "scene/solids.h"
 
 namespace proximity_server::scene::mesh_test {
 
@@ -47,23 +49,11 @@ TriangleMesh soup(const TriangleMesh& mesh) {
   return result;
 }
 
-void add(TriangleMesh& mesh, const TriangleMesh& more) {
-  const int first = static_cast<int>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
-  for (const auto& [a, b, c] : more.triangles) mesh.triangles.push_back({first + a, first + b, first + c});
-}
-
-Eigen::AlignedBox3d bounds(const TriangleMesh& mesh) {
-  Eigen::AlignedBox3d result;
-  for (const Vector3d& vertex : mesh.vertices) result.extend(vertex);
-  return result;
-}
-
 void expectBounds(const TriangleMesh& mesh, const Vector3d& low, const Vector3d& high) {
   // Floats of the file, and of a unit like 0.001.
-  const double rounding = 2.0 * std::numeric_limits<float>::epsilon() * bounds(mesh).max().cwiseAbs().maxCoeff();
-  EXPECT_LE((bounds(mesh).min() - low).cwiseAbs().maxCoeff(), rounding) << bounds(mesh).min().transpose();
-  EXPECT_LE((bounds(mesh).max() - high).cwiseAbs().maxCoeff(), rounding) << bounds(mesh).max().transpose();
+  const double rounding = 2.0 * std::numeric_limits<float>::epsilon() * boxAround(mesh).max().cwiseAbs().maxCoeff();
+  EXPECT_LE((boxAround(mesh).min() - low).cwiseAbs().maxCoeff(), rounding) << boxAround(mesh).min().transpose();
+  EXPECT_LE((boxAround(mesh).max() - high).cwiseAbs().maxCoeff(), rounding) << boxAround(mesh).max().transpose();
 }
 
 // --- the same as files
@@ -132,7 +122,7 @@ class MeshFile : public ::testing::Test {
   TriangleMesh load(const std::string& name, const std::string& content, const Vector3d& scale = kUnscaled) {
     return loadMesh(files_.write(name, content), scale);
   }
-  /// What loading says when it fails.
+  /// The text of the error of loading.
   std::string error(const std::string& name, const std::string& content, const Vector3d& scale = kUnscaled) {
     return errorOf([&] { load(name, content, scale); });
   }
@@ -327,8 +317,8 @@ TEST(ConvexPieces, BoxIsExactlyItsHull) {
 
 TEST(ConvexPieces, SeparateBoxesAreExactlyTheirHulls) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
-  add(mesh, box({2, 0, 0}, {3, 1, 1}));
-  add(mesh, box({0, 5, 0}, {1, 6, 1}));
+  mesh = together({mesh, box({2, 0, 0}, {3, 1, 1})});
+  mesh = together({mesh, box({0, 5, 0}, {1, 6, 1})});
   const MeshPieces pieces = convexPieces(soup(mesh));
   EXPECT_EQ(pieces.hulls.size(), 3U);
   EXPECT_EQ(pieces.representation, Representation::Exact);
@@ -344,8 +334,8 @@ TEST(ConvexPieces, PlusAndMinusZeroAreTheSamePlace) {
 
 TEST(ConvexPieces, ComponentInsideAnotherIsNoPieceOfItsOwn) {
   TriangleMesh mesh = box({0.4, 0.4, 0.4}, {0.6, 0.6, 0.6});
-  add(mesh, box({0, 0, 0}, {1, 1, 1}));
-  add(mesh, box({0, 0, 0}, {1, 1, 1}));
+  mesh = together({mesh, box({0, 0, 0}, {1, 1, 1})});
+  mesh = together({mesh, box({0, 0, 0}, {1, 1, 1})});
   const MeshPieces pieces = convexPieces(mesh);
   ASSERT_EQ(pieces.hulls.size(), 1U);
   EXPECT_DOUBLE_EQ(pieces.hulls[0].volume(), 1.0);
@@ -382,7 +372,7 @@ TEST(ConvexPieces, AngleIsItsHullWithinACoarseToleranceAndSaysHowFarThatLies) {
 
 TEST(ConvexPieces, AngleBesideABoxIsTheirTwoHullsWithinACoarseTolerance) {
   TriangleMesh mesh = angle(3);
-  add(mesh, box({10, 0, 0}, {11, 1, 1}));
+  mesh = together({mesh, box({10, 0, 0}, {11, 1, 1})});
   const MeshPieces pieces = convexPieces(mesh, kCoarse);
   EXPECT_EQ(pieces.hulls.size(), 2U);
   EXPECT_EQ(pieces.representation, Representation::Decomposed);
@@ -435,7 +425,7 @@ TEST(ConvexPieces, TriangleWithoutAreaIsASegment) {
 
 // --- concave meshes
 
-/// What a profile in x and z sweeps about the z axis in `steps`; closed.
+/// The closed surface that a profile in x and z sweeps about the z axis, in so many `steps`.
 TriangleMesh revolved(const std::vector<Eigen::Vector2d>& profile, int steps) {
   TriangleMesh mesh;
   const int count = static_cast<int>(profile.size());
@@ -454,17 +444,12 @@ TriangleMesh revolved(const std::vector<Eigen::Vector2d>& profile, int steps) {
   return mesh;
 }
 
-TriangleMesh shrunk(TriangleMesh mesh, double factor) {
-  for (Vector3d& vertex : mesh.vertices) vertex *= factor;
-  return mesh;
-}
-
 struct ConcaveMesh {
   const char* name;
   TriangleMesh mesh;
 };
 const ConcaveMesh kConcave[] = {
-    {"L", shrunk(angle(3), 0.1)},
+    {"L", scaled(angle(3), 0.1)},
     {"ring", revolved({{0.1, -0.02}, {0.14, -0.02}, {0.14, 0.02}, {0.1, 0.02}}, 32)},
     // Its wall is 1 cm thick; the profile crosses the axis nowhere, a narrow hole goes through its floor.
     {"cup", revolved({{0.001, 0}, {0.05, 0}, {0.05, 0.1}, {0.04, 0.1}, {0.04, 0.01}, {0.001, 0.01}}, 24)},
@@ -542,7 +527,7 @@ TEST(ConcaveMeshes, WithToleranceZeroAreTheirTriangles) {
 
 TEST(ConcaveMeshes, HullsThatAreExactNeedNoTrianglesWithToleranceZero) {
   TriangleMesh mesh = box({0, 0, 0}, {1, 1, 1});
-  add(mesh, box({2, 0, 0}, {3, 1, 1}));
+  mesh = together({mesh, box({2, 0, 0}, {3, 1, 1})});
   const MeshPieces pieces = convexPieces(mesh, within(0.0));
   EXPECT_EQ(pieces.hulls.size(), 2U);
   EXPECT_EQ(pieces.representation, Representation::Exact);
@@ -561,7 +546,7 @@ TEST(ConcaveMeshes, VolumeRatioOfAnOpenMeshIsNotANumber) {
 }
 
 TEST(ConcaveMeshes, BadMeshesAreStillCovered) {
-  TriangleMesh mesh = shrunk(angle(3), 0.01);
+  TriangleMesh mesh = scaled(angle(3), 0.01);
   mesh.triangles.pop_back();                    // open
   mesh.triangles.push_back({0, 0, 1});          // no area
   mesh.triangles.push_back({0, 4, 8});          // a third triangle at an edge
@@ -643,7 +628,7 @@ TEST(ConcaveMeshes, FineTrianglesOfTwoWallsBecomeTwoPieces) {
 #endif
   TriangleMesh mesh = grid(100, 50), wall = grid(100, 50);
   for (Vector3d& vertex : wall.vertices) vertex = Vector3d(vertex.x(), 0.0, vertex.y());
-  add(mesh, wall);
+  mesh = together({mesh, wall});
   const MeshPieces pieces = convexPieces(mesh);
   EXPECT_EQ(pieces.hulls.size(), 2U);
   EXPECT_EQ(pieces.shortfall, "");
@@ -671,10 +656,7 @@ class Cache : public ::testing::Test {
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) found.push_back(entry.path());
     return found;
   }
-  std::string content() const {
-    std::ifstream stream(stored().at(0), std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
+  std::string content() const { return readFile(stored().at(0)); }
   void overwrite(const std::string& text) const { std::ofstream(stored().at(0), std::ios::binary) << text; }
 
   TemporaryFiles files_;

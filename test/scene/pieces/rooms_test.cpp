@@ -82,7 +82,8 @@ TEST(Rooms, AreNoneInTheHullOfWhatIsOpen) {
 
 // --- meshes with rooms
 
-/// A sheet in the plane z, from a square hole to a square around it, with half edges; seen from above it faces up, or down.
+/// A sheet in the plane z, from a square hole to a square around it, with half edges; seen from above it faces up, or
+/// down.
 void addFrame(double hole, double around, double z, bool faces_up, TriangleMesh& mesh) {
   const auto corner = [&](double half, int i) {
     return Vector3d(i == 0 || i == 3 ? -half : half, i < 2 ? -half : half, z);

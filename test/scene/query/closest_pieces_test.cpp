@@ -341,8 +341,8 @@ TEST(PieceSearch, WithoutDepthEndsAtAnyOverlap) {
   EXPECT_LE(closest.upper_bound, 0.0);
 }
 
-// Regression: the depth of two balls is known, but not which of the balls are the deepest, and yet the answer of a scene
-// said Converged with bounds far apart.
+// Regression: the depth of two balls is known, but not which of the balls are the deepest, and yet the answer of a
+// scene said Converged with bounds far apart.
 TEST(PieceSearch, WithoutDepthSaysThatOthersMayBeDeeper) {
   const TwoCompounds compounds(ball("0.5") + ball("0.5", "0.6 0 0"), ball("0.5"));
   for (const int leaf : compounds.leavesBelow(compounds.a)) {

@@ -9,7 +9,7 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
-#include "scene/small_robots.h"
+#include "scene/query/cell.h"
 
 namespace proximity_server::scene::object_scene_test {
 
@@ -18,45 +18,6 @@ using namespace narrowphase;
 using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-
-std::shared_ptr<const SceneModel> modelOf(RobotModel robot) {
-  auto model = std::make_shared<SceneModel>();
-  model->robot = std::move(robot);
-  model->pairs = filterPairs(model->robot, "");
-  return model;
-}
-
-/// Floating links "0", "1", ... with objects.
-struct Cell {
-  explicit Cell(const std::vector<std::string>& links) : model(modelOf(floatingLinks(links))), scene(model) {
-    scene.use(objects);
-  }
-
-  void change(const std::vector<ObjectChange>& changes) {
-    objects = std::make_shared<const Objects>(objects->changed(changes));
-    scene.use(objects);
-  }
-  void move(const std::string& id, const Placement& placement) {
-    change({ReplaceObject{{id, objects->object(objects->find(id))->geometry, placement}}});
-  }
-  void put(const std::vector<Isometry3d>& poses, const FramePoses& frames = {}) {
-    scene.update(posesOf(model->robot, poses), frames);
-  }
-  ShapeRef link(const char* name) const { return {model->robot.findLink(name)}; }
-  ShapeRef object(const char* id) const { return ShapeRef::ofObject(objects->find(id)); }
-  PairProximity between(const ShapeRef& a, const ShapeRef& b) { return scene.proximity({a, b}); }
-
-  std::shared_ptr<const SceneModel> model;
-  Scene scene;
-  std::shared_ptr<const Objects> objects = std::make_shared<const Objects>(model);
-};
-
-AddObject add(const std::string& id, const std::vector<ObjectShape>& shapes, const Placement& placement,
-              double padding = 0.0) {
-  ObjectOptions options;
-  options.padding = padding;
-  return {makeObject(id, shapes, placement, options)};
-}
 
 const HalfSpace kFloor{{0, 0, 2}, 0.0};  // all below z = 0
 
@@ -70,7 +31,7 @@ TEST(FixedObject, StandsInTheWorld) {
   EXPECT_NEAR(pair.result.distance, 2.0, 1e-12);
   EXPECT_TRUE(pair.result.point_a.isApprox(Vector3d(2, 0, 0), 1e-12));
   EXPECT_TRUE(pair.result.point_b.isApprox(Vector3d(4, 0, 0), 1e-12));
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 2.0, 1e-12);
+  EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 2.0, 1e-12);
 }
 
 TEST(FixedObject, IsFoundInEitherOrder) {
@@ -88,7 +49,7 @@ TEST(FixedObject, IsWhereItWasMovedToAtOnce) {
   cell.change({add("box", {{Shape(Box{{2, 2, 2}})}}, Fixed{at(5, 0, 0)})});
   cell.put({at(1, 0, 0)});
   cell.move("box", Fixed{at(8, 0, 0)});
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 5.0, 1e-12);
+  EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 5.0, 1e-12);
 }
 
 TEST(MovingObject, MovesWithItsFrame) {
@@ -103,14 +64,14 @@ TEST(MovingObject, IsUnknownWithoutItsFrame) {
   cell.change({add("cart", {{Shape(Sphere{1})}}, Moving{"cart_frame"})});
   cell.put({at(0, 0, 0), at(9, 0, 0)}, {std::nullopt});
   EXPECT_EQ(cell.between(cell.link("0"), cell.object("cart")).result.status, Status::Unknown);
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 7.0, 1e-12);
-  EXPECT_EQ(cell.scene.counts().total, 3);
-  EXPECT_EQ(cell.scene.counts().unknown, 2);
+  EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 7.0, 1e-12);
+  EXPECT_EQ(cell.scene().counts().total, 3);
+  EXPECT_EQ(cell.scene().counts().unknown, 2);
   long unknown = 0;
-  for (const PairProximity& pair : cell.scene.all(cell.scene.candidates()))
+  for (const PairProximity& pair : cell.scene().all(cell.scene().candidates()))
     unknown += pair.result.status == Status::Unknown;
   EXPECT_EQ(unknown, 2);
-  cell.scene.update(posesOf(cell.model->robot, {at(0, 0, 0), at(9, 0, 0)}));  // without frames
+  cell.scene().update(posesOf(cell.robot(), {at(0, 0, 0), at(9, 0, 0)}));  // without frames
   EXPECT_EQ(cell.between(cell.link("0"), cell.object("cart")).result.status, Status::Unknown);
   EXPECT_EQ(errorOf([&] { cell.put({at(0, 0, 0), at(9, 0, 0)}); }), "the objects have 1 frames, but there are 0 poses");
 }
@@ -131,11 +92,11 @@ TEST(AttachedObject, MovesWithItsLinkAndIsNotComparedWithIt) {
   Cell cell({ball("0.1"), ball("1")});
   cell.change({add("bar", {{Shape(Box{{6, 0.2, 0.2}})}}, Attached{"0"})});
   cell.put({at(0, 0, 0), at(0, 5, 0)});
-  const PairProximity* pair = cell.scene.minimum(Pairs(cell.scene.candidates(), PairKind::WithObject));
+  const PairProximity* pair = cell.scene().minimum(Pairs(cell.scene().candidates(), PairKind::WithObject));
   EXPECT_NEAR(pair->result.distance, 3.9, 1e-12);
-  EXPECT_EQ(cell.scene.counts().total, 1);
+  EXPECT_EQ(cell.scene().counts().total, 1);
   cell.put({turned(M_PI / 2, Vector3d::UnitZ()), at(0, 5, 0)});
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 1.0, 1e-12);
+  EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 1.0, 1e-12);
 }
 
 TEST(AttachedObject, MayHangOnALinkWithoutGeometry) {
@@ -153,23 +114,17 @@ TEST(AttachedObject, IsComparedWithAFixedOneAndWithThatOfAnotherLink) {
   cell.put({at(0, 0, 3), at(7, 0, 8)});
   EXPECT_NEAR(cell.between(cell.object("left"), cell.object("table")).result.distance, 4.5, 1e-12);
   EXPECT_NEAR(cell.between(cell.object("left"), cell.object("right")).result.distance, std::sqrt(74.0) - 1.0, 1e-12);
-  cell.scene.all(Pairs(cell.scene.candidates(), PairKind::WithObject));
-  EXPECT_EQ(cell.scene.counts().total, 5);  // links and table, objects and table, objects
+  cell.scene().all(Pairs(cell.scene().candidates(), PairKind::WithObject));
+  EXPECT_EQ(cell.scene().counts().total, 5);  // links and table, objects and table, objects
 }
 
-// The same geometry as a link of the URDF; far from the origin of the poses too.
+// An attached object answers as a link of the same geometry does, far from the origin of the poses too.
 TEST(AttachedObject, AnswersAsALinkOfTheSameGeometry) {
   const std::string boxes = box("0.1 0.2 0.3", "0.1 0 0") + cylinder("0.1", "0.4", "0 0.3 0");
-  const std::string shape = "<link name='tool'>" + boxes +
-                            "</link><joint name='hold' type='fixed'><parent link='0'/><child link='tool'/>"
-                            "<origin xyz='0.2 -0.1 0.4' rpy='0.3 0.2 0.1'/></joint></robot>";
   const std::vector<std::string> links{ball("0.1"), box("0.3 0.2 0.1") + ball("0.1", "0.2 0 0")};
-  std::string urdf = "<robot name='x'><link name='frame'/><link name='0'>" + links[0] + "</link><link name='1'>" +
-                     links[1] +
-                     "</link><joint name='a' type='floating'><parent link='frame'/><child link='0'/></joint>"
-                     "<joint name='b' type='floating'><parent link='frame'/><child link='1'/></joint>" +
-                     shape;
-  const auto welded = modelOf(robotOf(urdf));
+  const auto welded = modelOf(urdfOf(link("frame") + link("0", links[0]) + link("1", links[1]) + link("tool", boxes) +
+                                     joint("a", "floating", "frame", "0") + joint("b", "floating", "frame", "1") +
+                                     joint("hold", "fixed", "0", "tool", origin("0.2 -0.1 0.4", "0.3 0.2 0.1"))));
   Scene expected(welded);
   Cell cell(links);
   const Link& tool = welded->robot.links[welded->robot.findLink("tool")];
@@ -284,7 +239,7 @@ TEST(AHalfSpace, MovesWithItsFrame) {
   Cell cell({ball("1")});
   cell.change({add("wall", {{HalfSpace{{1, 0, 0}, 2.0}}}, Moving{"wall"})});
   cell.put({at(0, 9, 0)}, {turned(M_PI / 2, Vector3d::UnitZ(), {50, 3, 0})});  // all with y <= 5
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.0, 1e-12);
+  EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 3.0, 1e-12);
 }
 
 TEST(AHalfSpace, HasBoundsThatHoldTheTruthAndStatusOfTheTolerance) {
@@ -297,8 +252,8 @@ TEST(AHalfSpace, HasBoundsThatHoldTheTruthAndStatusOfTheTolerance) {
     cell.put({pose});
     const SignedDistance result = cell.between(cell.link("0"), cell.object("wall")).result;
     long double truth = std::numeric_limits<long double>::infinity();
-    for (const int index : cell.model->robot.bodies[bodyOf(cell.model->robot, "0")].pieces) {
-      const Piece& piece = cell.model->robot.pieces[index];
+    for (const int index : cell.robot().bodies[bodyOf(cell.robot(), "0")].pieces) {
+      const Piece& piece = cell.robot().pieces[index];
       const Isometry3d world = pose * piece.body_T_piece;
       long double height = static_cast<long double>(normal.dot(world.translation())) - 0.3L;
       const Vector3d along = world.linear().transpose() * normal;
@@ -325,7 +280,7 @@ TEST(AHalfSpace, WithoutDepthSaysThatAnotherMayBeDeeper) {
   cell.put({at(-3, 0, 0.5)});  // 0.5 deep in the floor, 4 deep in the wall
   Question question;
   question.depth = Question::Depth::NotWanted;
-  const PairProximity pair = cell.scene.proximity({cell.link("0"), cell.object("corner")}, question);
+  const PairProximity pair = cell.between(cell.link("0"), cell.object("corner"), question);
   EXPECT_NEAR(pair.result.lower_bound, -4.0, 1e-9);
   EXPECT_NEAR(pair.result.upper_bound, -0.5, 1e-9);
   EXPECT_EQ(pair.result.status, Status::Threshold);
@@ -371,7 +326,7 @@ TEST(ObjectsInRandomScenes, HaveTheDistanceOfTheirClosestPieces) {
       for (int link = 0; link < 2; ++link) {
         if (object.attached_to == link) continue;
         double closest = std::numeric_limits<double>::infinity();
-        const RobotModel& robot = cell.model->robot;
+        const RobotModel& robot = cell.robot();
         for (const int index : robot.bodies[bodyOf(robot, std::to_string(link))].pieces) {
           const Piece& piece = robot.pieces[index];
           for (const auto& [shape, pose] : object.pieces) {
@@ -450,16 +405,16 @@ TEST(ASceneWithObjects, RefusesWhatIsNotThere) {
   cell.change({RemoveObject{"wall"}});
   EXPECT_EQ(errorOf([&] { cell.between(cell.link("0"), removed); }), "there is no object 1");
   const auto other = modelOf(floatingLinks({ball("1")}));
-  EXPECT_EQ(errorOf([&] { cell.scene.use(std::make_shared<const Objects>(other)); }),
+  EXPECT_EQ(errorOf([&] { cell.scene().use(std::make_shared<const Objects>(other)); }),
             "the objects are those of another model");
 }
 
 TEST(ASceneWithObjects, HasTwinsWithTheSameObjects) {
   Cell cell({ball("1")});
   cell.change({add("floor", {{kFloor}}, Fixed{})});
-  Scene twin = cell.scene.twin();
-  EXPECT_EQ(twin.objects(), cell.objects.get());
-  twin.update(posesOf(cell.model->robot, {at(0, 0, 5)}), {});
+  Scene twin = cell.scene().twin();
+  EXPECT_EQ(twin.objects(), cell.objects().get());
+  twin.update(posesOf(cell.robot(), {at(0, 0, 5)}), {});
   EXPECT_NEAR(twin.minimum(twin.candidates())->result.distance, 4.0, 1e-12);
 }
 
@@ -467,13 +422,13 @@ TEST(ASceneWithObjects, AnswersAboutEachKindOfPair) {
   Cell cell({ball("1"), ball("1")});
   cell.change({add("box", {{Shape(Box{{2, 2, 2}})}}, Fixed{at(0, 9, 0)})});
   cell.put({at(0, 0, 0), at(4, 0, 0)});
-  const Candidates& candidates = cell.scene.candidates();
-  EXPECT_NEAR(cell.scene.minimum(Pairs(candidates, PairKind::OfLinks))->result.distance, 2.0, 1e-12);
-  EXPECT_EQ(cell.scene.counts().total, 1);
-  EXPECT_NEAR(cell.scene.minimum(Pairs(candidates, PairKind::WithObject))->result.distance, 7.0, 1e-12);
-  EXPECT_EQ(cell.scene.counts().total, 2);
-  EXPECT_NEAR(cell.scene.minimum(candidates)->result.distance, 2.0, 1e-12);
-  EXPECT_EQ(cell.scene.counts().total, 3);
+  const Candidates& candidates = cell.scene().candidates();
+  EXPECT_NEAR(cell.scene().minimum(Pairs(candidates, PairKind::OfLinks))->result.distance, 2.0, 1e-12);
+  EXPECT_EQ(cell.scene().counts().total, 1);
+  EXPECT_NEAR(cell.scene().minimum(Pairs(candidates, PairKind::WithObject))->result.distance, 7.0, 1e-12);
+  EXPECT_EQ(cell.scene().counts().total, 2);
+  EXPECT_NEAR(cell.scene().minimum(candidates)->result.distance, 2.0, 1e-12);
+  EXPECT_EQ(cell.scene().counts().total, 3);
 }
 
 TEST(ASceneWithObjects, IsAsBeforeAfterAnUpdateThatThrows) {
@@ -481,8 +436,8 @@ TEST(ASceneWithObjects, IsAsBeforeAfterAnUpdateThatThrows) {
   cell.change({add("cart", {{Shape(Sphere{1})}}, Moving{"cart"})});
   cell.put({at(0, 0, 0)}, {at(5, 0, 0)});
   EXPECT_THROW(cell.put({at(9, 0, 0)}, {}), std::invalid_argument);
-  EXPECT_THROW(cell.scene.update(BodyPoses(7), {at(7, 0, 0)}), std::invalid_argument);
-  EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.0, 1e-12);
+  EXPECT_THROW(cell.scene().update(BodyPoses(7), {at(7, 0, 0)}), std::invalid_argument);
+  EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 3.0, 1e-12);
 }
 
 // Under the thread sanitizer this finds what a change shares with the questions that are being answered.
@@ -493,7 +448,7 @@ TEST(ASceneWithObjects, IsNotDisturbedByChangesInAnotherThread) {
     some.emplace_back(add("box " + std::to_string(i), {{Shape(Box{{1, 1, 1}})}}, Fixed{at(5 + i, 0, 0)}));
   cell.change(some);
   cell.put({at(0, 0, 0)});
-  const std::shared_ptr<const Objects> shared = cell.objects;
+  const std::shared_ptr<const Objects> shared = cell.objects();
   std::thread changing([&] {
     Objects now = *shared;
     for (int i = 0; i < 200; ++i) {
@@ -506,7 +461,7 @@ TEST(ASceneWithObjects, IsNotDisturbedByChangesInAnotherThread) {
   });
   for (int i = 0; i < 200; ++i) {
     cell.put({at(0, 0, 0.01 * (i % 2))});
-    EXPECT_NEAR(cell.scene.minimum(cell.scene.candidates())->result.distance, 3.5, 1e-12);
+    EXPECT_NEAR(cell.scene().minimum(cell.scene().candidates())->result.distance, 3.5, 1e-12);
   }
   changing.join();
 }
@@ -515,7 +470,7 @@ TEST(ASceneWithObjects, ForgetsTheAnswersAboutWhatIsReplacedInItsPlace) {
   Cell cell({ball("1")});
   cell.change({add("thing", {{Shape(Box{{2, 2, 2}})}}, Fixed{at(5, 0, 0)})});
   cell.put({at(0, 0, 0)});
-  const auto distance = [&] { return cell.scene.all(cell.scene.candidates()).front().result.distance; };
+  const auto distance = [&] { return cell.scene().all(cell.scene().candidates()).front().result.distance; };
   EXPECT_NEAR(distance(), 3.0, 1e-12);
   cell.change({ReplaceObject{add("thing", {{Shape(Sphere{0.5})}}, Fixed{at(5, 0, 0)}).object}});
   EXPECT_NEAR(distance(), 3.5, 1e-12);
@@ -527,15 +482,15 @@ TEST(ASceneWithObjects, KeepsTheAnswersAboutWhatStays) {
   Cell cell({ball("1"), box("1 1 1")});
   cell.change({add("box", {{Shape(Box{{2, 2, 2}})}}, Fixed{turned(0.3, {1, 2, 3}, {5, 3, 1})})});
   cell.put({at(0, 0, 0), at(4, 0, 0)});
-  cell.scene.all(cell.scene.candidates());
+  cell.scene().all(cell.scene().candidates());
   cell.change({add("ball", {{Shape(Cone{1, 2})}}, Fixed{at(9, 9, 0)})});
-  cell.scene.all(cell.scene.candidates());
-  EXPECT_EQ(cell.scene.counts().at_rest, 3);
-  EXPECT_EQ(cell.scene.counts().computed, 2);
+  cell.scene().all(cell.scene().candidates());
+  EXPECT_EQ(cell.scene().counts().at_rest, 3);
+  EXPECT_EQ(cell.scene().counts().computed, 2);
   cell.change({ReplaceObject{add("box", {{Shape(Cone{1, 2})}}, Fixed{at(5, 3, 1)}).object}});
-  cell.scene.all(cell.scene.candidates());
-  EXPECT_EQ(cell.scene.counts().at_rest, 3);
-  EXPECT_EQ(cell.scene.counts().computed, 2);
+  cell.scene().all(cell.scene().candidates());
+  EXPECT_EQ(cell.scene().counts().at_rest, 3);
+  EXPECT_EQ(cell.scene().counts().computed, 2);
 }
 
 }  // namespace proximity_server::scene::object_scene_test

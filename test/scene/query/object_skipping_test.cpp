@@ -1,4 +1,4 @@
-// What skipping must not change where objects come, go, move, jump and are attached: with skipping and without.
+// Skipping changes no answer where objects come, go, move, jump and are attached.
 #include <gtest/gtest.h>
 
 #include <algorithm>

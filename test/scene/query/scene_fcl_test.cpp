@@ -139,10 +139,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
   std::shared_ptr<const SceneModel> load(double mesh_tolerance) const {
     ModelOptions options = cachedLoading();
     options.mesh_tolerance = mesh_tolerance;
-    auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(readFile(exampleRobotFile(resolve_, GetParam().urdf)), resolve_, options);
-    model->pairs = filterPairs(model->robot, readFile(exampleRobotFile(resolve_, GetParam().srdf)));
-    return model;
+    return modelOf(GetParam(), resolve_, options);
   }
 
   const LinkMesh& meshOf(const ShapeRef& subject) const { return *meshes_[static_cast<std::size_t>(subject.link())]; }

@@ -444,7 +444,7 @@ TEST(Scene, ThresholdIsComparedWithThePaddedDistance) {
   EXPECT_EQ(scene.below(scene.candidates(), question).size(), 0u);
 }
 
-/// The same shapes with half of the padding as margin are the same question.
+/// Shapes with half of the padding as their margin have the padded distance.
 TEST(Scene, PairPaddingIsTheMarginOfBothShapes) {
   const std::vector<NamedShape> shapes = solidShapes();
   std::mt19937 random(3);

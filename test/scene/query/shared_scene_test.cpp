@@ -19,15 +19,7 @@ using namespace narrowphase;
 constexpr unsigned kThreads = 8;
 constexpr int kStates = 6;  // of each thread
 
-std::shared_ptr<const SceneModel> demoRobot() {
-  const std::string folder = PROXIMITY_SOURCE_DIR "/config/demo/";
-  RobotModel robot =
-      loadRobotModel(readFile(folder + "robot.urdf"), packageResolver({PROXIMITY_SOURCE_DIR "/.."}), cachedLoading());
-  PairTable pairs = filterPairs(robot, readFile(folder + "robot.srdf"));
-  return std::make_shared<const SceneModel>(SceneModel{std::move(robot), std::move(pairs)});
-}
-
-/// What all threads share.
+/// The scenes that all threads share.
 struct SharedRobot {
   explicit SharedRobot(std::shared_ptr<const SceneModel> model) : scene(model), moving_scene(std::move(model)) {}
 
@@ -82,7 +74,7 @@ bool sameBits(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 TEST(SharedScene, EightThreadsAtOnceGetTheBitsThatEachWouldGetAlone) {
-  const SharedRobot shared(demoRobot());
+  const SharedRobot shared(demoModel());
   std::vector<std::vector<double>> alone, together(kThreads);
   for (unsigned i = 0; i < kThreads; ++i) alone.push_back(answers(shared, i));
   std::vector<std::thread> threads;
@@ -96,12 +88,12 @@ TEST(SharedScene, ModelsAreLoadedByEightThreadsAtOnce) {
 #ifdef PROXIMITY_ADDRESS_SANITIZED
   GTEST_SKIP() << kNoForkBesideThreads;
 #endif
-  const SharedRobot one(demoRobot());
+  const SharedRobot one(demoModel());
   const std::vector<double> expected = answers(one, 1);
   std::vector<std::vector<double>> together(kThreads);
   std::vector<std::thread> threads;
   for (std::vector<double>& own : together) {
-    threads.emplace_back([&own] { own = answers(SharedRobot(demoRobot()), 1); });
+    threads.emplace_back([&own] { own = answers(SharedRobot(demoModel()), 1); });
   }
   for (std::thread& thread : threads) thread.join();
   for (const std::vector<double>& own : together) EXPECT_TRUE(sameBits(own, expected));

@@ -1,4 +1,4 @@
-// What lies wholly inside a closed mesh is in collision: on paper, against a winding number, and with skipping.
+// A shape that lies wholly inside a closed mesh is in collision: on paper, against a winding number, and with skipping.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,9 +6,8 @@
 
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
-#include "scene/small_robots.h"
+#include "scene/query/cell.h"
 #include "scene/solids.h"
 
 namespace proximity_server::scene::solid_test {
@@ -18,72 +17,17 @@ using namespace narrowphase;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// Floating links "0", "1", ... of primitives and meshes, with objects.
-class Cell {
- public:
-  explicit Cell(const std::vector<std::string>& links, double tolerance = 0.0, const ModelOptions& options = {}) {
-    std::string urdf = "<robot name='cell'><link name='frame'/>";
-    for (std::size_t i = 0; i < links.size(); ++i) {
-      const std::string name = std::to_string(i);
-      urdf += "<link name='" + name + "'>" + links[i] + "</link><joint name='joint" + name +
-              "' type='floating'><parent link='frame'/><child link='" + name + "'/></joint>";
-    }
-    ModelOptions all = options;
-    all.mesh_tolerance = tolerance;
-    auto model = std::make_shared<SceneModel>();
-    model->robot = loadRobotModel(urdf + "</robot>", packageResolver({}), all);
-    model->pairs = filterPairs(model->robot, "");
-    model_ = model;
-    objects_ = std::make_shared<const Objects>(model_);
-    for (const Skipping skipping : {Skipping::On, Skipping::Off}) {
-      scenes_.emplace_back(model_, skipping);
-      scenes_.back().use(objects_);
-    }
-  }
-
-  void change(const std::vector<ObjectChange>& changes) {
-    objects_ = std::make_shared<const Objects>(objects_->changed(changes));
-    for (Scene& scene : scenes_) scene.use(objects_);
-  }
-  void put(const std::vector<Isometry3d>& poses, const FramePoses& frames = {}) {
-    for (Scene& scene : scenes_) scene.update(posesOf(model_->robot, poses), frames);
-  }
-  Scene& scene() { return scenes_.front(); }
-  Scene& withoutSkipping() { return scenes_.back(); }
-  const RobotModel& robot() const { return model_->robot; }
-  const std::shared_ptr<const Objects>& objects() const { return objects_; }
-  ShapeRef link(const char* name) const { return {model_->robot.findLink(name)}; }
-  ShapeRef object(const char* id) const { return ShapeRef::ofObject(objects_->find(id)); }
-  PairProximity between(const ShapeRef& a, const ShapeRef& b, const Question& question = {}) {
-    return scene().proximity({a, b}, question);
-  }
-
- private:
-  std::shared_ptr<const SceneModel> model_;
-  std::shared_ptr<const Objects> objects_;
-  std::vector<Scene> scenes_;
-};
-
 /// <collision> elements of meshes.
 class Meshes {
  public:
   std::string of(const TriangleMesh& mesh, const std::string& xyz = "0 0 0") {
-    const std::string file = files_.write(std::to_string(count_++) + ".stl", stlOf(mesh));
-    return collision("<mesh filename='file://" + file + "'/>", xyz);
+    return robots::mesh(files_.write(std::to_string(count_++) + ".stl", stlOf(mesh)), xyz);
   }
 
  private:
   TemporaryFiles files_;
   int count_ = 0;
 };
-
-AddObject add(const std::string& id, const std::vector<ObjectShape>& shapes, const Placement& placement,
-              double tolerance = 0.0, double padding = 0.0) {
-  ObjectOptions options;
-  options.meshes.tolerance = tolerance;
-  options.padding = padding;
-  return {makeObject(id, shapes, placement, options)};
-}
 
 void expectIdentity(const SignedDistance& result) {
   EXPECT_TRUE(result.has_points);
