@@ -33,8 +33,8 @@ inline constexpr bool kIsSanitized = false;
 #endif
 
 /// How often a test repeats itself where it usually does `usual` times: a thirtieth for a sanitizer, which finds in the
-/// first ones what it finds, and PROXIMITY_REPEATS times as often where that is set (./dev stress suites). So few need not show all
-/// that the whole test has to show.
+/// first ones what it finds, and PROXIMITY_REPEATS times as often where that is set (./dev stress suites). So few need
+/// not show all that the whole test has to show.
 inline int repeats(int usual) {
   static const auto times = static_cast<int>(fromEnvironment("PROXIMITY_REPEATS", 1));
   return kIsSanitized ? std::max(1, usual / 30) : times * usual;

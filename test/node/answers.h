@@ -10,7 +10,7 @@
 #include <set>
 #include <string>
 
-// What the tests of the services say about questions and answers.
+// Questions and answers of the services, for their tests.
 
 namespace proximity_server::node {
 
@@ -22,6 +22,16 @@ inline ShapeRef shape(const std::string& link, std::uint32_t index = 0, const st
   ref.index = index;
   ref.name = name;
   return ref;
+}
+
+/// A request of a service that takes two names.
+template <class Request>
+Request between(const std::string& a, const std::string& b, const ros::Time& stamp = {}) {
+  Request request;
+  request.a = shape(a);
+  request.b = shape(b);
+  request.stamp = stamp;
+  return request;
 }
 
 template <class Vector>

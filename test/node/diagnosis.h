@@ -9,7 +9,7 @@
 
 namespace proximity_server::node {
 
-/// What a part of a node says about itself on /diagnostics: "proximity_server: tf".
+/// The diagnostics of a part of a node: "proximity_server: tf".
 class Diagnosis {
  public:
   using Status = diagnostic_msgs::DiagnosticStatus;

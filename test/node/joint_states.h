@@ -51,4 +51,7 @@ inline std::map<std::string, double> slidingAt(double velocity) {
   return {{"x_axis", velocity}, {"y_axis", 0.0}, {"lift", 0.0}};
 }
 
+/// Positions of gantry.urdf [m].
+inline std::map<std::string, double> positionsAt(double x) { return {{"x_axis", x}, {"y_axis", 0.0}, {"lift", 0.0}}; }
+
 }  // namespace proximity_server::node

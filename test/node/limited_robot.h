@@ -56,4 +56,13 @@ class LimitedRobot {
   Ticker ticker_{ros::NodeHandle(), 100.0, [this] { publish(run_, turn_, ros::Time::now()); }};  // last: it uses tf_
 };
 
+/// The robot of a test program. The first call makes it and waits until a node listens; later calls return the same
+/// one.
+inline LimitedRobot& connectedLimitedRobot() {
+  static LimitedRobot robot;
+  static const bool connected = robot.awaitListeners(1);
+  EXPECT_TRUE(connected);
+  return robot;
+}
+
 }  // namespace proximity_server::node

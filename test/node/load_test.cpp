@@ -13,6 +13,7 @@
 
 #include "node/answers.h"
 #include "node/gantry.h"
+#include "node/object_messages.h"
 
 // Many requests at once, long ones among them, and what is too much.
 
@@ -33,7 +34,7 @@ MinimumDistanceRequest baseAndBall(const ros::Time& stamp = {}) {
   return request;
 }
 
-/// The same pair over and over.
+/// A list of one pair, many times.
 QueryPairsRequest batchOf(std::size_t pairs) {
   QueryPairsRequest request;
   request.a.assign(pairs, shape("base"));
@@ -173,34 +174,15 @@ TEST_F(Load, ATimeBudgetBeyondTheLimitIsRefused) {
 
 // ---- objects
 
-ObjectChange changeOf(std::uint8_t operation, const std::string& id) {
-  ObjectChange change;
-  change.operation = operation;
-  change.id = id;
-  return change;
-}
-
-/// A ball of radius 0.1 m at (0.5, y, 0), so that the ball of the robot is y - 0.2 m from it.
+/// A ball at (0.5, y, 0), so that the ball of the robot is y - 0.2 m from it.
 ObjectChange addPart(double y) {
-  ObjectChange add = changeOf(ObjectChange::REPLACE, "part");
-  add.primitives.resize(1);
-  add.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  add.primitives[0].dimensions = {0.1};
-  add.pose.position.x = 0.5;
-  add.pose.position.y = y;
-  return add;
-}
-
-ObjectChanges messageOf(const std::vector<ObjectChange>& changes) {
-  ObjectChanges message;
-  message.changes = changes;
-  return message;
+  ObjectChange part = addBall("part", poseAt(0.5, y, 0.0));
+  part.operation = ObjectChange::REPLACE;
+  return part;
 }
 
 ApplyObjectsResponse apply(const std::vector<ObjectChange>& changes) {
-  ApplyObjectsRequest request;
-  request.changes = messageOf(changes);
-  return proximity_server::node::call<ApplyObjectsResponse>(kNode + "apply_objects", request);
+  return proximity_server::node::call<ApplyObjectsResponse>(kNode + "apply_objects", requestOf(changes));
 }
 
 class ObjectLoad : public Load {
@@ -211,14 +193,12 @@ class ObjectLoad : public Load {
     ASSERT_TRUE(holdsWithin(kPatience, [&] { return topic_.getNumSubscribers() > 0; }));
   }
   void TearDown() override {
-    EXPECT_TRUE(apply({changeOf(ObjectChange::REMOVE, "*")}).success);
+    EXPECT_TRUE(apply({change(ObjectChange::REMOVE, "*")}).success);
     Load::TearDown();
   }
 
   double distanceOfPart() {
-    MinimumDistanceRequest request;
-    request.a = shape("ball");
-    request.b = shape("part");
+    const auto request = between<MinimumDistanceRequest>("ball", "part");
     return call<MinimumDistanceResponse>(kNode + "minimum_distance", request).pair.distance;
   }
 
@@ -245,8 +225,7 @@ TEST_F(ObjectLoad, AThousandChangesASecondLeaveTheMonitorItsCycles) {
     ros::Rate rate(1000.0);
     for (int i = 0; !ends; ++i) {
       const bool is_wrong = i % 10 == 0;
-      topic_.publish(
-          messageOf({is_wrong ? changeOf(ObjectChange::MOVE, "missing") : addPart(1.0 + 0.001 * (i % 1000))}));
+      topic_.publish(messageOf({is_wrong ? change(ObjectChange::MOVE, "missing") : addPart(1.0 + 0.001 * (i % 1000))}));
       rate.sleep();
     }
   });
@@ -278,7 +257,7 @@ TEST_F(ObjectLoad, ChangesThatWaitForTfDelayNoRequest) {
 }
 
 TEST_F(ObjectLoad, AMeshOfAMillionTrianglesIsRefusedByItsName) {
-  ObjectChange add = changeOf(ObjectChange::ADD, "scan");
+  ObjectChange add = change(ObjectChange::ADD, "scan");
   add.meshes.resize(1);
   add.meshes[0].vertices.resize(3);
   add.meshes[0].triangles.resize(1000000);
@@ -290,7 +269,7 @@ TEST_F(ObjectLoad, AMeshOfAMillionTrianglesIsRefusedByItsName) {
 }
 
 TEST_F(ObjectLoad, AMapOfAHundredThousandBoxesIsOneObject) {
-  ObjectChange map = changeOf(ObjectChange::ADD, "map");
+  ObjectChange map = change(ObjectChange::ADD, "map");
   map.boxes.resize(1);
   map.boxes[0].sizes.resize(1);
   map.boxes[0].sizes[0].x = map.boxes[0].sizes[0].y = map.boxes[0].sizes[0].z = 0.1;

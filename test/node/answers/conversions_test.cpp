@@ -9,6 +9,7 @@
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "robots/urdf.h"
 
 namespace proximity_server::node::conversions_test {
 
@@ -17,17 +18,14 @@ using namespace scene;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+using namespace robots;
+
 /// Two links side by side, 1 m apart along x; that of "right" is turned by a quarter about z.
 RobotModel twoLinks() {
-  return loadRobotModel(R"(
-    <robot name="two">
-      <link name="left"><collision name="shell"><geometry><sphere radius="0.1"/></geometry></collision></link>
-      <link name="right"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-      <joint name="slide" type="prismatic">
-        <parent link="left"/><child link="right"/><limit lower="0" upper="2" effort="1" velocity="1"/>
-      </joint>
-    </robot>)",
-                        packageResolver({}));
+  const std::string left = R"(<collision name="shell"><geometry><sphere radius="0.1"/></geometry></collision>)";
+  return loadRobotModel(
+      urdfOf(link("left", left) + link("right", ball("0.1")) + slider("slide", "left", "right", "1 0 0")),
+      packageResolver({}));
 }
 
 BodyPoses poses() {

@@ -1,45 +1,33 @@
 #include <diagnostic_msgs/DiagnosticArray.h>
-#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/Clearance.h>
 #include <rosgraph_msgs/Log.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
-#include <sys/wait.h>
 #include <visualization_msgs/MarkerArray.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "node/answers.h"
 #include "node/gantry.h"
+#include "node/settings.h"
+#include "tools/program/run_command.h"
 
 // Every expected number is read off gantry.urdf and clearance.test. With the ball at (x, 0, 0) the clearance is
 // x - 0.2, between base and ball.
 
 namespace proximity_server::node::clearance_test {
 
-constexpr double kTolerance = 1e-9;  // of the answers: the node's default
-
 std::string explain(const Clearance& clearance) {
   return "level " + std::to_string(clearance.level) + ", " + clearance.status.message;
-}
-
-bool saysNothing(const Proximity& pair) {
-  return pair.state == Proximity::UNKNOWN && !pair.points_valid && std::isnan(pair.distance) &&
-         std::isnan(pair.lower_bound) && std::isnan(pair.upper_bound);
 }
 
 /// The robot in motion, and what the node says about it.
 class ClearanceTopic : public testing::Test {
  protected:
-  static Gantry& gantry() {
-    static Gantry gantry{ros::NodeHandle()};
-    static const bool connected = gantry.awaitListeners(4);  // all nodes but those with a tf of their own
-    EXPECT_TRUE(connected);
-    return gantry;
-  }
+  static Gantry& gantry() { return connectedGantry(4); }  // all nodes but those with a tf of their own
 
   void TearDown() override { gantry().release(); }
 
@@ -123,18 +111,6 @@ TEST_F(ClearanceTopic, NamesTheClosestPairAlsoBeyondTheThreshold) {
   EXPECT_EQ(message->minimum.state, Proximity::SEPARATED);
 }
 
-TEST_F(ClearanceTopic, CountsEveryPairOnce) {
-  hold(0.4);
-  const auto message = at(0.2);
-  ASSERT_TRUE(message);
-  EXPECT_EQ(message->pairs_total, 3u);
-  EXPECT_EQ(message->pairs_filtered, 1u);
-  EXPECT_EQ(message->pairs_unknown, 0u);
-  EXPECT_EQ(message->pairs_filtered + message->pairs_at_rest + message->pairs_by_motion + message->pairs_by_bounds +
-                message->pairs_computed,
-            3u);
-}
-
 TEST_F(ClearanceTopic, TurnsInvalidWhenTransformsStopAndBackWhenTheyResume) {
   hold(0.4);
   ASSERT_TRUE(at(0.2));
@@ -189,25 +165,15 @@ TEST_F(ClearanceTopic, TakesNewSettingsWhileItRuns) {
   ASSERT_TRUE(before);
   EXPECT_EQ(before->level, Clearance::CLEAR);
 
-  const auto setWarnDistance = [](double value) {
-    dynamic_reconfigure::ReconfigureRequest request;
-    request.config.doubles.resize(1);
-    request.config.doubles[0].name = "warn_distance";
-    request.config.doubles[0].value = value;
-    call<dynamic_reconfigure::ReconfigureResponse>("/proximity_server/set_parameters", request);
-  };
-  setWarnDistance(0.25);
+  set("/proximity_server/", "warn_distance", 0.25);
   EXPECT_TRUE(withLevel(Clearance::WARN));
-  setWarnDistance(0.05);
+  set("/proximity_server/", "warn_distance", 0.05);
   EXPECT_TRUE(withLevel(Clearance::CLEAR));
 }
 
 /// Whether the node takes the value, and what it then works with.
 std::pair<bool, double> settingAfter(const std::string& name, double value) {
-  dynamic_reconfigure::ReconfigureRequest request;
-  request.config.doubles.resize(1);
-  request.config.doubles[0].name = name;
-  request.config.doubles[0].value = value;
+  dynamic_reconfigure::ReconfigureRequest request = settingOf(name, value);
   dynamic_reconfigure::ReconfigureResponse response;
   const bool is_taken = ros::service::call("/proximity_server/set_parameters", request, response);
   if (!is_taken) {
@@ -238,24 +204,20 @@ TEST_F(ClearanceTopic, RefusesSettingsThatContradictEachOtherOrAreOutOfRangeAndK
   EXPECT_EQ(stored, 0.05);
 }
 
-/// What dynparam prints, and its exit code.
-std::pair<int, std::string> dynparam(const std::string& arguments) {
-  FILE* pipe = popen(("rosrun dynamic_reconfigure dynparam set /proximity_server " + arguments + " 2>&1").c_str(), "r");
-  std::string output;
-  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
-  return {WEXITSTATUS(pclose(pipe)), output};
+tools::CommandResult dynparam(const std::string& arguments) {
+  return tools::runCommand("rosrun dynamic_reconfigure dynparam set /proximity_server " + arguments + " 2>&1");
 }
 
 // Regression: it ended with 0, and the reason was in the log of the node alone.
 TEST_F(ClearanceTopic, LetsDynparamFailWithTheReasonWhereItRefusesAValue) {
-  const auto [code, output] = dynparam("stop_distance 0.2");
-  EXPECT_EQ(code, 1) << output;
-  EXPECT_NE(output.find("stop_distance is 0.2, above warn_distance, which is 0.05"), std::string::npos) << output;
-  const auto [code_of_range, output_of_range] = dynparam("rate 5000");
-  EXPECT_EQ(code_of_range, 1) << output_of_range;
-  EXPECT_NE(output_of_range.find("/proximity_server/rate"), std::string::npos) << output_of_range;
-  const auto [code_of_right, output_of_right] = dynparam("stop_distance 0.02");
-  EXPECT_EQ(code_of_right, 0) << output_of_right;
+  const auto contradiction = dynparam("stop_distance 0.2"), range = dynparam("rate 5000"),
+             right = dynparam("stop_distance 0.02");
+  EXPECT_EQ(contradiction.exit_code, 1);
+  const std::string reason = "stop_distance is 0.2, above warn_distance, which is 0.05";
+  EXPECT_NE(contradiction.output.find(reason), std::string::npos) << contradiction.output;
+  EXPECT_EQ(range.exit_code, 1);
+  EXPECT_NE(range.output.find("/proximity_server/rate"), std::string::npos) << range.output;
+  EXPECT_EQ(right.exit_code, 0) << right.output;
 }
 
 // Regression: it said nothing of them, and users believed that they had changed.
@@ -366,26 +328,6 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   ASSERT_NE(closest, array->markers.end());
   EXPECT_EQ(closest->points, lines->points);
   EXPECT_GT(find(*array, "level")->pose.position.z, 0.6);  // the top of the block
-}
-
-TEST_F(ClearanceTopic, MarkersSayWhyNothingIsKnownAndLeaveNoLine) {
-  hold(0.24);
-  Inbox<MarkerArray> markers(ros::NodeHandle(), "/proximity_server/markers");
-  const auto tells = [&](const std::string& begin) {
-    return markers.next([&](const MarkerArray& array) {
-      return std::any_of(array.markers.begin(), array.markers.end(), [&](const Marker& marker) {
-        return marker.ns == "level" && marker.text.compare(0, begin.size(), begin) == 0;
-      });
-    });
-  };
-  ASSERT_TRUE(tells("WARN"));
-  gantry().release();
-  const auto invalid = tells("INVALID\n");
-  ASSERT_TRUE(invalid);
-  for (const Marker& marker : invalid->markers) {
-    EXPECT_EQ(marker.action, marker.ns == "level" ? Marker::ADD : Marker::DELETE) << marker.ns;
-    EXPECT_EQ(marker.text.find("joint '") != std::string::npos, marker.ns == "level") << marker.text;
-  }
 }
 
 // ---- other nodes

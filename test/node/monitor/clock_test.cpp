@@ -10,7 +10,7 @@ namespace proximity_server::node::clock_test {
 
 constexpr double kTolerance = 1e-9;  // of the answers: the node's default
 
-// What is promised: two periods of the keep-alive, and as much for a busy machine.
+// The node promises two periods of the keep-alive, and as much for a busy machine.
 constexpr std::chrono::seconds kFrozenAfter{4};
 
 MinimumDistanceResponse askBaseAndBall() {

@@ -1,12 +1,9 @@
-// What the node says to controllers, on its topics and in its services.
-#include <dynamic_reconfigure/Reconfigure.h>
+// The topics and services of the node for controllers.
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ConstraintRows.h>
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
-#include <ros/serialization.h>
 #include <std_msgs/Float64.h>
-#include <std_srvs/Trigger.h>
 
 #include <cmath>
 #include <limits>
@@ -16,6 +13,7 @@
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/joint_states.h"
+#include "node/settings.h"
 
 // Every expected number is read off gantry.urdf: with the ball at (x, y, 0) the columns are lift, x_axis and y_axis.
 
@@ -23,44 +21,19 @@ namespace proximity_server::node::control_test {
 
 const std::string kNode = "/proximity_server/";
 
-std::string bytesOf(const Proximity& message) {
-  std::string bytes(ros::serialization::serializationLength(message), '\0');
-  ros::serialization::OStream stream(reinterpret_cast<std::uint8_t*>(bytes.data()),
-                                     static_cast<std::uint32_t>(bytes.size()));
-  ros::serialization::serialize(stream, message);
-  return bytes;
-}
-
 void expectNear(const std::vector<double>& row, const std::vector<double>& expected) {
   ASSERT_EQ(row.size(), expected.size());
   for (std::size_t i = 0; i < row.size(); ++i) EXPECT_NEAR(row[i], expected[i], kTolerance) << i;
 }
 
-void set(const std::string& name, bool value) {
-  dynamic_reconfigure::ReconfigureRequest request;
-  request.config.bools.resize(1);
-  request.config.bools[0].name = name;
-  request.config.bools[0].value = value;
-  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", request);
-}
-void set(const std::string& name, double value) {
-  dynamic_reconfigure::ReconfigureRequest request;
-  request.config.doubles.resize(1);
-  request.config.doubles[0].name = name;
-  request.config.doubles[0].value = value;
-  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", request);
-}
-void set(const std::string& name, int value) {
-  dynamic_reconfigure::ReconfigureRequest request;
-  request.config.ints.resize(1);
-  request.config.ints[0].name = name;
-  request.config.ints[0].value = value;
-  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", request);
+template <class Value>
+void set(const std::string& name, Value value) {
+  node::set(kNode, name, value);
 }
 
 class ControlTopics : public testing::Test {
  protected:
-  static Gantry& gantry() { return connectedGantry(2); }
+  static Gantry& gantry() { return connectedGantry(1); }
   void TearDown() override { gantry().release(); }
 
   const std::vector<std::string> columns_{"lift", "x_axis", "y_axis"};
@@ -88,25 +61,6 @@ TEST_F(ControlTopics, GivesTheGradientsWhileTheyAreAsked) {
   ASSERT_TRUE(without);
   EXPECT_TRUE(without->minimum.gradient.empty());
   EXPECT_TRUE(without->joint_positions.empty());
-}
-
-TEST_F(ControlTopics, AgreesWithQueryPairsToTheLastBit) {
-  set("gradients", true);
-  gantry().hold({0.43, 0.31, 0.1});
-  Inbox<Clearance> inbox(ros::NodeHandle(), kNode + "clearance");
-  const auto message = inbox.next([](const Clearance& candidate) {
-    return candidate.minimum.gradient.size() == 3 && std::abs(candidate.joint_positions[0] - 0.1) < kTolerance;
-  });
-  ASSERT_TRUE(message);
-  QueryPairsRequest request;
-  request.want_gradient = true;
-  request.stamp = message->header.stamp;
-  const auto response = call<QueryPairsResponse>(kNode + "query_pairs", request);
-  ASSERT_TRUE(response.success) << response.status.message;
-  EXPECT_EQ(response.joint_names, columns_);
-  EXPECT_EQ(bytesOf(response.minimum), bytesOf(message->minimum));
-  EXPECT_EQ(bytesOf(response.pairs.at(0)), bytesOf(message->minimum));
-  set("gradients", false);
 }
 
 TEST_F(ControlTopics, LeavesGradientsOutOfAnswersThatAreNotAskedForThem) {
@@ -189,31 +143,6 @@ TEST_F(ControlTopics, ChangesTheRowsWithTheParameters) {
   set("damping_gain", 0.5);
 }
 
-TEST_F(ControlTopics, HasNoRowsIfTheInfluenceDistanceIsTooSmall) {
-  gantry().hold({0.5, 0.0, 0.0});
-  set("influence_distance", 0.02);
-  Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
-  const auto rows =
-      inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::INVALID_ARGUMENT; });
-  ASSERT_TRUE(rows);
-  EXPECT_NE(rows->status.message.find("influence_distance is 0.02"), std::string::npos) << rows->status.message;
-  EXPECT_TRUE(rows->lower_bounds.empty());
-  set("influence_distance", 0.4);
-  EXPECT_TRUE(inbox.next([](const ConstraintRows& message) { return message.lower_bounds.size() == 8; }));
-}
-
-TEST_F(ControlTopics, HasNoRowsWithoutTransforms) {
-  gantry().hold({0.5, 0.0, 0.0});
-  Inbox<ConstraintRows> inbox(ros::NodeHandle(), kNode + "constraints");
-  ASSERT_TRUE(inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::OK; }));
-  gantry().release();
-  const auto rows =
-      inbox.next([](const ConstraintRows& message) { return message.status.code == QueryStatus::TF_STALE; });
-  ASSERT_TRUE(rows);
-  EXPECT_TRUE(rows->matrix.empty());
-  EXPECT_TRUE(rows->lower_bounds.empty());
-}
-
 // ---- the velocity scale: the age of the poses is part of the latency, so that the numbers are bounds only
 
 class VelocityScaleTopic : public ControlTopics {
@@ -244,14 +173,6 @@ TEST_F(VelocityScaleTopic, SlowsTheApproachButNotTheRetreat) {
   EXPECT_TRUE(next([](double scale) { return scale == 1.0; }));
 }
 
-TEST_F(VelocityScaleTopic, IsZeroBelowTheStopDistanceButNotForTheWayBack) {
-  gantry().hold({0.21, 0.0, 0.0});  // 0.01 m
-  joint_states_.hold(slidingAt(0.5));
-  EXPECT_TRUE(next([](double scale) { return scale == 1.0; }));
-  joint_states_.hold(slidingAt(-0.5));
-  EXPECT_TRUE(next([](double scale) { return scale == 0.0; }));
-}
-
 TEST_F(VelocityScaleTopic, IsZeroWithoutTransformsAndWithoutVelocities) {
   gantry().hold({0.9, 0.0, 0.0});
   joint_states_.hold(slidingAt(0.1));
@@ -262,45 +183,6 @@ TEST_F(VelocityScaleTopic, IsZeroWithoutTransformsAndWithoutVelocities) {
   ASSERT_TRUE(next([](double scale) { return scale == 1.0; }));
   gantry().release();
   ASSERT_TRUE(next([](double scale) { return scale == 0.0; }));
-}
-
-TEST_F(VelocityScaleTopic, FollowsTheLatency) {
-  gantry().hold({0.5, 0.0, 0.0});
-  joint_states_.hold(slidingAt(-1.0));
-  ASSERT_TRUE(next([](double scale) { return scale > 0.5; }));
-  set("stop_latency", 10.0);
-  const auto slow = next([](double scale) { return scale > 0.0 && scale < 0.5; });
-  ASSERT_TRUE(slow);
-  EXPECT_LE(*slow, 0.028);
-  set("stop_latency", 0.1);
-}
-
-TEST_F(VelocityScaleTopic, IsZeroWithoutDecelerations) {
-  Inbox<std_msgs::Float64> plain(ros::NodeHandle(), "/plain/collision_velocity_scale");
-  gantry().hold({0.9, 0.0, 0.0});
-  joint_states_.hold(slidingAt(0.1));
-  ASSERT_TRUE(next([](double scale) { return scale == 1.0; }));
-  for (int i = 0; i < 10; ++i) {
-    const auto message = plain.next();
-    ASSERT_TRUE(message);
-    EXPECT_EQ(message->data, 0.0);
-  }
-}
-
-// ---- parameters
-
-TEST(MaxDeceleration, OfAnUnknownJointIsAnErrorThatNamesIt) {
-  ros::param::set("/plain/max_deceleration/y_axes", 1.0);
-  const auto response = call<std_srvs::TriggerResponse>("/plain/reload", std_srvs::TriggerRequest());
-  EXPECT_FALSE(response.success);
-  EXPECT_NE(response.message.find("max_deceleration/y_axes"), std::string::npos) << response.message;
-  EXPECT_NE(response.message.find("'y_axis'"), std::string::npos) << response.message;
-  ros::param::set("/plain/max_deceleration", -1.0);
-  const auto negative = call<std_srvs::TriggerResponse>("/plain/reload", std_srvs::TriggerRequest());
-  EXPECT_FALSE(negative.success);
-  EXPECT_NE(negative.message.find("max_deceleration is -1, outside of [0.001, 1e+06]"), std::string::npos)
-      << negative.message;
-  ros::param::del("/plain/max_deceleration");
 }
 
 }  // namespace proximity_server::node::control_test

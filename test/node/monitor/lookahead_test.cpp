@@ -1,4 +1,3 @@
-#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/Clearance.h>
 
 #include <functional>
@@ -9,6 +8,7 @@
 #include "node/gantry.h"
 #include "node/joint_states.h"
 #include "node/limited_robot.h"
+#include "node/settings.h"
 
 // The robot of gantry.urdf stands at (0.9, 0, 0), 0.7 m from the base, and says that it moves. The stop distance is 0.1
 // m.
@@ -17,12 +17,7 @@ namespace proximity_server::node::lookahead_test {
 
 class LookaheadOfTheMonitor : public testing::Test {
  protected:
-  static Gantry& gantry() {
-    static Gantry gantry{ros::NodeHandle()};
-    static const bool connected = gantry.awaitListeners(2);
-    EXPECT_TRUE(connected);
-    return gantry;
-  }
+  static Gantry& gantry() { return connectedGantry(2); }
 
   void SetUp() override { gantry().hold({0.9, 0.0, 0.0}); }
   void TearDown() override { gantry().release(); }
@@ -78,15 +73,6 @@ TEST_F(LookaheadOfTheMonitor, ProvesThatThereIsNoContactWithinItsTime) {
   EXPECT_TRUE(saysNothing(lookahead->pair));
 }
 
-TEST_F(LookaheadOfTheMonitor, IsAContactNowBelowTheStopDistance) {
-  gantry().hold({0.25, 0.0, 0.0});
-  joint_states_.hold(slidingAt(0.5));
-  const auto lookahead = withState(Lookahead::CONTACT);
-  ASSERT_TRUE(lookahead);
-  EXPECT_EQ(lookahead->time_to_contact, 0.0);
-  EXPECT_EQ(lookahead->time_free, 0.0);
-}
-
 TEST_F(LookaheadOfTheMonitor, IsUnknownWhenTheVelocitiesAreOld) {
   joint_states_.hold(slidingAt(-0.25));
   ASSERT_TRUE(withState(Lookahead::FREE));
@@ -131,11 +117,7 @@ TEST_F(LookaheadOfTheMonitor, IsOffUntilItIsAskedFor) {
   EXPECT_EQ(off->lookahead.state, Lookahead::OFF);
   EXPECT_TRUE(std::isnan(off->lookahead.time_to_contact));
 
-  dynamic_reconfigure::ReconfigureRequest request;
-  request.config.doubles.resize(1);
-  request.config.doubles[0].name = "lookahead";
-  request.config.doubles[0].value = 2.0;
-  call<dynamic_reconfigure::ReconfigureResponse>("/off/set_parameters", request);
+  set("/off/", "lookahead", 2.0);
   const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state == Lookahead::CONTACT; });
   ASSERT_TRUE(on);
   EXPECT_NEAR(on->lookahead.time_to_contact, 1.36, 1e-5);  // the stop distance is 0.02
@@ -178,12 +160,7 @@ TEST(LookaheadOfFollowers, TakesTheVelocityOfTheirLeader) {
 /// The robot of limits.urdf: the stop distance is 0.1 m, it looks 2 s ahead.
 class LookaheadWithinLimits : public testing::Test {
  protected:
-  static LimitedRobot& robot() {
-    static LimitedRobot robot;
-    static const bool connected = robot.awaitListeners(1);
-    EXPECT_TRUE(connected);
-    return robot;
-  }
+  static LimitedRobot& robot() { return connectedLimitedRobot(); }
 
   void TearDown() override { robot().release(); }
 

@@ -14,6 +14,7 @@
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "robots/urdf.h"
 
 namespace proximity_server::node::markers_test {
 
@@ -23,10 +24,10 @@ using namespace scene;
 using visualization_msgs::Marker;
 using visualization_msgs::MarkerArray;
 
+using namespace robots;
+
 /// A robot of one link with this geometry.
-Robot robotOf(const std::string& geometry) {
-  return {"<robot name='r'><link name='l'>" + geometry + "</link></robot>", "", Config()};
-}
+Robot robotOf(const std::string& geometry) { return {urdfOf(link("l", geometry)), "", Config()}; }
 
 std::map<int, int> typesOf(const MarkerArray& array) {
   std::map<int, int> count;
@@ -35,8 +36,7 @@ std::map<int, int> typesOf(const MarkerArray& array) {
 }
 
 TEST(PieceMarkers, OfPrimitivesHaveTheirSizeAndPlace) {
-  const MarkerArray array = pieceMarkers(
-      robotOf("<collision><origin xyz='1 2 3'/><geometry><box size='0.1 0.2 0.3'/></geometry></collision>"));
+  const MarkerArray array = pieceMarkers(robotOf(box("0.1 0.2 0.3", "1 2 3")));
   ASSERT_EQ(array.markers.size(), 1u);
   const Marker& box = array.markers[0];
   EXPECT_EQ(box.type, Marker::CUBE);
@@ -46,21 +46,16 @@ TEST(PieceMarkers, OfPrimitivesHaveTheirSizeAndPlace) {
 }
 
 TEST(PieceMarkers, OfACapsuleAreACylinderAndTwoBalls) {
-  const std::string ball = "<collision><origin xyz='0 0 %'/><geometry><sphere radius='0.1'/></geometry></collision>";
-  const auto at = [&](const std::string& z) { return std::string(ball).replace(ball.find('%'), 1, z); };
-  const MarkerArray array = pieceMarkers(robotOf(
-      "<collision><geometry><cylinder radius='0.1' length='0.4'/></geometry></collision>" + at("0.2") + at("-0.2")));
+  const MarkerArray array =
+      pieceMarkers(robotOf(cylinder("0.1", "0.4") + ball("0.1", "0 0 0.2") + ball("0.1", "0 0 -0.2")));
   EXPECT_EQ(typesOf(array), (std::map<int, int>{{Marker::CYLINDER, 1}, {Marker::SPHERE, 2}}));
 }
 
 /// A table from (-1, -1, 0) to (1, 1, 0.5), and a mast on it to z = 2, along which "lift" carries a sphere of radius
 /// 0.1.
-const char* const kMast = R"(<robot name="mast">
-  <link name="base"><collision><origin xyz="0 0 0.25"/><geometry><box size="2 2 0.5"/></geometry></collision>
-    <collision><origin xyz="0 0 1"/><geometry><box size="0.1 0.1 2"/></geometry></collision></link>
-  <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="lift" type="prismatic"><parent link="base"/><child link="ball"/><origin xyz="0.5 0 0"/>
-    <axis xyz="0 0 1"/><limit lower="0" upper="5" effort="1" velocity="1"/></joint></robot>)";
+const std::string kMast =
+    urdfOf(link("base", box("2 2 0.5", "0 0 0.25") + box("0.1 0.1 2", "0 0 1")) + link("ball", ball("0.1")) +
+           joint("lift", "prismatic", "base", "ball", origin("0.5 0 0") + axis("0 0 1") + limits("0", "5")));
 
 RobotModel mast() { return loadRobotModel(kMast, packageResolver({})); }
 BodyPoses liftedTo(double height) { return forwardKinematics(mast(), std::vector<double>{height}); }
@@ -73,8 +68,8 @@ const Marker& find(const MarkerArray& array, const std::string& ns, int id = 0) 
   return *hit;
 }
 
-/// The closest pair first, each between the surfaces of base and ball, or another part, at y = distance; the level is that of the
-/// default thresholds.
+/// The closest pair first, each between the surfaces of base and ball, or another part, at y = distance; the level is
+/// that of the default thresholds.
 Clearance clearanceWith(const std::vector<double>& distances) {
   Clearance clearance;
   clearance.header.frame_id = "base";

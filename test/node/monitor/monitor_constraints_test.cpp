@@ -6,6 +6,7 @@
 
 #include "node/monitor/slider_robot.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
+#include "scene/files.h"
 
 namespace proximity_server::node::monitor_constraints_test {
 
@@ -173,14 +174,8 @@ TEST_F(ConstraintsOfSliders, NameThePairsThatTheJointsDoNotPart) {
 
 TEST_F(ConstraintsOfSliders, RefuseJointsThatAreNot) {
   config_.constraint_joints = {"to_left", "to_midle"};
-  try {
-    follow("");
-    ADD_FAILURE();
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "parameter constraint_joints: 'to_midle': the robot has no such movable joint: did you mean 'to_middle'?");
-  }
+  EXPECT_EQ(scene::errorOf([&] { follow(""); }),
+            "parameter constraint_joints: 'to_midle': the robot has no such movable joint: did you mean 'to_middle'?");
 }
 
 TEST_F(ConstraintsOfSliders, DoNotDependOnWhetherGradientsAreAsked) {

@@ -64,7 +64,7 @@ class GradientsOfTheDemo : public testing::Test {
   }
   PoseSnapshot randomPoses() { return posesAt(randomPositions()); }
 
-  /// What query_pairs says in these poses, with a scene that no other question has used.
+  /// The answer of query_pairs in these poses, with a scene that no other question has used.
   StateProximity ask(std::uint8_t mode, const PoseSnapshot& snapshot) {
     QueryPairsRequest request;
     request.mode = mode;
@@ -125,7 +125,8 @@ TEST_F(GradientsOfTheDemo, AreThoseOfTheSceneForThePointsOfTheMessageToTheLastBi
   }
 }
 
-// A scene begins a search where the last one ended, which may change the last bits of points. These scenes have no memory.
+// A scene begins a search where the last one ended, which may change the last bits of points. These scenes have no
+// memory.
 TEST_F(GradientsOfTheDemo, AgreeWithTheServicesToTheLastBitOfTheWholeAnswer) {
   int pairs = 0;
   std::deque<Monitor> monitors;  // each keeps its scene
@@ -237,11 +238,10 @@ TEST_F(GradientsOfSliders, AreEmptyAndPositionsNaNWhereNoPoseIsKnown) {
 TEST_F(GradientsOfSliders, FollowTheNextRobot) {
   follow("");
   cycle();
+  using namespace robots;
   robot_ = std::make_shared<const Robot>(
-      R"(<robot name="two"><link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-    <link name="between"/><link name="b"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-    <joint name="slide" type="prismatic"><parent link="a"/><child link="between"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-    <joint name="fly" type="floating"><parent link="between"/><child link="b"/><origin xyz="0 1 0"/></joint></robot>)",
+      urdfOf(link("a", ball("0.1")) + link("between") + link("b", ball("0.1")) +
+             slider("slide", "a", "between", "0 1 0") + joint("fly", "floating", "between", "b", origin("0 1 0"))),
       "", Config());
   monitor_.follow(robot_);
   PoseSnapshot snapshot;

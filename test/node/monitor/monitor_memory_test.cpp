@@ -1,4 +1,4 @@
-// What a cycle of the monitor takes from the heap: nothing, besides what tf2 takes within its own functions.
+// A cycle of the monitor allocates nothing besides what tf2 takes within its own functions.
 #include <proximity_server/Clearance.h>
 #include <tf2/buffer_core.h>
 
@@ -27,7 +27,8 @@ using Transforms = std::array<geometry_msgs::TransformStamped, 3>;
 
 ros::Time stampOf(std::int64_t cycle) { return ros::Time(1000.0 + 0.01 * static_cast<double>(cycle)); }
 
-/// Of the gantry with long names. The ball overlaps with the base at times, and is beyond the threshold at others.
+/// The URDF of the gantry with long names. The ball overlaps with the base at times, and is beyond the threshold at
+/// others.
 Transforms transformsOf(std::int64_t cycle) {
   const double phase = 0.05 * static_cast<double>(cycle);
   const GantryPosition position{0.6 + 0.6 * std::cos(phase), 0.5 * std::sin(0.3 * phase), 0.2 * std::cos(0.7 * phase)};
@@ -82,8 +83,8 @@ std::shared_ptr<const Robot> gantryWithLongNames() {
   return std::make_shared<const Robot>(ros::NodeHandle(), config);
 }
 
-/// What the node does in each cycle, in this process. Every cycle has poses of its own: the last one of a batch those
-/// of the latest transforms, as in the node, the others those of their stamp.
+/// Does in this process what the node does in each cycle. Every cycle has poses of its own: the last one of a batch
+/// those of the latest transforms, as in the node, the others those of their stamp.
 class MonitoredGantry {
  public:
   enum class With : unsigned char { LinksOnly, Objects, ObjectsAndAController };
@@ -122,10 +123,10 @@ class MonitoredGantry {
     monitor_.use(objects);
   }
 
-  /// Of the latest cycle, if there is a controller.
+  /// The constraints of the latest cycle, if there is a controller.
   int rowsInUse() const { return rows_in_use_; }
 
-  /// Of all cycles so far, without those of tf2.
+  /// The allocations of all cycles so far, without those of tf2.
   long allocationsOfCycles() const { return allocations_; }
 
  private:

@@ -9,6 +9,7 @@
 
 #include "node/monitor/slider_robot.h"
 #include "proximity_server/scene/derivative/velocity_scale.h"
+#include "scene/files.h"
 
 namespace proximity_server::node::monitor_velocity_scale_test {
 
@@ -209,18 +210,13 @@ TEST_F(ScaleOfSliders, IsZeroWhileTheLevelIsInvalid) {
 }
 
 TEST_F(ScaleOfSliders, RefusesDecelerationsOfJointsThatAreNot) {
-  const auto refusalOf = [&](const std::string& joint) -> std::string {
+  const auto refusalOf = [&](const std::string& joint) {
     config_.max_deceleration.of_joint = {{joint, 1.0}};
-    try {
-      follow("");
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "none";
+    return scene::errorOf([&] { follow(""); });
   };
   EXPECT_EQ(refusalOf("to_midle"),
             "parameter max_deceleration/to_midle: the robot has no such movable joint: did you mean 'to_middle'?");
-  EXPECT_EQ(refusalOf("to_left"), "none");
+  EXPECT_EQ(refusalOf("to_left"), "");
 }
 
 }  // namespace proximity_server::node::monitor_velocity_scale_test

@@ -6,22 +6,16 @@
 #include <string>
 #include <vector>
 
+#include "node/object_messages.h"
 #include "node/objects/object_store.h"
+#include "robots/urdf.h"
 
 namespace proximity_server::node::object_markers_test {
 
 using visualization_msgs::Marker;
 
-const char* const kRobot = R"(<robot name="robot"><link name="base"/><link name="hand"/>
-  <joint name="slide" type="prismatic"><parent link="base"/><child link="hand"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)";
-
-shape_msgs::SolidPrimitive primitive(std::uint8_t type, const std::vector<double>& dimensions) {
-  shape_msgs::SolidPrimitive result;
-  result.type = type;
-  result.dimensions.assign(dimensions.begin(), dimensions.end());
-  return result;
-}
+const std::string kRobot =
+    robots::urdfOf(robots::link("base") + robots::link("hand") + robots::slider("slide", "base", "hand", "1 0 0"));
 
 /// The markers of one object besides the one that deletes those of before.
 std::vector<Marker> markersOf(ObjectChange change) {
@@ -29,10 +23,8 @@ std::vector<Marker> markersOf(ObjectChange change) {
   config.tf_prefix = "left";
   const auto robot = std::make_shared<const Robot>(kRobot, "", config);
   ObjectStore store(robot, 1, {});
-  ObjectChanges changes;
   change.id = "thing";
-  changes.changes = {change};
-  store.apply(changes);
+  store.apply(messageOf({change}));
   std::vector<Marker> markers = objectMarkers(*robot, *robot->objects().get().all).markers;
   EXPECT_FALSE(markers.empty());
   EXPECT_EQ(markers.front().action, Marker::DELETEALL);

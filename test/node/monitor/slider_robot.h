@@ -7,21 +7,13 @@
 #include <vector>
 
 #include "node/monitor/monitor.h"
+#include "robots/urdf.h"
 
 namespace proximity_server::node {
 
 /// Three spheres on sliders along x, with a radius of 0.1 m. No two of them are neighbours.
-inline constexpr char kSliders[] = R"(<robot name="sliders">
-  <link name="rail"/>
-  <link name="left"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="middle"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="right"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="to_left" type="prismatic"><parent link="rail"/><child link="left"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="to_middle" type="prismatic"><parent link="rail"/><child link="middle"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="to_right" type="prismatic"><parent link="rail"/><child link="right"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)";
+inline const std::string kSliders =
+    robots::onRail({{"left", robots::ball("0.1")}, {"middle", robots::ball("0.1")}, {"right", robots::ball("0.1")}});
 
 /// A snapshot with the status OK: left at x = -1, middle at 0, right at `x` [m].
 inline PoseSnapshot withTheRightSphereAt(const Robot& robot, double x) {

@@ -8,31 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "node/object_messages.h"
+#include "robots/urdf.h"
+
 namespace proximity_server::node::change_stream_test {
 
-const char* const kBall = R"(<robot name="ball">
-  <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link></robot>)";
+const std::string kBall = robots::urdfOf(robots::link("ball", robots::ball("0.1")));
 
-ObjectChange change(std::uint8_t operation, const std::string& id) {
-  ObjectChange result;
-  result.operation = operation;
-  result.id = id;
-  return result;
-}
-
-ObjectChange add(const std::string& id) {
-  ObjectChange result = change(ObjectChange::ADD, id);
-  result.primitives.resize(1);
-  result.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  result.primitives[0].dimensions = {0.1};
-  return result;
-}
-
-ObjectChange moveTo(const std::string& id, double x) {
-  ObjectChange result = change(ObjectChange::MOVE, id);
-  result.pose.position.x = x;
-  return result;
-}
+ObjectChange moveTo(const std::string& id, double x) { return node::moveTo(id, poseAt(x, 0.0, 0.0)); }
 
 /// A triangle, read as a mesh.
 ObjectChange addMesh(const std::string& id) {
@@ -46,16 +29,14 @@ ObjectChange addMesh(const std::string& id) {
 }
 
 boost::shared_ptr<const ObjectChanges> message(const std::vector<ObjectChange>& changes) {
-  auto result = boost::make_shared<ObjectChanges>();
-  result->changes = changes;
-  return result;
+  return boost::make_shared<ObjectChanges>(messageOf(changes));
 }
 
 /// A stream whose first change, the object "first", is being applied until release() is called.
 class BusyStream : public testing::Test {
  protected:
   void SetUp() override {
-    stream_.enqueue(message({add("first")}));
+    stream_.enqueue(message({addBall("first")}));
     is_busy_.get_future().wait();
   }
   void TearDown() override { release(); }
@@ -67,7 +48,7 @@ class BusyStream : public testing::Test {
 
   /// When all that was taken is applied or left out.
   void finish() {
-    stream_.enqueue(message({add("last")}));
+    stream_.enqueue(message({addBall("last")}));
     release();
     is_finished_.get_future().wait();
   }
@@ -108,7 +89,7 @@ TEST_F(BusyStream, AppliesAllThatWaitsInOneChangeInItsOrder) {
 
 TEST_F(BusyStream, LeavesOutOnlyTheMessagesThatAreToBlame) {
   for (int i = 0; i < 100; ++i) {
-    stream_.enqueue(message({add("object" + std::to_string(i))}));
+    stream_.enqueue(message({addBall("object" + std::to_string(i))}));
     stream_.enqueue(message({moveTo("missing" + std::to_string(i), 1.0)}));
   }
   finish();
@@ -117,9 +98,9 @@ TEST_F(BusyStream, LeavesOutOnlyTheMessagesThatAreToBlame) {
 }
 
 TEST_F(BusyStream, AppliesAMessageWithAMeshAloneSoThatNoOtherWaitsForIt) {
-  stream_.enqueue(message({add("before")}));
+  stream_.enqueue(message({addBall("before")}));
   stream_.enqueue(message({addMesh("mesh")}));
-  stream_.enqueue(message({add("after")}));
+  stream_.enqueue(message({addBall("after")}));
   finish();
   EXPECT_EQ(changes_, 4);
   EXPECT_EQ(store_.list().objects.size(), 5u);

@@ -1,35 +1,22 @@
-// What is in the file between two starts of the node.
+// The file keeps the objects between two starts of the node.
 #include "node/objects/object_keeper.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
+#include "node/object_messages.h"
+#include "robots/urdf.h"
 #include "scene/files.h"
 
 namespace proximity_server::node::object_keeper_test {
 
-const char* const kBase = R"(<robot name="r"><link name="base"/></robot>)";
+const std::string kBase = robots::urdfOf(robots::link("base"));
 
-std::string contentOf(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-ObjectChanges addBall(const std::string& id) {
-  ObjectChanges changes;
-  changes.changes.resize(1);
-  changes.changes[0].id = id;
-  changes.changes[0].primitives.resize(1);
-  changes.changes[0].primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  changes.changes[0].primitives[0].dimensions = {0.1};
-  return changes;
-}
+ObjectChanges changesWith(const std::string& id) { return messageOf({addBall(id)}); }
 
 class Keeper : public testing::Test {
  protected:
@@ -53,15 +40,15 @@ TEST_F(Keeper, LeavesAFileAsItIsUntilSomethingChanges) {
     ObjectKeeper keeper(path_, store_);
     keeper.keep();
   }
-  EXPECT_EQ(contentOf(path_), text);
+  EXPECT_EQ(scene::readFile(path_), text);
 }
 
 TEST_F(Keeper, WritesTheLastChangeBeforeItEnds) {
   {
     ObjectKeeper keeper(path_, store_);
-    store_.apply(addBall("a"));
+    store_.apply(changesWith("a"));
     keeper.keep();
-    store_.apply(addBall("b"));
+    store_.apply(changesWith("b"));
   }
   EXPECT_EQ(keptObjects(), 2u);
   const std::filesystem::directory_iterator files(files_.path(""));
@@ -73,21 +60,15 @@ TEST_F(Keeper, FollowsASymbolicLink) {
   std::filesystem::create_symlink(target, path_);
   {
     const ObjectKeeper keeper(path_, store_);
-    store_.apply(addBall("a"));
+    store_.apply(changesWith("a"));
   }
   EXPECT_TRUE(std::filesystem::is_symlink(path_));
   EXPECT_EQ(scene::readObjectFile(target).objects.size(), 1u);
 }
 
 TEST_F(Keeper, RefusesAFolderThatIsNotThere) {
-  try {
-    const ObjectKeeper keeper("/nowhere/objects.yaml", store_);
-    FAIL() << "nothing was refused";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("objects_file cannot be written: /nowhere/objects.yaml"),
-              std::string::npos)
-        << error.what();
-  }
+  const std::string error = scene::errorOf([&] { ObjectKeeper("/nowhere/objects.yaml", store_); });
+  EXPECT_NE(error.find("objects_file cannot be written: /nowhere/objects.yaml"), std::string::npos) << error;
 }
 
 TEST_F(Keeper, RefusesAFolderInWhichNoFileCanBeMade) {
@@ -101,7 +82,7 @@ TEST_F(Keeper, RefusesAFolderInWhichNoFileCanBeMade) {
 
 TEST_F(Keeper, WithoutAFileNothingIsKept) {
   ObjectKeeper keeper("", store_);
-  store_.apply(addBall("a"));
+  store_.apply(changesWith("a"));
   keeper.keep();
   EXPECT_FALSE(std::filesystem::exists(path_));
 }
@@ -120,13 +101,9 @@ TEST_F(Keeper, RefusesADamagedFileWithItsPlaceAndLeavesIt) {
   const std::string text = "objects:\n- id: a\n  primitives: [{type: SPHE\n";
   Config config;
   config.objects_file = files_.write("objects.yaml", text);
-  try {
-    objectsAtStart(config);
-    FAIL() << "nothing was refused";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_EQ(std::string(error.what()).rfind(path_ + ", line 4: this is no YAML: ", 0), 0u) << error.what();
-  }
-  EXPECT_EQ(contentOf(path_), text);
+  const std::string error = scene::errorOf([&] { objectsAtStart(config); });
+  EXPECT_EQ(error.rfind(path_ + ", line 4: this is no YAML: ", 0), 0u) << error;
+  EXPECT_EQ(scene::readFile(path_), text);
 }
 
 }  // namespace proximity_server::node::object_keeper_test

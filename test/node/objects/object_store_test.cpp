@@ -9,64 +9,26 @@
 #include <string>
 #include <vector>
 
+#include "node/object_messages.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/query/scene.h"
+#include "robots/urdf.h"
+#include "scene/files.h"
 
 namespace proximity_server::node::object_store_test {
 
+using namespace robots;
+
 /// A hand, a sphere of radius 0.1 m, on a slider along x; "finger" has no geometry and is fixed to the hand.
-const char* const kSlider = R"(<robot name="slider">
-  <link name="rail"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="hand"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="finger"/>
-  <joint name="slide" type="prismatic"><parent link="rail"/><child link="hand"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="1" velocity="1"/></joint>
-  <joint name="fix" type="fixed"><parent link="hand"/><child link="finger"/><origin xyz="0 0 1"/></joint></robot>)";
+const std::string kSlider = urdfOf(link("rail", ball("0.1")) + link("hand", ball("0.1")) + link("finger") +
+                                   slider("slide", "rail", "hand", "1 0 0") + weld("fix", "hand", "finger", "0 0 1"));
 
-geometry_msgs::Pose at(double x, double y, double z) {
-  geometry_msgs::Pose pose;  // with a quaternion of zeros
-  pose.position.x = x;
-  pose.position.y = y;
-  pose.position.z = z;
-  return pose;
-}
+geometry_msgs::Pose at(double x, double y, double z) { return poseAt(x, y, z); }
 
-shape_msgs::SolidPrimitive primitive(std::uint8_t type, const std::vector<double>& dimensions) {
-  shape_msgs::SolidPrimitive result;
-  result.type = type;
-  result.dimensions.assign(dimensions.begin(), dimensions.end());
-  return result;
-}
+using scene::errorOf;
 const shape_msgs::SolidPrimitive kBall = primitive(shape_msgs::SolidPrimitive::SPHERE, {0.1});
 
-ObjectChange change(std::uint8_t operation, const std::string& id) {
-  ObjectChange result;
-  result.operation = operation;
-  result.id = id;
-  return result;
-}
-
-ObjectChange addBall(const std::string& id, const geometry_msgs::Pose& pose = {}) {
-  ObjectChange result = change(ObjectChange::ADD, id);
-  result.primitives = {kBall};
-  result.pose = pose;
-  return result;
-}
-
-ObjectChange attach(const std::string& id, const std::string& link) {
-  ObjectChange result = change(ObjectChange::ATTACH, id);
-  result.link = link;
-  result.keep_pose = true;
-  return result;
-}
-
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-ObjectChanges all(std::vector<ObjectChange> changes) {
-  ObjectChanges message;
-  message.changes = std::move(changes);
-  return message;
-}
 
 class ObjectsOfASlider : public testing::Test {
  protected:
@@ -81,23 +43,19 @@ class ObjectsOfASlider : public testing::Test {
                      },
                      [this](const Robot&) { ++in_use_; }};
 
-  std::uint64_t apply(std::vector<ObjectChange> changes) { return store_.apply(all(std::move(changes))); }
+  std::uint64_t apply(std::vector<ObjectChange> changes) { return store_.apply(messageOf(std::move(changes))); }
 
   /// The error of changes, of which none must have an effect.
   std::string refusal(std::vector<ObjectChange> changes) {
     const ObjectList before = store_.list();
     const auto objects = robot_->objects().get();
-    try {
-      apply(std::move(changes));
-    } catch (const std::invalid_argument& error) {
-      const ObjectList after = store_.list();
-      EXPECT_EQ(after.revision, before.revision);
-      EXPECT_EQ(after.objects.size(), before.objects.size());
-      EXPECT_EQ(robot_->objects().get().all, objects.all);
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was refused";
-    return {};
+    const std::string error = errorOf([&] { apply(std::move(changes)); });
+    EXPECT_NE(error, "") << "nothing was refused";
+    const ObjectList after = store_.list();
+    EXPECT_EQ(after.revision, before.revision);
+    EXPECT_EQ(after.objects.size(), before.objects.size());
+    EXPECT_EQ(robot_->objects().get().all, objects.all);
+    return error;
   }
 
   ObjectInfo info(const std::string& id) {
@@ -224,8 +182,7 @@ TEST_F(ObjectsOfASlider, GetMoreShapesWhereTheAppendedObjectWouldStand) {
 
 TEST_F(ObjectsOfASlider, MoveAsAWholeAndShapeByShape) {
   apply({addBall("bar", at(3.0, 0.0, 0.0))});
-  ObjectChange moved = change(ObjectChange::MOVE, "bar");
-  moved.pose = at(4.0, 0.0, 0.0);
+  ObjectChange moved = moveTo("bar", at(4.0, 0.0, 0.0));
   apply({moved});
   EXPECT_NEAR(distanceToRail("bar"), 3.8, 1e-9);
   moved.primitive_poses = {at(0.0, 3.0, 0.0)};
@@ -247,7 +204,7 @@ TEST_F(ObjectsOfASlider, AreReplacedAndRemoved) {
 }
 
 TEST_F(ObjectsOfASlider, MayTouchWhatTheRulesAllow) {
-  ObjectChanges message = all({addBall("bar")});
+  ObjectChanges message = messageOf({addBall("bar")});
   message.set_rules = true;
   message.rules.resize(2);
   message.rules[0].a = "bar";
@@ -346,13 +303,9 @@ TEST_F(ObjectsOfASlider, ReadMeshFilesBelowAllowedRootsOnly) {
   ObjectChange mesh = change(ObjectChange::ADD, "mesh");
   mesh.mesh_files.resize(1);
   mesh.mesh_files[0].uri = "file:///etc/hostname";
-  try {
-    store.apply(all({mesh}));
-    ADD_FAILURE() << "a file outside of the roots was taken";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find("/etc/hostname"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("\"mesh\""), std::string::npos) << error.what();
-  }
+  const std::string error = errorOf([&] { store.apply(messageOf({mesh})); });
+  EXPECT_PRED2(holds, error, "/etc/hostname");
+  EXPECT_PRED2(holds, error, "\"mesh\"");
 }
 
 TEST_F(ObjectsOfASlider, FollowAReloadedRobot) {
@@ -367,7 +320,7 @@ TEST_F(ObjectsOfASlider, FollowAReloadedRobot) {
 
 TEST_F(ObjectsOfASlider, RefuseARobotWithoutTheirLink) {
   apply({addBall("bar"), attach("bar", "hand")});
-  const auto other = std::make_shared<const Robot>(R"(<robot name="other"><link name="rail"/></robot>)", "", Config());
+  const auto other = std::make_shared<const Robot>(urdfOf(link("rail")), "", Config());
   EXPECT_THROW(store_.follow(other, [] { ADD_FAILURE(); }), std::invalid_argument);
   EXPECT_EQ(apply({addBall("box")}), 2u) << "the robot of before stays";
 }
@@ -388,14 +341,10 @@ class ObjectsFromTheStart : public ObjectsOfASlider {
         robot, 7, noTf, [](const Robot&) {}, {}, file(yaml));
   }
   std::string refusalOf(const std::string& yaml) {
-    try {
-      begin(robot_, yaml);
-    } catch (const std::invalid_argument& error) {
-      EXPECT_TRUE(robot_->objects().get().all->empty());
-      return error.what();
-    }
-    ADD_FAILURE() << "nothing was refused";
-    return {};
+    const std::string error = errorOf([&] { begin(robot_, yaml); });
+    EXPECT_NE(error, "") << "nothing was refused";
+    EXPECT_TRUE(robot_->objects().get().all->empty());
+    return error;
   }
 };
 
@@ -437,7 +386,7 @@ TEST_F(ObjectsFromTheStart, AreThereBeforeAnyChangeAndWithoutTf) {
 
 TEST_F(ObjectsFromTheStart, ChangeAsAllOthersDo) {
   ObjectStore store = begin(robot_, kCell);
-  EXPECT_EQ(store.apply(all({change(ObjectChange::REMOVE, "table")})), 1u);
+  EXPECT_EQ(store.apply(messageOf({change(ObjectChange::REMOVE, "table")})), 1u);
   EXPECT_EQ(store.list().objects.size(), 2u);
   EXPECT_EQ(store.list().rules.size(), 1u);
 }
@@ -505,10 +454,8 @@ TEST_F(ObjectsFromTheStart, LieWithinTheMeshRoots) {
 
 TEST_F(ObjectsOfASlider, AnIdIsATextInUtf8) {
   EXPECT_NE(refusal({addBall("\xff")}).find("id: it is no text in UTF-8"), std::string::npos);
-  ObjectChange moving = addBall("a");
-  moving.frame = moving.header.frame_id = "\xff";
   tf_["\xff"] = {0.0, 0.0, 0.0};
-  EXPECT_NE(refusal({moving}).find("frame: it is no text in UTF-8"), std::string::npos);
+  EXPECT_NE(refusal({addBallInFrame("a", "\xff")}).find("frame: it is no text in UTF-8"), std::string::npos);
 }
 
 // Regression: such a rule was taken, and then no change could be written into objects_file any more.
@@ -518,12 +465,7 @@ TEST_F(ObjectsOfASlider, ANameInARuleIsATextInUtf8) {
   changes.rules.resize(1);
   changes.rules[0].a = "table";
   changes.rules[0].b = "\xff";
-  try {
-    store_.apply(changes);
-    ADD_FAILURE() << "nothing was refused";
-  } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(), "rules[0]: it is no text in UTF-8");
-  }
+  EXPECT_EQ(errorOf([&] { store_.apply(changes); }), "rules[0]: it is no text in UTF-8");
 }
 
 // Two objects that no link holds are checked if one of them moves, and if that is asked for.
@@ -533,9 +475,7 @@ TEST_F(ObjectsOfASlider, FreeObjectsAreCheckedIfTheConfigurationAsksForIt) {
     config.free_objects = free_objects;
     const auto robot = std::make_shared<const Robot>(kSlider, "", config);
     ObjectStore store(robot, 7, [](const Robot&, const std::string&) { return Eigen::Isometry3d::Identity(); });
-    ObjectChange moving = addBall("cart");
-    moving.frame = moving.header.frame_id = "camera";
-    ObjectChanges changes = all({addBall("table"), moving});
+    ObjectChanges changes = messageOf({addBall("table"), addBallInFrame("cart", "camera")});
     changes.set_rules = true;  // must not forget what the configuration asks for
     store.apply(changes);
     const auto objects = robot->objects().get().all;
@@ -594,18 +534,7 @@ TEST_F(ObjectsOfASlider, BoxesMoveWithTheirPoses) {
   EXPECT_NEAR(distanceToRail("map"), 2.8, 1e-9);
 }
 
-// --- what changes cost
-
-TEST_F(ObjectsOfASlider, AMoveSharesTheGeometryWithThePlaceBefore) {
-  apply({addBoxes("map", {1.0, 2.0, 3.0}, {0.2})});
-  const auto before = robot_->objects().get().all;
-  ObjectChange moved = change(ObjectChange::MOVE, "map");
-  moved.pose = at(1.0, 0.0, 0.0);
-  apply({moved});
-  const auto after = robot_->objects().get().all;
-  EXPECT_EQ(after->object(after->find("map"))->geometry, before->object(before->find("map"))->geometry);
-  EXPECT_NEAR(distanceToRail("map"), 1.8, 1e-9);
-}
+// --- bounds
 
 TEST_F(ObjectsOfASlider, NamesAreOfBoundedLengthAndTheirErrorsToo) {
   const std::string id(2000, 'x');
@@ -618,12 +547,7 @@ TEST_F(ObjectsOfASlider, NamesAreOfBoundedLengthAndTheirErrorsToo) {
 }
 
 std::string refusalOf(ObjectStore& store, const ObjectChanges& changes) {
-  try {
-    store.apply(changes);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return {};
+  return errorOf([&] { store.apply(changes); });
 }
 
 TEST_F(ObjectsOfASlider, AllObjectsTogetherAreBounded) {
@@ -632,13 +556,13 @@ TEST_F(ObjectsOfASlider, AllObjectsTogetherAreBounded) {
   limits.pieces = 10;
   ObjectStore store(
       robot_, 7, nullptr, [](const Robot&) {}, limits);
-  store.apply(all({addBall("a"), addBall("b")}));
-  EXPECT_PRED2(holds, refusalOf(store, all({addBall("c"), addBall("d")})),
+  store.apply(messageOf({addBall("a"), addBall("b")}));
+  EXPECT_PRED2(holds, refusalOf(store, messageOf({addBall("c"), addBall("d")})),
                "there would be 4 ids of all objects together");
-  EXPECT_PRED2(holds, refusalOf(store, all({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})),
+  EXPECT_PRED2(holds, refusalOf(store, messageOf({addBoxes("map", {1, 2, 3, 4, 5, 6, 7, 8, 9}, {0.2})})),
                "there would be 11 convex pieces");
   EXPECT_EQ(store.list().objects.size(), 2u);
-  store.apply(all({change(ObjectChange::REMOVE, "a"), addBall("c"), addBall("d")}));
+  store.apply(messageOf({change(ObjectChange::REMOVE, "a"), addBall("c"), addBall("d")}));
   EXPECT_EQ(store.list().objects.size(), 3u);
 }
 
@@ -647,16 +571,11 @@ TEST_F(ObjectsOfASlider, FramesOfAllObjectsTogetherAreBounded) {
   limits.frames = 2;
   ObjectStore store(
       robot_, 7, nullptr, [](const Robot&) {}, limits);
-  const auto inFrame = [](const std::string& id, const std::string& frame) {
-    ObjectChange add = addBall(id);
-    add.frame = add.header.frame_id = frame;
-    return add;
-  };
-  store.apply(all({inFrame("a", "camera"), inFrame("b", "camera"), inFrame("c", "belt")}));
-  EXPECT_PRED2(holds, refusalOf(store, all({inFrame("d", "cart")})),
+  store.apply(messageOf({addBallInFrame("a", "camera"), addBallInFrame("b", "camera"), addBallInFrame("c", "belt")}));
+  EXPECT_PRED2(holds, refusalOf(store, messageOf({addBallInFrame("d", "cart")})),
                "there would be 3 tf frames of all objects together, more than 2");
   EXPECT_EQ(store.list().objects.size(), 3u);
-  store.apply(all({change(ObjectChange::REMOVE, "c"), inFrame("d", "cart")}));
+  store.apply(messageOf({change(ObjectChange::REMOVE, "c"), addBallInFrame("d", "cart")}));
   EXPECT_EQ(store.list().objects.size(), 3u);
 }
 
@@ -675,7 +594,7 @@ ObjectChange tetrahedron(const std::string& id) {
 TEST_F(ObjectsOfASlider, MeshesAreMadeBeforeItIsTheTurnOfTheirChange) {
   ObjectChange placed = tetrahedron("mesh");
   placed.pose = at(3.0, 0.0, 0.0);
-  const ObjectChanges message = all({addBall("ball"), placed});
+  const ObjectChanges message = messageOf({addBall("ball"), placed});
   const PreparedGeometry made = prepareGeometry(*robot_, message);
   ASSERT_EQ(made.size(), 1u) << "only the mesh";
   const scene::Objects none(robot_->sharedModel());
@@ -701,10 +620,10 @@ TEST_F(ObjectsOfASlider, TheTrianglesOfAllMeshesAreBoundedUntilTheyAreRemoved) {
   ObjectStore store(
       robot_, 7, nullptr, [](const Robot&) {}, limits);
   for (int round = 0; round < 3; ++round) {
-    store.apply(all({tetrahedron("a")}));
-    EXPECT_PRED2(holds, refusalOf(store, all({tetrahedron("b")})),
+    store.apply(messageOf({tetrahedron("a")}));
+    EXPECT_PRED2(holds, refusalOf(store, messageOf({tetrahedron("b")})),
                  "there would be 8 triangles of all objects together");
-    store.apply(all({change(ObjectChange::REMOVE, "a")}));
+    store.apply(messageOf({change(ObjectChange::REMOVE, "a")}));
   }
 }
 
@@ -723,22 +642,21 @@ class MessagesTogether : public ObjectsOfASlider {
 };
 
 TEST_F(MessagesTogether, AreOneChangeInTheirOrder) {
-  ObjectChange moved = change(ObjectChange::MOVE, "part");
-  moved.pose = at(0.0, 1.0, 0.0);
-  EXPECT_EQ(applyTogether({all({addBall("part")}), all({moved}), all({addBall("other")})}), std::vector<std::string>());
+  const ObjectChange moved = moveTo("part", at(0.0, 1.0, 0.0));
+  EXPECT_EQ(applyTogether({messageOf({addBall("part")}), messageOf({moved}), messageOf({addBall("other")})}),
+            std::vector<std::string>());
   EXPECT_EQ(in_use_, 1);
   EXPECT_NEAR(distanceToRail("part"), 0.8, 1e-9);
 }
 
 TEST_F(MessagesTogether, AreEachAppliedWholeOrLeftOut) {
   apply({addBall("kept", at(0.0, 1.0, 0.0)), addBall("gone")});
-  ObjectChange moved = change(ObjectChange::MOVE, "kept");
-  moved.pose = at(0.0, 2.0, 0.0);
+  const ObjectChange moved = moveTo("kept", at(0.0, 2.0, 0.0));
   const auto reasons = applyTogether({
-      all({addBall("first"), change(ObjectChange::REMOVE, "gone")}),
-      all({moved, change(ObjectChange::REMOVE, "*"), addBall("second"), change(ObjectChange::MOVE, "missing")}),
-      all({addBall("third")}),
-      all({addBall("third")}),
+      messageOf({addBall("first"), change(ObjectChange::REMOVE, "gone")}),
+      messageOf({moved, change(ObjectChange::REMOVE, "*"), addBall("second"), change(ObjectChange::MOVE, "missing")}),
+      messageOf({addBall("third")}),
+      messageOf({addBall("third")}),
   });
   ASSERT_EQ(reasons.size(), 2u);
   EXPECT_PRED2(holds, reasons[0], "changes[3]: object \"missing\"");
@@ -754,7 +672,7 @@ TEST_F(MessagesTogether, AreTriedOneByOneIfTheirObjectsCannotBeTogether) {
   far.primitives = {primitive(shape_msgs::SolidPrimitive::SPHERE, {10.0})};
   far.frame = far.header.frame_id = "camera";
   far.pose = at(999999.0, 0.0, 0.0);
-  const auto reasons = applyTogether({all({addBall("part")}), all({far}), all({addBall("other")})});
+  const auto reasons = applyTogether({messageOf({addBall("part")}), messageOf({far}), messageOf({addBall("other")})});
   ASSERT_EQ(reasons.size(), 1u);
   EXPECT_PRED2(holds, reasons[0], "\"far\"");
   EXPECT_EQ(store_.list().objects.size(), 2u);
@@ -768,7 +686,7 @@ TEST_F(MessagesTogether, WaitOnceForAFrameThatHasNoPose) {
   });
   ObjectChange unplaced = addBall("part");
   unplaced.header.frame_id = "missing";
-  const ObjectChanges message = all({unplaced});
+  const ObjectChanges message = messageOf({unplaced});
   int refused = 0;
   store.applyTogether({&message, &message, &message}, [&](const std::exception&) { ++refused; });
   EXPECT_EQ(refused, 3);

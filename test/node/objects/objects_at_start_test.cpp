@@ -4,10 +4,6 @@
 #include <proximity_server/ObjectList.h>
 #include <signal.h>
 
-#include <array>
-#include <cstdio>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,19 +12,16 @@
 #include "node/diagnosis.h"
 #include "node/faults/child_process.h"
 #include "node/gantry.h"
+#include "node/object_messages.h"
 #include "scene/files.h"
+#include "tools/program/run_command.h"
 
-// What stands there when a node starts: by its parameter, and by the file of its start before. The robot is that of gantry.urdf, with its
-// ball at (1, 0, 0). Objects are balls of radius 0.1 m.
+// The objects of a node that starts come from its parameter, or from the file of its start before. The robot is that of
+// gantry.urdf, with its ball at (1, 0, 0). Objects are balls of radius 0.1 m.
 
 namespace proximity_server::node::objects_at_start_test {
 
 const std::string kName = "/cell";
-
-std::string contentOf(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 XmlRpc::XmlRpcValue ball(const std::string& id, double x, double y) {
   XmlRpc::XmlRpcValue object;
@@ -38,18 +31,6 @@ XmlRpc::XmlRpcValue ball(const std::string& id, double x, double y) {
   object["primitives"][0]["type"] = "SPHERE";
   object["primitives"][0]["dimensions"][0] = 0.1;
   return object;
-}
-
-ApplyObjectsRequest addBall(const std::string& id) {
-  ApplyObjectsRequest request;
-  request.changes.changes.resize(1);
-  ObjectChange& change = request.changes.changes[0];
-  change.id = id;
-  change.pose.position.y = 5.0;
-  change.primitives.resize(1);
-  change.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  change.primitives[0].dimensions = {0.1};
-  return request;
 }
 
 class ObjectsAtStart : public testing::Test {
@@ -72,22 +53,21 @@ class ObjectsAtStart : public testing::Test {
 
   static ApplyObjectsResponse add(const std::string& id) {
     ApplyObjectsResponse response;
-    ApplyObjectsRequest request = addBall(id);
+    ApplyObjectsRequest request = requestOf({addBall(id, poseAt(0.0, 5.0, 0.0))});
     EXPECT_TRUE(ros::service::waitForService(kName + "/apply_objects", ros::Duration(20.0)));
     EXPECT_TRUE(ros::service::call(kName + "/apply_objects", request, response));
     EXPECT_TRUE(response.success) << response.status.message;
     return response;
   }
 
-  bool fileHas(const std::string& id) const { return contentOf(file_).find("\"" + id + "\"") != std::string::npos; }
+  bool fileHas(const std::string& id) const {
+    return scene::readFile(file_).find("\"" + id + "\"") != std::string::npos;
+  }
 
   /// The output of a node that must not start.
   static std::string refusal() {
-    FILE* pipe = popen("timeout 20 " NODE_EXECUTABLE " __name:=cell 2>&1", "r");
-    std::string output;
-    std::array<char, 256> buffer{};
-    while (fgets(buffer.data(), buffer.size(), pipe)) output += buffer.data();
-    EXPECT_EQ(WEXITSTATUS(pclose(pipe)), 1) << output;
+    const auto [exit_code, output, _] = tools::runCommand("timeout 20 " NODE_EXECUTABLE " __name:=cell 2>&1");
+    EXPECT_EQ(exit_code, 1) << output;
     return output;
   }
 
@@ -126,14 +106,8 @@ TEST_F(ObjectsAtStart, OfAParameterThatIsWrongAreRefusedByFieldAndReason) {
   objects[1] = ball("other", 1.0, 0.5);
   objects[1]["padding"] = -1.0;
   ros::param::set(kName + "/objects", objects);
-  std::string output = refusal();
+  const std::string output = refusal();
   EXPECT_NE(output.find("parameter /cell/objects: [1] \"other\"/padding: is negative"), std::string::npos) << output;
-  objects[1] = ball("part", 1.0, 0.5);
-  ros::param::set(kName + "/objects", objects);
-  output = refusal();
-  EXPECT_NE(output.find("parameter /cell/objects: [1] \"part\": object \"part\": id: there is an object with this id"),
-            std::string::npos)
-      << output;
 }
 
 TEST_F(ObjectsAtStart, AreThoseOfTheStartBeforeEvenIfThatWasKilled) {
@@ -142,7 +116,7 @@ TEST_F(ObjectsAtStart, AreThoseOfTheStartBeforeEvenIfThatWasKilled) {
   ASSERT_TRUE(first);
   EXPECT_TRUE(first->objects.empty());
   add("part");
-  ASSERT_TRUE(holdsWithin(kPatience, [&] { return fileHas("part"); })) << contentOf(file_);
+  ASSERT_TRUE(holdsWithin(kPatience, [&] { return fileHas("part"); })) << scene::readFile(file_);
   end(SIGKILL);
   const auto second = start();
   ASSERT_TRUE(second);
@@ -171,7 +145,7 @@ TEST_F(ObjectsAtStart, AreKeptAlsoIfTheSettingsAreChangedAtOnce) {
     add(id);
     dynamic_reconfigure::Reconfigure settings;
     ASSERT_TRUE(ros::service::call(kName + "/set_parameters", settings));
-    EXPECT_TRUE(holdsWithin(kPatience, [&] { return fileHas(id); })) << contentOf(file_);
+    EXPECT_TRUE(holdsWithin(kPatience, [&] { return fileHas(id); })) << scene::readFile(file_);
   }
 }
 
@@ -184,11 +158,8 @@ TEST_F(ObjectsAtStart, OfAFileWinOverThoseOfTheParameter) {
   ASSERT_TRUE(first);
   EXPECT_EQ(first->objects.size(), 1u) << "there was no file";
   EXPECT_TRUE(fileHas("part"));
-  ApplyObjectsRequest request;
+  ApplyObjectsRequest request = requestOf({change(ObjectChange::REMOVE, "part")});
   ApplyObjectsResponse response;
-  request.changes.changes.resize(1);
-  request.changes.changes[0].id = "part";
-  request.changes.changes[0].operation = ObjectChange::REMOVE;
   ASSERT_TRUE(ros::service::call(kName + "/apply_objects", request, response));
   end(SIGINT);
   const auto second = start();
@@ -202,18 +173,7 @@ TEST_F(ObjectsAtStart, OfADamagedFileAreRefusedByFileAndLineAndNothingIsLost) {
   ros::param::set(kName + "/objects_file", file_);
   const std::string output = refusal();
   EXPECT_NE(output.find(file_ + ", line 4: this is no YAML"), std::string::npos) << output;
-  EXPECT_EQ(contentOf(file_), text);
-}
-
-TEST_F(ObjectsAtStart, OfALinkThatIsGoneAreRefusedAndNothingIsLost) {
-  const std::string text = "- {id: bar, link: gripper, primitives: [{type: SPHERE, dimensions: [0.1]}]}\n";
-  files_.write("objects.yaml", text);
-  ros::param::set(kName + "/objects_file", file_);
-  const std::string output = refusal();
-  EXPECT_NE(output.find(file_ + ", line 1: [0] \"bar\": object \"bar\": link: there is no link 'gripper'"),
-            std::string::npos)
-      << output;
-  EXPECT_EQ(contentOf(file_), text);
+  EXPECT_EQ(scene::readFile(file_), text);
 }
 
 TEST_F(ObjectsAtStart, NeedAFileThatCanBeWritten) {

@@ -1,6 +1,6 @@
-// The table of parameters, what the node reads by it, and the files that are made of it: config/PARAMETERS.md,
-// config/proximity.yaml and config/Proximity.cfg. With PROXIMITY_WRITE_PARAMETERS set (./dev parameters), the tests write
-// these files before they compare them.
+// The table of parameters, what the node reads by it, and the files that are made of it: the table of config/README.md,
+// config/proximity.yaml and config/Proximity.cfg. With PROXIMITY_WRITE_PARAMETERS set (./dev parameters), the tests
+// write these files before they compare them.
 
 #include <gtest/gtest.h>
 #include <proximity_server/ProximityConfig.h>
@@ -132,12 +132,6 @@ const MadeFile kMadeFiles[] = {
     {"config/Proximity.cfg", "gen = ParameterGenerator()\n", "\nexit(", lineOfCfg},
 };
 
-std::string contentOf(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error("cannot read " + path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// The content with its part replaced.
 std::string withPart(const std::string& content, const MadeFile& file, const std::string& part) {
   const std::size_t begin = content.find(file.begin);
@@ -153,9 +147,9 @@ TEST(ParameterFiles, SayWhatTheTableSays) {
     const std::string path = PROXIMITY_SOURCE_DIR "/" + file.path;
     std::string part;
     for (const Parameter& parameter : table) part += file.entry(parameter);
-    const std::string wanted = withPart(contentOf(path), file, part);
+    const std::string wanted = withPart(scene::readFile(path), file, part);
     if (std::getenv("PROXIMITY_WRITE_PARAMETERS")) std::ofstream(path) << wanted;
-    const std::string found = contentOf(path);
+    const std::string found = scene::readFile(path);
     for (const Parameter& parameter : table) {
       EXPECT_TRUE(found.find(file.entry(parameter)) != std::string::npos)
           << file.path << " differs from src/node/robot/parameter_table.cpp in " << parameter.name

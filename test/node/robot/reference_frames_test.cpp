@@ -14,9 +14,11 @@
 #include "node/robot/robot.h"
 #include "node/services/joint_requests.h"
 #include "node/tf/joint_frames.h"
+#include "robots/urdf.h"
 #include "sanitized.h"
 
-// Two random robots in one node, with any frame as the reference frame. The transforms of tf are composed here, from their joints.
+// Two random robots in one node, with any frame as the reference frame. The transforms of tf are composed here, from
+// their joints.
 
 namespace proximity_server::node::reference_frames_test {
 
@@ -42,6 +44,13 @@ class Random {
   std::mt19937 generator_;
 };
 
+std::string textOf(const Vector3d& v) {
+  std::ostringstream text;
+  text.precision(17);
+  text << v.x() << " " << v.y() << " " << v.z();
+  return text.str();
+}
+
 /// A frame, with the angles that a URDF gives it.
 struct Origin {
   Vector3d xyz, rpy;
@@ -50,18 +59,7 @@ struct Origin {
     return Isometry3d(Eigen::Translation3d(xyz) * Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) *
                       Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) * Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()));
   }
-  std::string text() const {
-    std::ostringstream text;
-    text.precision(17);
-    const auto write = [&](const char* name, const Vector3d& v) {
-      text << name << "=\"" << v.x() << " " << v.y() << " " << v.z() << "\" ";
-    };
-    text << "<origin ";
-    write("xyz", xyz);
-    write("rpy", rpy);
-    text << "/>";
-    return text.str();
-  }
+  std::string text() const { return robots::origin(textOf(xyz), textOf(rpy)); }
 };
 
 Origin randomOrigin(Random& random, double size) { return {random.point(size), random.point(3.0)}; }
@@ -89,27 +87,13 @@ struct Arm {
   }
 
   std::string urdf() const {
-    std::ostringstream text;
-    text.precision(17);
-    text << "<robot name=\"arm\">";
-    for (const std::string& link : kLinks)
-      text << "<link name=\"" << link << "\"><collision><geometry><sphere radius=\"" << kRadius
-           << "\"/></geometry></collision></link>";
-    for (std::size_t i = 0; i <= kJoints; ++i) {
-      const bool is_fixed = i == kJoints;
-      text << "<joint name=\"" << kLinks[i + 1] << "\" type=\""
-           << (is_fixed         ? "fixed"
-               : parts[i].turns ? "continuous"
-                                : "prismatic")
-           << "\"><parent link=\"" << kLinks[i] << "\"/><child link=\"" << kLinks[i + 1] << "\"/>"
-           << (is_fixed ? tool : parts[i].origin).text();
-      if (!is_fixed)
-        text << "<axis xyz=\"" << parts[i].axis.x() << " " << parts[i].axis.y() << " " << parts[i].axis.z()
-             << "\"/><limit lower=\"-9\" upper=\"9\" effort=\"1\" velocity=\"1\"/>";
-      text << "</joint>";
-    }
-    text << "</robot>";
-    return text.str();
+    using namespace robots;
+    std::string all;
+    for (const std::string& name : kLinks) all += link(name, ball(std::to_string(kRadius)));
+    for (std::size_t i = 0; i < kJoints; ++i)
+      all += joint(kLinks[i + 1], parts[i].turns ? "continuous" : "prismatic", kLinks[i], kLinks[i + 1],
+                   parts[i].origin.text() + axis(textOf(parts[i].axis)) + limits("-9", "9"));
+    return urdfOf(all + joint("tool", "fixed", "hand", "tool", tool.text()));
   }
 };
 

@@ -1,7 +1,5 @@
 // Eight clients that ask everything at once, while the monitors run and the model is replaced again and again: every
 // answer is that of one model or of the other. ./dev test --sanitize thread looks for races in the nodes meanwhile.
-#include <dynamic_reconfigure/Config.h>
-#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/MinimumDistance.h>
@@ -24,6 +22,8 @@
 #include "from_environment.h"
 #include "node/answers.h"
 #include "node/gantry.h"
+#include "node/joint_states.h"
+#include "node/settings.h"
 
 namespace proximity_server::node::reload_under_load_test {
 
@@ -105,7 +105,7 @@ void askEverything() {
   expectContact(call<QueryTrajectoryResponse>(kNode + "query_trajectory", trajectory), 0.6, 0.5);
 }
 
-/// The other model, in both nodes, so many times.
+/// Loads the one and the other model in turn, in both nodes, so many times.
 void replaceTheModel(std::int64_t times) {
   std::string urdf;
   ros::param::get("/robot_description", urdf);
@@ -121,45 +121,17 @@ void replaceTheModel(std::int64_t times) {
   }
 }
 
-/// Its settings, again and again.
+/// Changes the settings of the monitor again and again.
 void changeTheMonitor(const std::atomic<bool>& done) {
   std_srvs::SetBoolRequest monitor;
-  dynamic_reconfigure::ReconfigureRequest settings;
-  settings.config.doubles.resize(2);
-  settings.config.doubles[0].name = "rate";
-  settings.config.doubles[1].name = "lookahead";
   for (int i = 0; !done; ++i) {
-    settings.config.doubles[0].value = i % 2 == 0 ? 100.0 : 200.0;
-    settings.config.doubles[1].value = i % 3 == 0 ? 0.0 : 0.1;
-    call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", settings);
+    set(kNode, "rate", i % 2 == 0 ? 100.0 : 200.0);
+    set(kNode, "lookahead", i % 3 == 0 ? 0.0 : 0.1);
     monitor.data = i % 4 != 0;
     EXPECT_TRUE(call<std_srvs::SetBoolResponse>(kNode + "enable_monitor", monitor).success);
     ros::WallDuration(0.02).sleep();
   }
 }
-
-/// The velocities that the lookahead asks for: the ball rests.
-class JointStates {
- public:
-  JointStates() {
-    publisher_ = nh_.advertise<sensor_msgs::JointState>("/joint_states", 10);
-    ticker_.start();
-  }
-
- private:
-  void publish() {
-    sensor_msgs::JointState state;
-    state.header.stamp = ros::Time::now();
-    state.name = {"x_axis", "y_axis", "lift"};
-    state.position = {0.5, 0.0, 0.0};
-    state.velocity = {0.0, 0.0, 0.0};
-    publisher_.publish(state);
-  }
-
-  ros::NodeHandle nh_;
-  ros::Publisher publisher_;
-  Ticker ticker_{nh_, 100.0, [this] { publish(); }};  // last: it publishes what is above
-};
 
 /// Everything that a monitor publishes with a level must be right.
 int checkClearances(Inbox<Clearance>& inbox, const std::atomic<bool>& done) {
@@ -180,7 +152,8 @@ TEST(ReloadUnderLoad, EveryAnswerIsThatOfOneOfTheModels) {
   static Gantry gantry{ros::NodeHandle()};
   ASSERT_TRUE(gantry.awaitListeners(2));
   gantry.hold({0.5, 0.0, 0.0});
-  static const JointStates joint_states;
+  static JointStates joint_states;
+  joint_states.hold(slidingAt(0.0), positionsAt(0.5));
   static Inbox<visualization_msgs::MarkerArray> markers(ros::NodeHandle(), kNode + "markers");
   static Inbox<Clearance> timed(ros::NodeHandle(), kNode + "clearance"), on_tf(ros::NodeHandle(), "/on_tf/clearance");
   for (Inbox<Clearance>* inbox : {&timed, &on_tf}) {

@@ -11,6 +11,7 @@
 #include "node/monitor/lookahead.h"
 #include "node/tf/joint_frames.h"
 #include "proximity_server/scene/model/names.h"
+#include "robots/urdf.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
 
@@ -20,11 +21,11 @@ namespace proximity_server::node::robot_test {
 
 using XmlRpc::XmlRpcValue;
 
-const std::string kArm = R"(<robot name="arm">
-  <link name="base"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
-  <link name="hand"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="slide" type="prismatic"><parent link="base"/><child link="hand"/><axis xyz="1 0 0"/>
-    <limit lower="0" upper="2" effort="1" velocity="1"/></joint></robot>)";
+using namespace robots;
+
+const std::string kArm = urdfOf(link("base", box("0.2 0.2 0.2")) + link("hand", ball("0.1")) +
+                                    joint("slide", "prismatic", "base", "hand", axis("1 0 0") + limits("0", "2")),
+                                "arm");
 
 /// {left: {description: /left, tf_prefix: left}, right: the same}
 XmlRpcValue leftAndRight() {
@@ -257,16 +258,11 @@ TEST(ThresholdsOfPairs, RefuseSettingsThatContradictThemAndStayAsTheyWere) {
   config.thresholds.stop.of_links = {{"hand", 0.03}};
   const Robot robot(kArm, "", config);
   const auto before = robot.thresholds();
-  const auto refusal = [&](double warn, double influence) -> std::string {
+  const auto refusal = [&](double warn, double influence) {
     MonitorSettings settings;
     settings.warn_distance = settings.object_warn_distance = warn;
     settings.influence_distance = influence;
-    try {
-      robot.useDefaults(settings);
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-    return "";
+    return scene::errorOf([&] { robot.useDefaults(settings); });
   };
   EXPECT_NE(refusal(0.025, 0.1).find("base - hand is 0.03, above its warn distance, which is 0.025"),
             std::string::npos);

@@ -1,4 +1,3 @@
-#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/FirstContact.h>
@@ -20,10 +19,13 @@
 #include "node/answers.h"
 #include "node/diagnosis.h"
 #include "node/gantry.h"
+#include "node/joint_states.h"
+#include "node/object_messages.h"
+#include "node/settings.h"
 
 // Two robots of gantry.urdf in one node. The left one stands in the origin of the world, the right one at (2, 0, 0) and
-// turned by half a turn about z, so that its ball at x is at (2 - x, 0, 0): the balls of radius 0.1 are 2 - 0.7 - 0.8 = 0.5 m
-// apart, less their radii.
+// turned by half a turn about z, so that its ball at x is at (2 - x, 0, 0): the balls of radius 0.1 are 2 - 0.7 - 0.8 =
+// 0.5 m apart, less their radii.
 
 namespace proximity_server::node::several_robots_test {
 
@@ -56,34 +58,20 @@ geometry_msgs::TransformStamped turned(geometry_msgs::TransformStamped place) {
 /// Publishes joint states and the static places of the robots.
 class Robots {
  public:
-  Robots() : ticker_(ros::NodeHandle(), 100.0, [this] { publish(); }) {
-    ros::NodeHandle nh;
-    for (const std::string ns : {"left", "right", "third"})
-      joints_.push_back(nh.advertise<sensor_msgs::JointState>("/" + ns + "/joint_states", 1));
-    static_ = nh.advertise<tf2_msgs::TFMessage>("/tf_static", 1, /*latch=*/true);
+  Robots() {
+    left_.hold(slidingAt(kVelocity), positionsAt(kLeft));
+    right_.hold(slidingAt(kVelocity), positionsAt(kRight));
+    third_.hold(slidingAt(kVelocity), positionsAt(kRight));
     tf2_msgs::TFMessage message;
     // A chain: the right robot stands on a plate.
     message.transforms = {placeOf("left/base", "world", 0.0), placeOf("plate", "world", 2.0),
                           turned(placeOf("right/base", "plate", 0.0))};
     static_.publish(message);
-    ticker_.start();
   }
 
  private:
-  void publish() {
-    for (std::size_t i = 0; i < joints_.size(); ++i) {
-      sensor_msgs::JointState state;
-      state.header.stamp = ros::Time::now();
-      state.name = {"x_axis", "y_axis", "lift"};
-      state.position = {i == 0 ? kLeft : kRight, 0.0, 0.0};
-      state.velocity = {kVelocity, 0.0, 0.0};
-      joints_[i].publish(state);
-    }
-  }
-
-  std::vector<ros::Publisher> joints_;
-  ros::Publisher static_;
-  Ticker ticker_;  // last: it publishes what is above
+  JointStates left_{"/left"}, right_{"/right"}, third_{"/third"};
+  ros::Publisher static_ = ros::NodeHandle().advertise<tf2_msgs::TFMessage>("/tf_static", 1, /*latch=*/true);
 };
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -108,10 +96,7 @@ class SeveralRobotsOfANode : public testing::Test {
 std::set<std::string> robotsOf(const Proximity& pair) { return {pair.a.robot, pair.b.robot}; }
 
 MinimumDistanceRequest between(const std::string& a, const std::string& b) {
-  MinimumDistanceRequest request;
-  request.a = shape(a);
-  request.b = shape(b);
-  return request;
+  return node::between<MinimumDistanceRequest>(a, b);
 }
 
 TEST_F(SeveralRobotsOfANode, AreCheckedAgainstEachOtherInTheReferenceFrame) {
@@ -184,58 +169,6 @@ TEST_F(SeveralRobotsOfANode, MeetWhenBothOfThemMove) {
   EXPECT_NEAR(found.t_contact, 0.3, 1e-5);
 }
 
-/// Of the left base, which stands 2 m from the right one, from the right base and ball, at these positions of right/x_axis.
-std::vector<double> distancesSeenFromTheRightBall(const std::vector<double>& positions) {
-  QueryConfigurationRequest request;
-  request.a = {shape("left/base"), shape("left/base")};
-  request.b = {shape("right/base"), shape("right/ball")};
-  request.mode = QueryConfigurationRequest::PER_PAIR;
-  request.missing_joints = QueryConfigurationRequest::ZERO;
-  for (const double x : positions) {
-    request.states.emplace_back().name = {"right/x_axis"};
-    request.states.back().position = {x};
-  }
-  const auto response = call<QueryConfigurationResponse>("/in_right_ball/query_configuration", request);
-  EXPECT_TRUE(response.success) << response.status.message;
-  std::vector<double> distances;
-  for (const StateProximity& state : response.states)
-    for (const Proximity& pair : state.pairs) distances.push_back(pair.distance);
-  return distances;
-}
-
-TEST_F(SeveralRobotsOfANode, StandAsInTfWhereTheLinkOfTheReferenceFrameMoves) {
-  ASSERT_TRUE(validClearance("/in_right_ball/"));
-  const std::vector<double> found = distancesSeenFromTheRightBall({0.3, -1.5});
-  ASSERT_EQ(found.size(), 4U);
-  const double expected[] = {1.8, 2.0 - 0.3 - 0.2, 1.8, 2.0 + 1.5 - 0.2};
-  for (std::size_t i = 0; i < found.size(); ++i) EXPECT_NEAR(found[i], expected[i], kOfTf) << i;
-}
-
-// The ball of the left robot is at 0.7, that of the right one at 2 - x: they are 1.1 - x apart.
-TEST_F(SeveralRobotsOfANode, RestAlongATrajectoryThatMovesTheLinkOfTheReferenceFrame) {
-  ASSERT_TRUE(validClearance("/in_right_ball/"));
-  QueryTrajectoryRequest request;
-  request.a = shape("left/ball");
-  request.b = shape("right/ball");
-  request.trajectory.joint_names = {"right/x_axis"};
-  request.trajectory.points.resize(3);
-  const double positions[] = {0.2, 0.3, 0.5};
-  for (int i = 0; i < 3; ++i) {
-    request.trajectory.points[i].positions = {positions[i]};
-    request.trajectory.points[i].time_from_start = ros::Duration(i);
-  }
-  request.contact_distance = 0.7;
-  const auto response = call<QueryTrajectoryResponse>("/in_right_ball/query_trajectory", request);
-  ASSERT_TRUE(response.success) << response.status.message;
-  ASSERT_TRUE(response.contact);
-  EXPECT_NEAR(response.t_contact, 1.5, 1e-5);
-  ASSERT_EQ(response.segments.size(), 2U);
-  EXPECT_NEAR(response.segments[0].upper_bound, 0.8, 1e-6);
-  EXPECT_NEAR(response.segments[1].upper_bound, 0.6, 1e-6);
-  // In the frame of the right ball, whose y axis points against x of its robot: away from the left one.
-  EXPECT_NEAR(response.pair.point_b.y, -0.1, 1e-5);
-}
-
 TEST_F(SeveralRobotsOfANode, AreAheadOfContactByTheVelocitiesOfTheirOwnTopics) {
   const auto message =
       clearance(kNode, [](const Clearance& candidate) { return candidate.lookahead.state == Lookahead::CONTACT; });
@@ -259,18 +192,14 @@ TEST_F(SeveralRobotsOfANode, HaveGradientsByTheJointsOfBoth) {
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(response.minimum.gradient[i], expected[i], kOfTf) << i;
 }
 
-// They come nearer by 0.2 m/s, and have 0.28 m: both may go on at their velocities only if they can stop in that. They brake
-// with 0.05 m/s^2 each, which takes 0.2 m.
+// They come nearer by 0.2 m/s, and have 0.28 m: both may go on at their velocities only if they can stop in that. They
+// brake with 0.05 m/s^2 each, which takes 0.2 m.
 TEST_F(SeveralRobotsOfANode, AreSlowedByTheVelocitiesOfTheirOwnTopics) {
   Inbox<std_msgs::Float64> scales(ros::NodeHandle(), kNode + "collision_velocity_scale");
   const auto free = scales.next([](const std_msgs::Float64& message) { return message.data > 0.0; });
   ASSERT_TRUE(free);
   EXPECT_EQ(free->data, 1.0);
-  dynamic_reconfigure::ReconfigureRequest slower;
-  slower.config.doubles.resize(1);
-  slower.config.doubles[0].name = "stop_latency";
-  slower.config.doubles[0].value = 1.0;
-  call<dynamic_reconfigure::ReconfigureResponse>(kNode + "set_parameters", slower);
+  set(kNode, "stop_latency", 1.0);
   // 0 is also the answer of a search that got no time on a busy machine.
   const auto slowed =
       scales.next([](const std_msgs::Float64& message) { return message.data > 0.0 && message.data < 1.0; });
@@ -310,26 +239,17 @@ TEST_F(SeveralRobotsOfANode, AreToldApartOnOneTopicByTheirNamesOnly) {
 
 TEST_F(SeveralRobotsOfANode, CarryObjects) {
   awaitPoses();
-  ApplyObjectsRequest request;
-  request.changes.changes.resize(1);
-  ObjectChange& change = request.changes.changes[0];
-  change.operation = ObjectChange::ADD;
-  change.id = "rod";
-  change.header.frame_id = "right/ball";
-  change.link = "right/ball";
-  change.primitives.resize(1);
-  change.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  change.primitives[0].dimensions = {0.15};
-  const auto added = call<ApplyObjectsResponse>(kNode + "apply_objects", request);
+  ObjectChange rod = addBall("rod");
+  rod.header.frame_id = rod.link = "right/ball";
+  rod.primitives[0].dimensions = {0.15};
+  const auto added = call<ApplyObjectsResponse>(kNode + "apply_objects", requestOf({rod}));
   ASSERT_TRUE(added.success) << added.status.message;
   const auto response = call<MinimumDistanceResponse>(kNode + "minimum_distance", between("left/ball", "rod"));
   ASSERT_TRUE(response.success) << response.status.message;
   EXPECT_NEAR(response.pair.distance, kApart - 0.05, kOfTf);
   EXPECT_EQ(response.pair.b.robot, "right");
-  change = ObjectChange();
-  change.operation = ObjectChange::REMOVE;
-  change.id = "rod";
-  EXPECT_TRUE(call<ApplyObjectsResponse>(kNode + "apply_objects", request).success);
+  const auto remove = requestOf({change(ObjectChange::REMOVE, "rod")});
+  EXPECT_TRUE(call<ApplyObjectsResponse>(kNode + "apply_objects", remove).success);
 }
 
 TEST_F(SeveralRobotsOfANode, AreDescribedAndDrawnInTheirFrames) {
@@ -463,14 +383,8 @@ TEST_F(SeveralRobotsOfANode, LookNotAheadToFixedObjectsWhereTheBaseOfTheOnlyOneM
     });
   };
   EXPECT_TRUE(withState(Lookahead::FREE)) << "of itself";
-  ApplyObjectsRequest request;
-  ObjectChange& table = request.changes.changes.emplace_back();
-  table.id = "table";
-  table.primitives.resize(1);
-  table.primitives[0].type = shape_msgs::SolidPrimitive::BOX;
-  table.primitives[0].dimensions = {1.0, 1.0, 0.1};
-  table.pose.position.y = 10.0;
-  const auto added = call<ApplyObjectsResponse>("/alone_on_a_cart/apply_objects", request);
+  const auto table = requestOf({addBall("table", poseAt(0.0, 10.0, 0.0))});
+  const auto added = call<ApplyObjectsResponse>("/alone_on_a_cart/apply_objects", table);
   ASSERT_TRUE(added.success) << added.status.message;
   const auto message = withState(Lookahead::UNKNOWN);
   ASSERT_TRUE(message);

@@ -1,4 +1,4 @@
-// What becomes of the exceptions that an answer meets.
+// Exceptions within a service become answers with their text.
 #include "node/services/answered.h"
 
 #include <gtest/gtest.h>

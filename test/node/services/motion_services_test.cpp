@@ -10,6 +10,7 @@
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/limited_robot.h"
+#include "node/object_messages.h"
 
 // Every expected number is read off gantry.urdf. With the ball at (x, 0, 0) it is x - 0.2 from the base.
 
@@ -53,10 +54,7 @@ FirstContactResponse ask(const FirstContactRequest& request, const std::string& 
 }
 
 FirstContactRequest between(const std::string& a, const std::string& b, const ros::Time& stamp) {
-  FirstContactRequest request;
-  request.a = shape(a);
-  request.b = shape(b);
-  request.stamp = stamp;
+  auto request = node::between<FirstContactRequest>(a, b, stamp);
   request.horizon = 3.0;
   return request;
 }
@@ -259,27 +257,16 @@ TEST(ReferenceFrameOfMotion, OfALinkIsWhatTwistsAreRelativeTo) {
   expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
 }
 
-// A fixed object stands in the reference frame: in that of the ball it goes with the ball. Its centre is 0.3 nearer to the
-// base, which is +y in the turned frame.
+// A fixed object stands in the reference frame: in that of the ball it goes with the ball. Its centre is 0.3 nearer to
+// the base, which is +y in the turned frame.
 TEST(ReferenceFrameOfMotion, OfALinkCarriesFixedObjects) {
-  ApplyObjectsRequest changes;
-  changes.changes.changes.resize(1);
-  ObjectChange& part = changes.changes.changes[0];
-  part.operation = ObjectChange::ADD;
-  part.id = "part";
-  part.primitives.resize(1);
-  part.primitives[0].type = shape_msgs::SolidPrimitive::SPHERE;
-  part.primitives[0].dimensions = {0.1};
-  part.pose.position.y = 0.3;
-  const auto applied = call<ApplyObjectsResponse>("/in_ball/apply_objects", changes);
+  const auto applied =
+      call<ApplyObjectsResponse>("/in_ball/apply_objects", requestOf({addBall("part", poseAt(0, 0.3, 0))}));
   ASSERT_TRUE(applied.success) << applied.status.message;
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.b = shape("part");
   const auto response = ask(request, "/in_ball/");
-  ApplyObjectsRequest remove;
-  remove.changes.changes.resize(1);
-  remove.changes.changes[0].operation = ObjectChange::REMOVE;
-  remove.changes.changes[0].id = "*";
+  const auto remove = requestOf({change(ObjectChange::REMOVE, "*")});
   EXPECT_TRUE(call<ApplyObjectsResponse>("/in_ball/apply_objects", remove).success);
   expectContact(response, 1.0, 0.5);
   expectNear(response.pair.point_b, 0.0, 0.4, 0.0, 1e-5);
@@ -372,14 +359,9 @@ TEST(TimeBudget, ThatEndsLeavesWhatIsProven) {
 
 // ---- joints at their limits, see limits.urdf
 
-LimitedRobot& limitedRobot() {
-  static LimitedRobot robot;
-  static const bool connected = robot.awaitListeners(1);
-  EXPECT_TRUE(connected);
-  return robot;
-}
+LimitedRobot& limitedRobot() { return connectedLimitedRobot(); }
 
-/// Of two links of limits.urdf, one of whose joints moves.
+/// A request for two links of limits.urdf, one of whose joints moves.
 FirstContactRequest moving(const std::string& a, const std::string& b, const std::string& joint, double velocity,
                            const ros::Time& stamp) {
   FirstContactRequest request = between(a, b, stamp);
@@ -410,33 +392,6 @@ TEST(JointLimits, StopAJointBeforeAContactThatLiesBeyond) {
   expectNoContact(response, 0.3);  // without a limit there would be contact at 1.6 s
   expectStops(response, {"run"}, {1.0});
   EXPECT_GE(response.minimum.time, 1.0 - 1e-5);
-}
-
-TEST(JointLimits, StopEachJointAtItsOwnTime) {
-  FirstContactRequest request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
-  request.joints.name = {"x_axis", "y_axis"};
-  request.joints.velocity = {1.0, 0.8};
-  expectStops(ask(request), {"x_axis", "y_axis"}, {1.0, 2.5});
-  request.joints.velocity = {0.4, -1.0};
-  expectStops(ask(request), {"y_axis", "x_axis"}, {2.0, 2.5});
-  request.horizon = 2.0;
-  expectStops(ask(request), {}, {});
-}
-
-TEST(JointLimits, StopAFollowerWithItsLeader) {
-  const auto response = askLimits(moving("wall", "echo", "run", -0.5, limitedRobot().moveTo(1.0, 0.0)));
-  expectNoContact(response, 0.8);  // without a limit there would be contact at 1.8 s
-  expectStops(response, {"run"}, {1.0});
-}
-
-TEST(JointLimits, KeepAJointThatIsBeyondThemUnlessItMovesBackIn) {
-  const ros::Time stamp = limitedRobot().moveTo(0.49, 0.0);
-  const auto outwards = askLimits(moving("wall", "ball", "run", -0.5, stamp));
-  expectNoContact(outwards, 0.29);
-  expectStops(outwards, {"run"}, {0.0});
-  const auto inwards = askLimits(moving("wall", "ball", "run", 0.5, stamp));
-  expectNoContact(inwards, 0.29);
-  EXPECT_TRUE(inwards.joints_at_limit.empty());
 }
 
 TEST(JointLimits, AreToldBesideAContactThatComesBefore) {
@@ -496,11 +451,9 @@ struct WayPoint {
   std::vector<double> positions;
 };
 
-/// Of base and ball.
+/// A trajectory, for base and ball.
 QueryTrajectoryRequest along(const std::vector<std::string>& joints, const std::vector<WayPoint>& points) {
-  QueryTrajectoryRequest request;
-  request.a = shape("base");
-  request.b = shape("ball");
+  auto request = node::between<QueryTrajectoryRequest>("base", "ball");
   request.trajectory.joint_names = joints;
   for (const WayPoint& point : points) {
     trajectory_msgs::JointTrajectoryPoint message;

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "robots/urdf.h"
+
 // Two publishers of one joint, and what looks like them. "slide" moves along x at up to 1 m/s, "arm" turns about z at
 // up to 2 rad/s, "flap" within one radian and "wheel" without end have no velocity limit.
 
@@ -13,17 +15,14 @@ using namespace narrowphase;
 
 using Clock = JointJumps::Clock;
 
-const std::string kUrdf = R"(
-<robot name="r">
-  <link name="base"/><link name="slide"/><link name="arm"/><link name="flap"/><link name="wheel"/>
-  <joint name="slide_joint" type="prismatic"><parent link="base"/><child link="slide"/><axis xyz="1 0 0"/>
-    <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
-  <joint name="arm_joint" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
-    <limit lower="-3" upper="3" effort="1" velocity="2"/></joint>
-  <joint name="flap_joint" type="revolute"><parent link="base"/><child link="flap"/><axis xyz="0 0 1"/>
-    <limit lower="0" upper="1" effort="1" velocity="0"/></joint>
-  <joint name="wheel_joint" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 0 1"/></joint>
-</robot>)";
+using namespace robots;
+
+const std::string kUrdf =
+    urdfOf(link("base") + link("slide") + link("arm") + link("flap") + link("wheel") +
+           joint("slide_joint", "prismatic", "base", "slide", axis("1 0 0") + limits("-2", "2")) +
+           joint("arm_joint", "revolute", "base", "arm", axis("0 0 1") + limits("-3", "3", "2")) +
+           joint("flap_joint", "revolute", "base", "flap", axis("0 0 1") + limits("0", "1", "0")) +
+           hinge("wheel_joint", "base", "wheel", "0 0 1"));
 
 std::shared_ptr<const Robot> robot(const Config& config = {}) {
   return std::make_shared<const Robot>(kUrdf, "", config);

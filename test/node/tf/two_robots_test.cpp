@@ -1,13 +1,12 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
-#include <sensor_msgs/JointState.h>
-#include <visualization_msgs/MarkerArray.h>
 
 #include <set>
 
 #include "node/answers.h"
 #include "node/diagnosis.h"
 #include "node/gantry.h"
+#include "node/joint_states.h"
 
 // Two robots of gantry.urdf, each with its robot_state_publisher, on one tf. With the ball at (x, 0, 0) it is x - 0.2
 // from the base.
@@ -16,31 +15,13 @@ namespace proximity_server::node::two_robots_test {
 
 constexpr double kLeft = 0.4, kRight = 0.7;  // [m] x of the balls
 
-/// Publishes the joint states of a robot a hundred times a second.
-class Joints {
- public:
-  Joints(const std::string& ns, double x)
-      : publisher_(ros::NodeHandle(ns).advertise<sensor_msgs::JointState>("joint_states", 1)),
-        ticker_(ros::NodeHandle(ns), 100.0, [this] { publish(); }) {
-    state_.name = {"x_axis", "y_axis", "lift"};
-    state_.position = {x, 0.0, 0.0};
-    ticker_.start();
-  }
-
- private:
-  void publish() {
-    state_.header.stamp = ros::Time::now();
-    publisher_.publish(state_);
-  }
-
-  sensor_msgs::JointState state_;
-  ros::Publisher publisher_;
-  Ticker ticker_;  // last: it publishes what is above
-};
-
 class TwoRobots : public testing::Test {
  protected:
-  void SetUp() override { static const Joints left("left", kLeft), right("right", kRight); }
+  void SetUp() override {
+    static JointStates left("left"), right("right");
+    left.hold(slidingAt(0.0), positionsAt(kLeft));
+    right.hold(slidingAt(0.0), positionsAt(kRight));
+  }
 
   /// The next one that is at this distance, of any number of nodes.
   static std::optional<Clearance> clearance(const std::string& node, double distance) {
@@ -62,9 +43,7 @@ TEST_F(TwoRobots, EachHaveTheClearanceOfTheirOwnPoseInTheirOwnFrame) {
 }
 
 TEST_F(TwoRobots, AnswerRequestsThatNameLinksAsTheUrdfDoes) {
-  MinimumDistanceRequest request;
-  request.a = shape("base");
-  request.b = shape("ball");
+  const auto request = between<MinimumDistanceRequest>("base", "ball");
   for (const auto& [ns, x] : {std::pair<std::string, double>("left", kLeft), {"right", kRight}}) {
     ASSERT_TRUE(clearance("/" + ns + "/proximity_server", x - 0.2));
     const auto response = call<MinimumDistanceResponse>("/" + ns + "/proximity_server/minimum_distance", request);
@@ -101,26 +80,6 @@ TEST_F(TwoRobots, AnswerInAFrameOfNoRobotThatHasNoPrefix) {
   ASSERT_TRUE(message);
   EXPECT_EQ(message->header.frame_id, "world");
   EXPECT_NEAR(message->minimum.point_a.z, 2.0, kTolerance);
-}
-
-TEST_F(TwoRobots, AreDrawnInTheirOwnFrames) {
-  using visualization_msgs::MarkerArray;
-  Inbox<MarkerArray> inbox(ros::NodeHandle(), "/right/proximity_server/markers");
-  const auto pieces = inbox.next(
-      [](const MarkerArray& array) { return !array.markers.empty() && array.markers.front().ns == "pieces"; });
-  ASSERT_TRUE(pieces);
-  std::set<std::string> frames;
-  for (const auto& marker : pieces->markers) frames.insert(marker.header.frame_id);
-  EXPECT_EQ(frames, (std::set<std::string>{"right/ball", "right/base", "right/block"}));
-}
-
-TEST_F(TwoRobots, AreWarnedOfWhereOneOfThemHasTwoPublishersOfItsJointStates) {
-  Diagnosis diagnosis("left/proximity_server: tf");
-  const Joints other("left", kLeft + 0.5);
-  const auto warning =
-      diagnosis.next([](const auto& status) { return status.message.find("two publishers?") != std::string::npos; });
-  ASSERT_TRUE(warning);
-  EXPECT_EQ(warning->message.rfind("joint 'x_axis': transforms jump by 0.5 m within ", 0), 0u) << warning->message;
 }
 
 // ---- what is said where the prefix is the reason
