@@ -19,6 +19,7 @@
 
 #include "node/gantry.h"
 #include "node/robot/level_name.h"
+#include "tools/program/run_command.h"
 
 // The programs of ./dev demo beside the node, with the robot of odd_names.urdf.
 
@@ -37,14 +38,6 @@ TEST(DemoMotion, MovesJointsWhoseNamesAreNoNamesOfRos) {
   }
 }
 
-/// The exit code of a command, and what it prints.
-std::pair<int, std::string> outputOf(const std::string& command) {
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  std::string output;
-  for (int byte = fgetc(pipe); byte != EOF; byte = fgetc(pipe)) output += static_cast<char>(byte);
-  return {WEXITSTATUS(pclose(pipe)), output};
-}
-
 /// Runs demo_motion with these parameters.
 std::string demoMotionWith(const std::string& joints, const std::string& keyframes) {
   return "rosparam set /ending \"{joints: " + joints + ", keyframes: " + keyframes +
@@ -53,7 +46,7 @@ std::string demoMotionWith(const std::string& joints, const std::string& keyfram
 
 /// Runs demo_motion with parameters that it refuses, and returns its output.
 std::string lastWordsWith(const std::string& joints, const std::string& keyframes) {
-  const auto [code, output] = outputOf(demoMotionWith(joints, keyframes));
+  const auto [code, output, _] = tools::runCommand(demoMotionWith(joints, keyframes) + " 2>&1");
   EXPECT_EQ(code, 1) << output;
   return output;
 }
@@ -101,9 +94,9 @@ std::string viewIn(const std::string& name_space) {
   const std::string place = folder, view = PROXIMITY_SOURCE_DIR "/config/demo/view.rviz";
   std::ofstream(place + "/rviz") << "#!/bin/sh\ncat \"$2\"; echo \"options: $3\"\n";
   std::filesystem::permissions(place + "/rviz", std::filesystem::perms::owner_all);
-  const std::string shown = outputOf("ROS_HOME=" + place + " ROS_NAMESPACE=" + name_space + " PATH=" + place +
-                                     ":$PATH " DEMO_VIEW " " + view + " --fullscreen")
-                                .second;
+  const std::string shown = tools::runCommand("ROS_HOME=" + place + " ROS_NAMESPACE=" + name_space + " PATH=" + place +
+                                              ":$PATH " DEMO_VIEW " " + view + " --fullscreen 2>&1")
+                                .output;
   std::filesystem::remove_all(place);
   return shown;
 }
@@ -111,8 +104,10 @@ std::string viewIn(const std::string& name_space) {
 // Regression: the camera stood where it fits the robot of the demo, and the fixed frame was a link of that robot.
 TEST(DemoView, HasACameraThatFitsTheRobot) {
   const std::string shown = viewIn("/");
-  // The box of odd_names.urdf is 0.2 m wide, from z = -0.1 m to the top of the hand at 1.45 m: its diagonal is sqrt(0.08 + 1.55^2) =
-  // 1.5756 m, of which a fifth stays for the texts above it. A ball around both, of radius 0.9432 m, is seen with 45 degrees from
+  // The box of odd_names.urdf is 0.2 m wide, from z = -0.1 m to the top of the hand at 1.45 m: its diagonal is
+  // sqrt(0.08 + 1.55^2) =
+  // 1.5756 m, of which a fifth stays for the texts above it. A ball around both, of radius 0.9432 m, is seen with 45
+  // degrees from
   // 0.9432 / sin(22.5 deg) m.
   for (const std::string line :
        {"Distance: 2.465", "Focal Point: {X: 0, Y: 0, Z: 0.833}", "Target Frame: \"base\"", "Fixed Frame: \"base\"",
@@ -215,7 +210,8 @@ std::vector<std::string> tableOf(const Clearance& clearance, int columns) {
   publisher.publish(clearance);
   Terminal terminal(columns);
   std::vector<std::string> lines;
-  // The table is redrawn every 0.1 s; it begins with the level, and one that nobody publishes any more ends after a second.
+  // The table is redrawn every 0.1 s; it begins with the level, and one that nobody publishes any more ends after a
+  // second.
   const auto begins = [&](const std::string& line) { return line.find(levelName(clearance.level)) == 3; };
   std::optional<std::string> line = terminal.next();
   while (line && !begins(*line)) line = terminal.next();

@@ -12,7 +12,8 @@ namespace proximity_server::real_arms_test {
 
 class RealArm : public testing::TestWithParam<const char*> {};
 
-// Regression: a UR10 rested for ever, as a pair that no joint can part contradicted all others; a UR5 was told to move at 97 rad/s.
+// Regression: a UR10 rested for ever, as a pair that no joint can part contradicted all others; a UR5 was told to move
+// at 97 rad/s.
 TEST_P(RealArm, IsDrivenPastPairsThatAreNearByDesign) {
   if (kIsSanitized) GTEST_SKIP() << "its meshes take minutes under a sanitizer";
   const scene::MeshResolver resolve = scene::exampleRobotsResolver();
