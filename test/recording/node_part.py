@@ -8,6 +8,7 @@ scale, which need velocities beside the transforms, and budgets that end.
 import functools
 import queue
 import time
+import unittest
 import xml.etree.ElementTree as ElementTree
 
 import genpy
@@ -101,6 +102,7 @@ class Node:
         self.name = f"{namespace}/proximity_server"
         self.robots = {name.strip("/"): Joints(name) for name in ROBOTS.get(namespace, [namespace])}
         self.inboxes = {topic: queue.Queue() for topic in ("clearance", "constraints")}
+        self.answered = set()  # topics
         for topic, kind in (("clearance", msg.Clearance), ("constraints", msg.ConstraintRows)):
             rospy.Subscriber(f"{self.name}/{topic}", kind, self.inboxes[topic].put)
         self.latest = {}
@@ -121,10 +123,16 @@ class Node:
         genpy.message.fill_message_args(request, [fields])
         return self.service(name)(request)
 
-    def next(self, topic, accepts):
+    def next(self, topic):
+        """The message at Node.now. A monitor forgets earlier answers when its clock stands still for two seconds: the bits of the
+        next ones then depend on how busy the machine is."""
         while True:
             message = self.inboxes[topic].get(timeout=PATIENCE)
-            if accepts(message):
+            if "the clock stands still" in message.status.message:
+                if topic in self.answered:
+                    raise unittest.SkipTest("this machine is too busy: two states are more than two seconds apart")
+            elif message.header.stamp == Node.now:
+                self.answered.add(topic)
                 return message
 
     def publish_state(self, positions):
@@ -148,7 +156,7 @@ class Node:
         Node.clock.publish(Clock(Node.now))
         answer = Blocks()
         for topic in ("clearance", "constraints"):
-            answer.add(topic, in_lines(self.next(topic, lambda message: message.header.stamp == Node.now)))
+            answer.add(topic, in_lines(self.next(topic)))
         return answer
 
     def change(self, fields):
