@@ -55,9 +55,9 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
   for (std::size_t link = 0; link < model.links.size(); ++link)
     add(model.links[link].body,
         [&](int number) { return objects.reason(static_cast<int>(link), scene::ShapeRef::ofObject(number)); });
-  for (const int walker : objects.walkers())
-    add(carrierOf(robot, *objects.object(walker)), [&](int number) {
-      return objects.reason(scene::ShapeRef::ofObject(walker), scene::ShapeRef::ofObject(number));
+  for (const int searcher : objects.searchers())
+    add(carrierOf(robot, *objects.object(searcher)), [&](int number) {
+      return objects.reason(scene::ShapeRef::ofObject(searcher), scene::ShapeRef::ofObject(number));
     });
   return bodies;
 }

@@ -43,7 +43,7 @@ std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& 
     if (bodies.count(model.links[link].body) == 0 && isChecked(objects, static_cast<int>(link)))
       bodies.insert(model.links[link].body);
   }
-  for (const int number : objects.walkers()) {
+  for (const int number : objects.searchers()) {
     const int body = bodyOf(model, *objects.object(number));
     if (body >= 0) bodies.insert(body);
   }

@@ -146,11 +146,11 @@ void addObjectPairs(const RequestContext& context, const scene::ShapeRef& subjec
 
 /// Adds the checked pairs of two objects, each once.
 void addPairsOfObjects(const RequestContext& context, std::vector<scene::ShapeRefPair>& pairs) {
-  for (const int number : context.sceneObjects().walkers()) {
-    const scene::ShapeRef walker = scene::ShapeRef::ofObject(number);
+  for (const int number : context.sceneObjects().searchers()) {
+    const scene::ShapeRef searcher = scene::ShapeRef::ofObject(number);
     for (const int other : context.sceneObjects().numbers())
-      if (context.sceneObjects().isCheckedBy(walker, other))
-        pairs.push_back({walker, scene::ShapeRef::ofObject(other)});
+      if (context.sceneObjects().isCheckedBy(searcher, other))
+        pairs.push_back({searcher, scene::ShapeRef::ofObject(other)});
   }
 }
 

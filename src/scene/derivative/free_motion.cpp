@@ -135,7 +135,7 @@ bool FreeMotion::findLargestWeights(VectorXd& weights) {
   for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
     if (robot.hasGeometry(link)) consider({link}, robot.links[link].body);
   if (const Objects* objects = joints_->objects())
-    for (const int number : objects->walkers())
+    for (const int number : objects->searchers())
       consider(ShapeRef::ofObject(number), joints_->bodyOf(ShapeRef::ofObject(number)));
   weights.array() *= sides_.array();
   return is_known;

@@ -195,40 +195,40 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
 void MovingPairs::addObjectPairs() {
   for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
     if (model_->robot.hasGeometry(link)) addPairsOf(participant(link));
-  for (const int walker : objects_->walkers()) addPairsOf(participant(ShapeRef::ofObject(walker)));
+  for (const int searcher : objects_->searchers()) addPairsOf(participant(ShapeRef::ofObject(searcher)));
 }
 
 /// Adds the pairs that ObjectVisits visits; but here moving objects are in no tree.
-void MovingPairs::addPairsOf(const Participant& walker) {
-  if (!isKnown(walker)) return;
+void MovingPairs::addPairsOf(const Participant& searcher) {
+  if (!isKnown(searcher)) return;
   const auto addAll = [&](const std::vector<int>& numbers) {
-    for (const int number : numbers) addIfChecked(walker, number);
+    for (const int number : numbers) addIfChecked(searcher, number);
   };
-  if (walker.isUnbounded()) return addAll(objects_->numbers());
-  addFixedObjects(walker);
+  if (searcher.isUnbounded()) return addAll(objects_->numbers());
+  addFixedObjects(searcher);
   addAll(objects_->fixed().loose());
   addAll(objects_->unbounded());
   for (const int number : objects_->moving())
-    if (!objects_->placed(number)->isUnbounded()) addIfChecked(walker, number);
-  for (const int number : objects_->walkers())
-    if (objects_->placed(number)->kind == PlacedObject::Kind::Attached) addIfChecked(walker, number);
+    if (!objects_->placed(number)->isUnbounded()) addIfChecked(searcher, number);
+  for (const int number : objects_->searchers())
+    if (objects_->placed(number)->kind == PlacedObject::Kind::Attached) addIfChecked(searcher, number);
 }
 
-void MovingPairs::addFixedObjects(const Participant& walker) {
+void MovingPairs::addFixedObjects(const Participant& searcher) {
   if (tree().empty() || !poses_->isKnown(poses_->world())) return;
-  const Bounds bounds = walker.whole().bounds;
-  MovingBodies bodies(*poses_, walker.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
-  const ShapeRefPair asked{walker.ref, ShapeRef()};
-  pairs_.push_back({asked, -1, 0.0, 0.0, walker, {}, std::move(bodies)});
+  const Bounds bounds = searcher.whole().bounds;
+  MovingBodies bodies(*poses_, searcher.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
+  const ShapeRefPair asked{searcher.ref, ShapeRef()};
+  pairs_.push_back({asked, -1, 0.0, 0.0, searcher, {}, std::move(bodies)});
   pairs_.back().kind = PairInMotion::Kind::FixedObjects;
   pairs_.back().contact_distance = contactDistanceOf(asked);
 }
 
-void MovingPairs::addIfChecked(const Participant& walker, int number) {
-  if (!objects_->isCheckedBy(walker.ref, number)) return;
+void MovingPairs::addIfChecked(const Participant& searcher, int number) {
+  if (!objects_->isCheckedBy(searcher.ref, number)) return;
   const Participant other = participant(ShapeRef::ofObject(number));
-  const bool is_first = walker.ref.isLink() || walker.ref.object() < number;
-  const bool is_added = is_first ? add(walker, other) : add(other, walker);
+  const bool is_first = searcher.ref.isLink() || searcher.ref.object() < number;
+  const bool is_added = is_first ? add(searcher, other) : add(other, searcher);
   too_far_ += !is_added && isKnown(other);
 }
 

@@ -121,9 +121,9 @@ class MovingPairs {
   void addSolids(const Participant& a, const Participant& b);
   void addHalfSpaces(const Participant& a, const Participant& b);
   void addObjectPairs();
-  void addPairsOf(const Participant& walker);
-  void addIfChecked(const Participant& walker, int number);
-  void addFixedObjects(const Participant& walker);
+  void addPairsOf(const Participant& searcher);
+  void addIfChecked(const Participant& searcher, int number);
+  void addFixedObjects(const Participant& searcher);
   void requireFrames(const RobotMotion& motion) const;
 
   const std::shared_ptr<const SceneModel> model_;

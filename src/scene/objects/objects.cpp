@@ -109,9 +109,9 @@ Objects Objects::changed(const std::vector<ObjectChange>& changes) const {
 Objects Objects::withRules(ObjectRules rules) const {
   Objects next = *this;
   next.rules_ = std::make_shared<const ObjectRules>(std::move(rules));
-  next.walkers_.clear();
+  next.searchers_.clear();
   for (int number = 0; number < next.numberLimit(); ++number)
-    if (next.placed(number) && next.isWalker(number)) next.walkers_.push_back(number);
+    if (next.placed(number) && next.isSearcher(number)) next.searchers_.push_back(number);
   next.pair_count_ = 0;
   next.forEachCheckedPair([&](const ShapeRef&, const ShapeRef&) { ++next.pair_count_; });
   return next;
@@ -173,7 +173,7 @@ void Objects::give(int number, const Object& object) {
 void Objects::enlist(int number) {
   PROXIMITY_ASSERT(placed(number), "No object has this number: give() puts it into its slot first.");
   const PlacedObject& object = *placed(number);
-  if (isWalker(number)) insertSorted(number, walkers_);
+  if (isSearcher(number)) insertSorted(number, searchers_);
   if (object.kind == Kind::Moving) insertSorted(number, moving_);
   if (object.isUnbounded())
     insertSorted(number, unbounded_);
@@ -189,7 +189,7 @@ void Objects::strike(int number) {
   const PlacedObject& object = *placed(number);
   pair_count_ -= pairsOf(number);
   piece_count_ -= static_cast<std::int64_t>(object.geometry->pieces().size());
-  eraseSorted(number, walkers_);
+  eraseSorted(number, searchers_);
   eraseSorted(number, moving_);
   eraseSorted(number, unbounded_);
   if (object.kind == Kind::Fixed && !object.isUnbounded()) fixed_->remove(number);
@@ -226,17 +226,17 @@ const Object* Objects::object(int number) const {
 
 // --- pairs
 
-bool Objects::isWalker(int number) const {
+bool Objects::isSearcher(int number) const {
   const Kind kind = placed(number)->kind;
   return kind == Kind::Attached || (kind == Kind::Moving && rules_->free_objects == ObjectRules::FreeObjects::Checked);
 }
 
-/// The number of checked pairs with an object. In a pair of two objects, one is a walker.
+/// The number of checked pairs with an object. In a pair of two objects, one is a searcher.
 std::int64_t Objects::pairsOf(int number) const {
   std::int64_t count = 0;
   for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
     count += linkReason(link, number) == PairReason::Checked;
-  for (const int other : isWalker(number) ? by_id_ : walkers_)
+  for (const int other : isSearcher(number) ? by_id_ : searchers_)
     count += objectReason(number, other) == PairReason::Checked;
   return count;
 }
@@ -257,10 +257,10 @@ PairReason Objects::reason(const ShapeRef& a, const ShapeRef& b) const {
   throw std::invalid_argument("neither of the two is an object");
 }
 
-bool Objects::isCheckedBy(const ShapeRef& walker, int object) const {
-  const bool other_looks =
-      walker.isObject() && object < walker.object() && std::binary_search(walkers_.begin(), walkers_.end(), object);
-  return !other_looks && isChecked(walker, ShapeRef::ofObject(object));
+bool Objects::isCheckedBy(const ShapeRef& searcher, int object) const {
+  const bool other_looks = searcher.isObject() && object < searcher.object() &&
+                           std::binary_search(searchers_.begin(), searchers_.end(), object);
+  return !other_looks && isChecked(searcher, ShapeRef::ofObject(object));
 }
 
 PairReason Objects::linkReason(int link, int number) const {

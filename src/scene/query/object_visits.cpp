@@ -19,24 +19,24 @@ bool isCheckedPair(const PlacedRobot& robot, int a, int b) {
 }
 
 void ObjectVisits::fit(const PlacedRobot& robot) {
-  walkers_.clear();
+  searchers_.clear();
   attached_.clear();
   unknown_pairs_ = 0;
   const Objects* objects = robot.objects();
   if (!objects || objects->empty()) return;
-  for (int link = 0; link < static_cast<int>(objects->model().robot.links.size()); ++link) addWalker(robot, link);
-  for (const int number : objects->walkers()) {
+  for (int link = 0; link < static_cast<int>(objects->model().robot.links.size()); ++link) addSearcher(robot, link);
+  for (const int number : objects->searchers()) {
     if (objects->placed(number)->kind == PlacedObject::Kind::Attached) attached_.push_back(number);
-    addWalker(robot, robot.numberOfObject(number));
+    addSearcher(robot, robot.numberOfObject(number));
   }
   fitMoving(robot);
   countUnknown(robot);
 }
 
-void ObjectVisits::addWalker(const PlacedRobot& robot, int part) {
+void ObjectVisits::addSearcher(const PlacedRobot& robot, int part) {
   if (!robot.isPlaced(part)) return;
   const bool is_unbounded = robot[part].isUnbounded();
-  walkers_.push_back(
+  searchers_.push_back(
       {part, robot.refOf(part), is_unbounded, is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(part)});
 }
 
@@ -68,14 +68,14 @@ void ObjectVisits::countUnknown(const PlacedRobot& robot) {
     for (const int number : robot.isPlaced(link) ? missing_ : objects.numbers())
       unknown_pairs_ += objects.isChecked(link, ShapeRef::ofObject(number));
   }
-  const std::vector<int>& walkers = objects.walkers();
-  for (const int walker : walkers) {
-    for (const int number : isMissing(walker) ? objects.numbers() : missing_) {
-      // A pair of two walkers without a pose is counted for the walker with the smaller number. If only one of the two
-      // has no pose, the pair is counted for that one.
-      const bool is_walker = std::binary_search(walkers.begin(), walkers.end(), number);
-      const bool was_counted = is_walker && isMissing(number) && (!isMissing(walker) || number < walker);
-      unknown_pairs_ += !was_counted && objects.isChecked(ShapeRef::ofObject(walker), ShapeRef::ofObject(number));
+  const std::vector<int>& searchers = objects.searchers();
+  for (const int searcher : searchers) {
+    for (const int number : isMissing(searcher) ? objects.numbers() : missing_) {
+      // A pair of two searchers without a pose is counted for the searcher with the smaller number. If only one of the
+      // two has no pose, the pair is counted for that one.
+      const bool is_searcher = std::binary_search(searchers.begin(), searchers.end(), number);
+      const bool was_counted = is_searcher && isMissing(number) && (!isMissing(searcher) || number < searcher);
+      unknown_pairs_ += !was_counted && objects.isChecked(ShapeRef::ofObject(searcher), ShapeRef::ofObject(number));
     }
   }
 }

@@ -15,31 +15,31 @@ namespace proximity_server::scene {
 
 /// Finds the pairs with objects that are near, the nearest first, without looking at the objects that are far.
 ///
-/// A walker is a link, an attached object, or, if pairs of free objects are checked, a moving object. Each walker walks
-/// the tree of the fixed objects and that of the moving ones. The objects that are in no tree are few, and each walker
-/// visits all of them: attached objects, objects with a half-space, and objects that came after the tree was built. A
-/// walker with a half-space visits all objects.
+/// A searcher is a link, an attached object, or, if pairs of free objects are checked, a moving object. Each of them
+/// searches the tree of the fixed objects and that of the moving ones. The objects that are in no tree are few, and
+/// each searcher visits all of them: attached objects, objects with a half-space, and objects that came after the tree
+/// was built. A searcher with a half-space visits all objects.
 ///
-/// 1. Enter each walker with the root of each tree into a queue.
+/// 1. Enter each searcher with the root of each tree into a queue.
 /// 2. Take the node with the smallest lower bound, and go down to its nearer part while no other node is nearer; the
 ///    other part enters the queue. A leaf is a pair. A node beyond the limit of the question is left out.
-/// If the limit cannot become smaller, all objects within it are found in one walk without a queue.
+/// If the limit cannot become smaller, all objects within it are found in one search without a queue.
 class ObjectVisits {
  public:
   /// Adapts to new objects or new poses.
   void fit(const PlacedRobot& robot);
 
-  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and puts the walkers with the
+  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and puts the searchers with the
   /// roots of the trees into the queue. Pairs farther than `limit` [m] may be left out.
   template <typename Enter>
   void begin(const PlacedRobot& robot, double limit, const Enter& enter) {
     queue_.clear();
-    for (const Walker& walker : walkers_) {
-      meetWhatIsInNoTree(robot, walker, enter);
-      if (walker.is_unbounded) continue;
+    for (const Searcher& searcher : searchers_) {
+      enterWhatIsInNoTree(robot, searcher, enter);
+      if (searcher.is_unbounded) continue;
       for (const Tree tree : {Tree::Fixed, Tree::Moving})
         if (const BoxTree& boxes = treeOf(tree, robot); !boxes.empty())
-          push({boxGap(walker.box, boxes[0].box), &walker, 0, tree}, limit);
+          push({boxGap(searcher.box, boxes[0].box), &searcher, 0, tree}, limit);
     }
   }
 
@@ -48,11 +48,11 @@ class ObjectVisits {
   template <typename Enter>
   void enterAllWithin(const PlacedRobot& robot, double limit, const Enter& enter) {
     queue_.clear();
-    for (const Walker& walker : walkers_) {
-      meetWhatIsInNoTree(robot, walker, enter);
-      if (walker.is_unbounded) continue;
-      walkWithin(robot, walker, Tree::Fixed, limit, enter);
-      walkWithin(robot, walker, Tree::Moving, limit, enter);
+    for (const Searcher& searcher : searchers_) {
+      enterWhatIsInNoTree(robot, searcher, enter);
+      if (searcher.is_unbounded) continue;
+      searchWithin(robot, searcher, Tree::Fixed, limit, enter);
+      searchWithin(robot, searcher, Tree::Moving, limit, enter);
     }
   }
 
@@ -68,19 +68,19 @@ class ObjectVisits {
   void open(const PlacedRobot& robot, double limit, const Enter& enter) {
     NodeVisit visit = queue_.pop();
     const BoxTree& boxes = treeOf(visit.tree, robot);
-    const Walker& walker = *visit.walker;
+    const Searcher& searcher = *visit.searcher;
     while (!boxes[visit.node].isLeaf()) {
       NodeVisit near = visit, far = visit;
       near.node = boxes[visit.node].parts[0];
       far.node = boxes[visit.node].parts[1];
-      near.lower_bound = boxGap(walker.box, boxes[near.node].box);
-      far.lower_bound = boxGap(walker.box, boxes[far.node].box);
+      near.lower_bound = boxGap(searcher.box, boxes[near.node].box);
+      far.lower_bound = boxGap(searcher.box, boxes[far.node].box);
       if (far.lower_bound < near.lower_bound) std::swap(near, far);
       push(far, limit);
       if (near.lower_bound > std::min(limit, lowestBound())) return push(near, limit);
       visit = near;
     }
-    meetItem(robot, walker, visit.tree, boxes[visit.node].item, enter);
+    enterItem(robot, searcher, visit.tree, boxes[visit.node].item, enter);
   }
 
   /// The number of checked pairs that have no distance because a pose is missing.
@@ -89,7 +89,7 @@ class ObjectVisits {
  private:
   enum class Tree : unsigned char { Fixed, Moving };
 
-  struct Walker {
+  struct Searcher {
     int part;
     ShapeRef ref;
     bool is_unbounded;
@@ -98,51 +98,51 @@ class ObjectVisits {
 
   struct NodeVisit {
     double lower_bound;  ///< [m]
-    const Walker* walker;
+    const Searcher* searcher;
     int node;
     Tree tree;
     bool operator<(const NodeVisit& other) const {
       if (lower_bound != other.lower_bound) return lower_bound > other.lower_bound;
-      if (walker != other.walker) return walker > other.walker;
+      if (searcher != other.searcher) return searcher > other.searcher;
       return tree != other.tree ? tree > other.tree : node > other.node;
     }
   };
 
   template <typename Enter>
-  void meetObject(const PlacedRobot& robot, const Walker& walker, int number, const Enter& enter) {
+  void enterObject(const PlacedRobot& robot, const Searcher& searcher, int number, const Enter& enter) {
     const int object = robot.numberOfObject(number);
-    if (robot.objects()->isCheckedBy(walker.ref, number) && robot.isPlaced(object))
-      enter(std::min(walker.part, object), std::max(walker.part, object));
+    if (robot.objects()->isCheckedBy(searcher.ref, number) && robot.isPlaced(object))
+      enter(std::min(searcher.part, object), std::max(searcher.part, object));
   }
 
   template <typename Enter>
-  void meetWhatIsInNoTree(const PlacedRobot& robot, const Walker& walker, const Enter& enter) {
-    const auto meetAll = [&](const std::vector<int>& numbers) {
-      for (const int number : numbers) meetObject(robot, walker, number, enter);
+  void enterWhatIsInNoTree(const PlacedRobot& robot, const Searcher& searcher, const Enter& enter) {
+    const auto enterAll = [&](const std::vector<int>& numbers) {
+      for (const int number : numbers) enterObject(robot, searcher, number, enter);
     };
-    if (walker.is_unbounded) return meetAll(robot.objects()->numbers());
-    meetAll(robot.objects()->fixed().loose());
-    meetAll(robot.objects()->unbounded());
-    meetAll(attached_);
+    if (searcher.is_unbounded) return enterAll(robot.objects()->numbers());
+    enterAll(robot.objects()->fixed().loose());
+    enterAll(robot.objects()->unbounded());
+    enterAll(attached_);
   }
 
   template <typename Enter>
-  void meetItem(const PlacedRobot& robot, const Walker& walker, Tree tree, int item, const Enter& enter) {
+  void enterItem(const PlacedRobot& robot, const Searcher& searcher, Tree tree, int item, const Enter& enter) {
     const int number = objectOf(tree, item, robot);
-    if (number >= 0) meetObject(robot, walker, number, enter);
+    if (number >= 0) enterObject(robot, searcher, number, enter);
   }
 
   template <typename Enter>
-  void walkWithin(const PlacedRobot& robot, const Walker& walker, Tree tree, double limit, const Enter& enter) {
+  void searchWithin(const PlacedRobot& robot, const Searcher& searcher, Tree tree, double limit, const Enter& enter) {
     const BoxTree& boxes = treeOf(tree, robot);
     if (boxes.empty()) return;
     scratch_.assign(1, 0);
     while (!scratch_.empty()) {
       const BoxTree::Node& node = boxes[scratch_.back()];
       scratch_.pop_back();
-      if (boxGap(walker.box, node.box) > limit) continue;
+      if (boxGap(searcher.box, node.box) > limit) continue;
       if (node.isLeaf())
-        meetItem(robot, walker, tree, node.item, enter);
+        enterItem(robot, searcher, tree, node.item, enter);
       else
         scratch_.insert(scratch_.end(), std::begin(node.parts), std::end(node.parts));
     }
@@ -151,7 +151,7 @@ class ObjectVisits {
   void push(const NodeVisit& visit, double limit) {
     if (!(visit.lower_bound > limit)) queue_.push(visit);
   }
-  void addWalker(const PlacedRobot& robot, int part);
+  void addSearcher(const PlacedRobot& robot, int part);
   void fitMoving(const PlacedRobot& robot);
   void countUnknown(const PlacedRobot& robot);
   int objectOf(Tree tree, int item, const PlacedRobot& robot) const;
@@ -159,10 +159,10 @@ class ObjectVisits {
     return tree == Tree::Fixed ? robot.objects()->fixed().tree() : moving_tree_;
   }
 
-  std::vector<Walker> walkers_;  ///< the walkers whose pose is known
-  std::vector<int> attached_;    ///< the numbers of the attached objects
-  std::vector<int> moving_;      ///< the numbers of the objects in the tree of moving objects
-  std::vector<int> missing_;     ///< the numbers of the objects whose pose is missing
+  std::vector<Searcher> searchers_;  ///< the searchers whose pose is known
+  std::vector<int> attached_;        ///< the numbers of the attached objects
+  std::vector<int> moving_;          ///< the numbers of the objects in the tree of moving objects
+  std::vector<int> missing_;         ///< the numbers of the objects whose pose is missing
   std::vector<int> scratch_;
   std::vector<Eigen::AlignedBox3d> moving_boxes_;
   BoxTree moving_tree_;

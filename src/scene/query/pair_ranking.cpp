@@ -164,7 +164,7 @@ void PairRanking::enterOthers(const Search& search) {
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(inList(number, search), search);
 }
 
-/// Puts the pairs with objects that are in no hierarchy into the queue, and begins the walk through the hierarchies.
+/// Puts the pairs with objects that are in no hierarchy into the queue, and begins the search of the hierarchies.
 void PairRanking::enterObjects(const Search& search) {
   const PlacedRobot& robot = measurement_.robot();
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());

@@ -93,10 +93,10 @@ class Objects {
     for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
       for (const int number : by_id_)
         if (const ShapeRef object = ShapeRef::ofObject(number); isChecked(link, object)) visit(ShapeRef(link), object);
-    for (const int walker : walkers_)
+    for (const int searcher : searchers_)
       for (const int number : by_id_)
-        if (isCheckedBy(ShapeRef::ofObject(walker), number))
-          visit(ShapeRef::ofObject(std::min(walker, number)), ShapeRef::ofObject(std::max(walker, number)));
+        if (isCheckedBy(ShapeRef::ofObject(searcher), number))
+          visit(ShapeRef::ofObject(std::min(searcher, number)), ShapeRef::ofObject(std::max(searcher, number)));
   }
 
   /// The number of checked pairs with an object.
@@ -109,11 +109,11 @@ class Objects {
   const PlacedObject* placed(int number) const;  ///< nullptr if no object has the number
   const FixedObjects& fixed() const { return *fixed_; }
   /// The objects that are checked against all others, ascending: attached objects, and moving objects if the rules ask
-  /// for it.
-  const std::vector<int>& walkers() const { return walkers_; }
-  /// True if the pair is checked and `walker`, a link or a walker, has to visit the object. Of two walkers, the one
-  /// with the smaller number visits the other.
-  bool isCheckedBy(const ShapeRef& walker, int object) const;
+  /// for it. Each of them searches for objects that are near.
+  const std::vector<int>& searchers() const { return searchers_; }
+  /// True if the pair is checked and `searcher`, a link or one of searchers(), has to visit the object. Of two
+  /// searchers, the one with the smaller number visits the other.
+  bool isCheckedBy(const ShapeRef& searcher, int object) const;
   /// moving(): the moving objects. unbounded(): the objects with a half-space that are not attached. Both are
   /// ascending.
   const std::vector<int>& moving() const { return moving_; }
@@ -128,7 +128,7 @@ class Objects {
   void give(int number, const Object& object);
   void enlist(int number);
   void strike(int number);
-  bool isWalker(int number) const;
+  bool isSearcher(int number) const;
   PairReason linkReason(int link, int object) const;
   PairReason objectReason(int object_a, int object_b) const;
   std::int64_t pairsOf(int number) const;
@@ -139,7 +139,7 @@ class Objects {
   std::vector<std::shared_ptr<const PlacedObject>> slots_;  ///< by number; nullptr: the number is free
   std::vector<int> by_id_;
   std::vector<int> free_;  ///< the numbers below slots_.size() that no object has
-  std::vector<int> walkers_, moving_, unbounded_;
+  std::vector<int> searchers_, moving_, unbounded_;
   std::vector<std::string> frames_;
   std::vector<int> frame_of_;            ///< by number of the object: index into frames_
   std::shared_ptr<FixedObjects> fixed_;  ///< changed only while a change makes the next set
