@@ -136,18 +136,18 @@ void Objects::apply(const AddObject& change) {
     free_.pop_back();
   }
   by_id_.insert(place, number);
-  give(number, change.object);
+  insert(number, change.object);
 }
 
 void Objects::apply(const ReplaceObject& change) {
   const int number = require(change.object.id);
-  strike(number);
-  give(number, change.object);
+  removeFromLists(number);
+  insert(number, change.object);
 }
 
 void Objects::apply(const RemoveObject& change) {
   const int number = require(change.id);
-  strike(number);
+  removeFromLists(number);
   by_id_.erase(std::find(by_id_.begin(), by_id_.end(), number));
   slots_[static_cast<std::size_t>(number)] = nullptr;
   free_.push_back(number);
@@ -161,17 +161,17 @@ int Objects::require(const std::string& id) const {
   throw std::invalid_argument("there is no object " + unknownName(id, known));
 }
 
-/// Gives an object a number, and adds it to the lists.
-void Objects::give(int number, const Object& object) {
+/// Puts an object into the slot of its number, and adds it to the lists.
+void Objects::insert(int number, const Object& object) {
   if (!object.geometry) refuseObject(object.id, "it has no geometry");
   auto placed = std::make_shared<PlacedObject>(std::visit(Placing(model_->robot, object), object.placement));
   placed->serial = next_serial_++;
   slots_[static_cast<std::size_t>(number)] = std::move(placed);
-  enlist(number);
+  addToLists(number);
 }
 
-void Objects::enlist(int number) {
-  PROXIMITY_ASSERT(placed(number), "No object has this number: give() puts it into its slot first.");
+void Objects::addToLists(int number) {
+  PROXIMITY_ASSERT(placed(number), "No object has this number: insert() puts it into its slot first.");
   const PlacedObject& object = *placed(number);
   if (isSearcher(number)) insertSorted(number, searchers_);
   if (object.kind == Kind::Moving) insertSorted(number, moving_);
@@ -184,8 +184,8 @@ void Objects::enlist(int number) {
 }
 
 /// Removes an object from the lists.
-void Objects::strike(int number) {
-  PROXIMITY_ASSERT(placed(number), "No object has this number: it was struck before.");
+void Objects::removeFromLists(int number) {
+  PROXIMITY_ASSERT(placed(number), "No object has this number: it was removed before.");
   const PlacedObject& object = *placed(number);
   pair_count_ -= pairsOf(number);
   piece_count_ -= static_cast<std::int64_t>(object.geometry->pieces().size());

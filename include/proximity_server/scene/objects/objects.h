@@ -125,9 +125,9 @@ class Objects {
   void apply(const RemoveObject& change);
 
   int require(const std::string& id) const;
-  void give(int number, const Object& object);
-  void enlist(int number);
-  void strike(int number);
+  void insert(int number, const Object& object);
+  void addToLists(int number);
+  void removeFromLists(int number);
   bool isSearcher(int number) const;
   PairReason linkReason(int link, int object) const;
   PairReason objectReason(int object_a, int object_b) const;
