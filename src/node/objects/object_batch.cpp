@@ -166,7 +166,7 @@ void ObjectBatch::requireUsableId(const std::string& id) const {
 
 const scene::Object& ObjectBatch::require(const std::string& id) const {
   if (const scene::Object* found = objects_.find(id)) return *found;
-  const std::size_t count = static_cast<std::size_t>(objects_.before().size()) + objects_.touched().size();
+  const std::size_t count = static_cast<std::size_t>(objects_.before().size()) + objects_.changed().size();
   const std::string nearest = count > kMaxSearchedNames ? "" : scene::nearestName(id, objects_.ids());
   refuseField("id", "there is no object with this id" + (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
 }

@@ -212,7 +212,7 @@ bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, 
   const std::vector<scene::ObjectChange> changes = sortedDifference(edited);
   if (changes.empty() && !rules) return false;
   std::int64_t triangles = triangles_;
-  for (const auto& [id, object] : edited.touched())
+  for (const auto& [id, object] : edited.changed())
     triangles += trianglesOf(object.get()) - trianglesOf(before.object(before.find(id)));
   requireAtMost(limits_.triangles, triangles, "triangles");
   auto next = std::make_shared<scene::Objects>(before.changed(changes));

@@ -42,12 +42,12 @@ void ObjectEditor::apply(ObjectEdit edit) {
     options.padding = is_whole ? edit.padding : paddingOf(object);
     object = makeObject(edit.id, std::move(edit.shapes), object.placement, options);
   }
-  touch(edit.id, std::make_shared<const Object>(std::move(object)));
+  set(edit.id, std::make_shared<const Object>(std::move(object)));
 }
 
 void ObjectEditor::remove(const std::string& id) {
-  if (id != "*") return touch(id, nullptr);
-  for (const std::string& each : ids()) touch(each, nullptr);
+  if (id != "*") return set(id, nullptr);
+  for (const std::string& each : ids()) set(each, nullptr);
 }
 
 /// Puts the shapes of the object before those of the edit, and transforms the latter into the object's frame.
@@ -81,7 +81,7 @@ Isometry3d ObjectEditor::poseIn(const std::string& frame, const ObjectPlace& pla
 // --- objects
 
 const Object* ObjectEditor::find(const std::string& id) const {
-  if (const auto found = touched_.find(id); found != touched_.end()) return found->second.get();
+  if (const auto found = changed_.find(id); found != changed_.end()) return found->second.get();
   return before_.object(before_.find(id));
 }
 
@@ -94,13 +94,13 @@ std::vector<std::string> ObjectEditor::ids() const {
   std::vector<std::string> ids;
   for (const int number : before_.numbers())
     if (const std::string& id = before_.object(number)->id; find(id)) ids.push_back(id);
-  for (const auto& [id, object] : touched_)
+  for (const auto& [id, object] : changed_)
     if (object && before_.find(id) < 0) ids.push_back(id);
   return ids;
 }
 
-void ObjectEditor::touch(const std::string& id, std::shared_ptr<const Object> object) {
-  const auto [place, is_new] = touched_.try_emplace(id);
+void ObjectEditor::set(const std::string& id, std::shared_ptr<const Object> object) {
+  const auto [place, is_new] = changed_.try_emplace(id);
   log_.emplace_back(id, is_new ? std::nullopt : std::make_optional(place->second));
   place->second = std::move(object);
 }
@@ -109,17 +109,17 @@ void ObjectEditor::undo() {
   for (; log_.size() > kept_; log_.pop_back()) {
     auto& [id, before] = log_.back();
     if (before)
-      touched_[id] = *before;
+      changed_[id] = *before;
     else
-      touched_.erase(id);
+      changed_.erase(id);
   }
 }
 
 std::vector<ObjectChange> ObjectEditor::difference() const {
   std::vector<ObjectChange> changes;
-  for (const auto& [id, touched_before] : log_) {
-    if (touched_before) continue;
-    const auto& now = touched_.at(id);
+  for (const auto& [id, changed_before] : log_) {
+    if (changed_before) continue;
+    const auto& now = changed_.at(id);
     const bool was_there = before_.find(id) >= 0;
     if (now && was_there) changes.emplace_back(ReplaceObject{*now});
     if (now && !was_there) changes.emplace_back(AddObject{*now});

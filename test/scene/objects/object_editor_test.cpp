@@ -113,7 +113,7 @@ TEST_F(AnEditor, RefusesWithIdAndReason) {
   ObjectEdit empty = edit(Operation::Add, "part");
   empty.shapes.clear();
   EXPECT_EQ(refusal(empty), "object \"part\": it has no shape");
-  EXPECT_TRUE(editor_.touched().empty());
+  EXPECT_TRUE(editor_.changed().empty());
 }
 
 TEST_F(AnEditor, TakesBackWhatIsNotKept) {

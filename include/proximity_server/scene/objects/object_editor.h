@@ -70,7 +70,7 @@ const Eigen::Isometry3d& poseInCarrier(const Object& object);
 class ObjectEditor {
  public:
   /// The changed objects by id; nullptr if the object was removed.
-  using Touched = std::map<std::string, std::shared_ptr<const Object>>;
+  using Changed = std::map<std::string, std::shared_ptr<const Object>>;
 
   /// All arguments must outlive it. The padding of `options` is not used.
   ObjectEditor(const Objects& before, ObjectFrames& frames, const ObjectOptions& options)
@@ -93,7 +93,7 @@ class ObjectEditor {
   std::vector<std::string> ids() const;
 
   const Objects& before() const { return before_; }
-  const Touched& touched() const { return touched_; }
+  const Changed& changed() const { return changed_; }
 
   /// The changes that lead from the original objects to the present ones, in the order in which ids were first changed.
   std::vector<ObjectChange> difference() const;
@@ -101,15 +101,15 @@ class ObjectEditor {
  private:
   void append(ObjectEdit& edit, Object& object);
   void remove(const std::string& id);
-  void touch(const std::string& id, std::shared_ptr<const Object> object);
+  void set(const std::string& id, std::shared_ptr<const Object> object);
   Placement placementFor(const ObjectEdit& edit, const Object& before);
   Eigen::Isometry3d poseIn(const std::string& frame, const ObjectPlace& place);
 
   const Objects& before_;
   ObjectFrames& frames_;
   const ObjectOptions& options_;
-  Touched touched_;
-  /// The steps that undo() takes back: the id, and its entry in touched_ before the step; nullopt if it had none.
+  Changed changed_;
+  /// The steps that undo() takes back: the id, and its entry in changed_ before the step; nullopt if it had none.
   std::vector<std::pair<std::string, std::optional<std::shared_ptr<const Object>>>> log_;
   std::size_t kept_ = 0;  ///< the number of steps that are permanent
 };
