@@ -39,7 +39,7 @@ class Addition {
     pieces_ = whole.pieces.size();
   }
 
-  void make() {
+  void addAll() {
     for (const Link& link : robot_.links) add(link);
     for (const Joint& joint : robot_.joints) add(joint);
     for (const Body& body : robot_.bodies) add(body);
@@ -128,7 +128,7 @@ RobotModel joined(const std::vector<NamedRobot>& robots) {
   }
   RobotModel whole;
   whole.robots.clear();
-  for (const NamedRobot& robot : robots) Addition(whole, robot).make();
+  for (const NamedRobot& robot : robots) Addition(whole, robot).addAll();
   return whole;
 }
 

@@ -33,9 +33,9 @@ ObjectSchedule::ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& m
       now_(std::make_shared<const scene::Objects>(scene::Objects(model).withRules(rulesOf(file.rules)))),
       steps_(file.changes) {
   std::vector<scene::ObjectEdit> objects = file.objects;
-  for (scene::ObjectEdit& object : objects) make(object);
+  for (scene::ObjectEdit& object : objects) makeGeometry(object);
   for (scene::WrittenChange& step : steps_)
-    if (!step.edit.shapes.empty()) make(step.edit);
+    if (!step.edit.shapes.empty()) makeGeometry(step.edit);
   try {
     apply(objects, {});
   } catch (const std::invalid_argument&) {  // one by one, to name the place of the one that is refused
@@ -90,7 +90,7 @@ void ObjectSchedule::apply(const std::vector<scene::ObjectEdit>& edits, const sc
 }
 
 /// Makes the geometry of the shapes, which are not needed any more then.
-void ObjectSchedule::make(scene::ObjectEdit& edit) {
+void ObjectSchedule::makeGeometry(scene::ObjectEdit& edit) {
   scene::ObjectOptions padded = options_;
   padded.padding = edit.padding;
   all_.push_back(naming(edit.source, [&] { return scene::makeObject(edit.id, edit.shapes, scene::Fixed{}, padded); }));

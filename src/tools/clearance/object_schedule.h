@@ -47,7 +47,7 @@ class ObjectSchedule {
 
  private:
   void apply(const std::vector<scene::ObjectEdit>& edits, const scene::BodyPoses& poses);
-  void make(scene::ObjectEdit& edit);
+  void makeGeometry(scene::ObjectEdit& edit);
 
   std::shared_ptr<const scene::SceneModel> model_;
   const scene::ObjectOptions options_;

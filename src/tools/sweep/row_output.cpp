@@ -11,18 +11,18 @@ namespace proximity_server::tools {
 
 RowOutput::RowOutput(std::ostream& stream, std::string name, OutputFormat format)
     : format_(std::move(format)), stream_(&stream), name_(std::move(name)) {
-  put(format_.header(0));
+  writeBytes(format_.header(0));
 }
 
 RowOutput::RowOutput(const std::string& file, OutputFormat format)
     : format_(std::move(format)), file_(std::in_place, file), name_(file) {
-  put(format_.header(0));
+  writeBytes(format_.header(0));
 }
 
 void RowOutput::beginRows(std::uint64_t count) {
   if (count == 0) return;
   if (rows_ == 0) {
-    put(format_.before_first);
+    writeBytes(format_.before_first);
   } else {
     append(format_.between);
   }
@@ -31,11 +31,11 @@ void RowOutput::beginRows(std::uint64_t count) {
 
 void RowOutput::append(std::string_view bytes) {
   hash_.add(bytes.data(), bytes.size());
-  put(bytes);
+  writeBytes(bytes);
 }
 
 void RowOutput::end() {
-  put(format_.end);
+  writeBytes(format_.end);
   if (!file_) return flushTo(*stream_, name_);
   if (format_.rows == RowFormat::Npy) file_->replaceBegin(format_.header(rows_));
   // An older one does not belong to the new rows, should this process end before it writes the manifest.
@@ -44,7 +44,7 @@ void RowOutput::end() {
   file_->complete();
 }
 
-void RowOutput::put(std::string_view bytes) {
+void RowOutput::writeBytes(std::string_view bytes) {
   bytes_ += bytes.size();
   if (file_) {
     file_->append(bytes);

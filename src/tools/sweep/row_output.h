@@ -49,7 +49,7 @@ class RowOutput {
   std::string hash() const { return hash_.text(); }
 
  private:
-  void put(std::string_view bytes);
+  void writeBytes(std::string_view bytes);
 
   OutputFormat format_;
   std::optional<system::WholeFile> file_;
