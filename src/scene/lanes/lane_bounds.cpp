@@ -69,7 +69,7 @@ void LaneBounds::place(const States& states) {
   std::fill(is_placed_.begin(), is_placed_.begin() + count_, static_cast<unsigned char>(1));
   for (std::size_t row = 0; row < model_->turns.size(); ++row) {
     takePositions(states, model_->turns[row]);
-    kernels_->turn(column_.data(), count_, sines_[row].row, cosines_[row].row);
+    kernels_->sinesAndCosines(column_.data(), count_, sines_[row].row, cosines_[row].row);
   }
   for (std::size_t row = 0; row < model_->slides.size(); ++row) {
     takePositions(states, model_->slides[row]);
@@ -78,9 +78,9 @@ void LaneBounds::place(const States& states) {
   for (const int joint : model_->unread)
     for (int i = 0; i < count_; ++i)
       is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(std::isfinite(states(i, joint)));
-  kernels_->place({model_->bodies.data(), static_cast<int>(model_->bodies.size()), tilesOf(body_poses_)},
-                  {model_->links.data(), static_cast<int>(model_->links.size()), tilesOf(link_poses_)}, count_,
-                  rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_));
+  kernels_->placeBodiesAndLinks({model_->bodies.data(), static_cast<int>(model_->bodies.size()), tilesOf(body_poses_)},
+                                {model_->links.data(), static_cast<int>(model_->links.size()), tilesOf(link_poses_)},
+                                count_, rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_));
 }
 
 std::vector<Eigen::Isometry3d> LaneBounds::bodyPoses(int state) const {
@@ -112,7 +112,7 @@ int LaneBounds::keepNear(int pair, double threshold, int* states, int count) con
   // sums.
   const float limit = roundedUp(reach * reach * (1.0 + 0x1p-20));
   const int end = count > 0 ? 1 + *std::max_element(states, states + count) : 0;
-  kernels_->far(posesOf(shapes), end, limit, near_.data());
+  kernels_->markNear(posesOf(shapes), end, limit, near_.data());
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     states[kept] = states[i];
@@ -154,9 +154,9 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
   }
   constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
   const lanes::PairShapes& of = shapes.shapes;
-  kernels_->relate(posesOf(shapes), states, count, of, *items_);
-  kernels_->search(of, withFew(shapes), {kNever, kNever}, count, *items_);
-  kernels_->meet(of, count, *items_);
+  kernels_->relativePoses(posesOf(shapes), states, count, of, *items_);
+  kernels_->boundByOutlines(of, withFew(shapes), {kNever, kNever}, count, *items_);
+  kernels_->boundByInnerBalls(of, count, *items_);
   for (int i = 0; i < count; ++i) {
     lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
     upper[i] = roundedUp(static_cast<double>(items_->upper[i]) - shapes.padding);
@@ -194,15 +194,15 @@ const std::vector<LaneBounds::Side>& LaneBounds::sides(int pair, double threshol
   const lanes::SearchLimits limits{roundedUp(threshold + shapes.padding + kSettledFor),
                                    roundedDown(threshold + shapes.padding)};
   std::iota(places_.begin(), places_.begin() + count, 0);
-  kernels_->relate(posesOf(shapes), states, count, of, *items_);
+  kernels_->relativePoses(posesOf(shapes), states, count, of, *items_);
   count = keepUndecided(limits, count);
-  kernels_->search(of, withFew(shapes), limits, count, *items_);
+  kernels_->boundByOutlines(of, withFew(shapes), limits, count, *items_);
   count = keepUndecided(limits, count);
-  kernels_->meet(of, count, *items_);
+  kernels_->boundByInnerBalls(of, count, *items_);
   count = keepUndecided(limits, count);
-  kernels_->search(of, withAll(of), limits, count, *items_);
+  kernels_->boundByOutlines(of, withAll(of), limits, count, *items_);
   count = keepUndecided(limits, count);
-  kernels_->meet(of, count, *items_);
+  kernels_->boundByInnerBalls(of, count, *items_);
   keepUndecided(limits, count);
   return sides_;
 }

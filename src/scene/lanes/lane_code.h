@@ -67,7 +67,7 @@ Pose stacked(const Pose& parent, const Float* rotation, const Point& origin) {
 /// Subtracts the nearest multiple of a quarter turn from each angle. The quarter turn has two parts, the first with 33
 /// bits, so that its product with the number of quarters is exact. Then evaluates Taylor's polynomials up to pi / 4,
 /// whose remainder is below 2e-9.
-void turn(const double* angles, int count, float* sines, float* cosines) {
+void sinesAndCosines(const double* angles, int count, float* sines, float* cosines) {
   constexpr double kQuartersPerRadian = 0.63661977236758138;
   constexpr double kQuarter = 1.5707963267341256, kRestOfQuarter = 6.0771005065061922e-11;
   constexpr double kRounds = 6755399441055744.0;  // 1.5 * 2^52: a sum with it is a whole number
@@ -98,11 +98,11 @@ Pose placed(const BodyPlan& body, int column, const Row* sines, const Row* cosin
   Float rotation[9];
   for (int k = 0; k < 9; ++k) rotation[k] = all(body.fixed[k]);
   Point origin = point(body.origin);
-  if (body.turn >= 0) {
-    const Float sine = load(sines[body.turn] + column), cosine = load(cosines[body.turn] + column);
+  if (body.angle_row >= 0) {
+    const Float sine = load(sines[body.angle_row] + column), cosine = load(cosines[body.angle_row] + column);
     for (int k = 0; k < 9; ++k) rotation[k] = (rotation[k] + sine * body.by_sine[k]) + cosine * body.by_cosine[k];
   }
-  if (body.slide >= 0) origin = origin + load(positions[body.slide] + column) * point(body.direction);
+  if (body.position_row >= 0) origin = origin + load(positions[body.position_row] + column) * point(body.direction);
   if (body.parent >= 0) return stacked(loadPose(tile[body.parent], column % kTile), rotation, origin);
   Pose pose;
   for (int k = 0; k < 9; ++k) pose.rotation[k] = rotation[k];
@@ -110,8 +110,8 @@ Pose placed(const BodyPlan& body, int column, const Row* sines, const Row* cosin
   return pose;
 }
 
-void place(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
-           const Row* positions) {
+void placeBodiesAndLinks(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
+                         const Row* positions) {
   for (int column = 0; column < count; column += kLanes) {
     Tile* const body_tile = bodies.poses + column / kTile * bodies.count;
     Tile* const link_tile = links.poses + column / kTile * links.count;
@@ -129,7 +129,7 @@ void place(const Bodies& bodies, const Links& links, int count, const Row* sines
 
 // --- bounds
 
-void far(const PairPoses& poses, int count, float limit, unsigned char* near) {
+void markNear(const PairPoses& poses, int count, float limit, unsigned char* near) {
   const Tile *pose_a = poses.a, *pose_b = poses.b;
   for (int first = 0; first < count; first += kTile, pose_a += poses.stride, pose_b += poses.stride) {
     const Tile &a = *pose_a, &b = *pose_b;
@@ -147,7 +147,7 @@ Float boxGap(const Pose& a_T_b, const PairShapes& shapes) {
   return boxGap(a_T_b.rotation, way_in_a, way_in_b, shapes.half_a, shapes.half_b, shapes.box_error) - shapes.box_error;
 }
 
-void relate(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items) {
+void relativePoses(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items) {
   for (int first = 0; first < count; first += kLanes) {
     alignas(64) float gathered[2 * kPoseRows][kLanes];
     const int filled = count - first < kLanes ? count - first : kLanes;
@@ -201,7 +201,8 @@ Support support(const Balls& balls, int count, const Point& direction) {
   return best;
 }
 
-void search(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count, Items& items) {
+void boundByOutlines(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count,
+                     Items& items) {
   const Float zero = all(0.0f), one = all(1.0f);
   const Float infinity = all(__builtin_inff());
   for (int first = 0; first < count; first += kLanes) {
@@ -255,7 +256,7 @@ NearestBall nearest(const Balls& balls, const Point& p) {
 
 /// Begins at the ball of b that is farthest towards a along the way. Goes to the nearest ball of a, from there to the
 /// nearest ball of b, and repeats this once: each step shortens the distance.
-void meet(const PairShapes& shapes, int count, Items& items) {
+void boundByInnerBalls(const PairShapes& shapes, int count, Items& items) {
   if (shapes.inner_a.count == 0 || shapes.inner_b.count == 0) return;
   for (int first = 0; first < count; first += kLanes) {
     const Pose a_T_b = loadPose(items.pose, first);

@@ -24,10 +24,10 @@ static_assert(kBlock % kTile == 0);
 /// The pose of a body on its parent: the rotation is fixed + sine * by_sine + cosine * by_cosine, the translation is
 /// origin + position * direction.
 struct BodyPlan {
-  int parent;      ///< number of an earlier body; -1: the body is fixed at the identity
-  int turn;        ///< row of the angle; -1: the joint does not turn
-  int slide;       ///< row of the position; -1: the joint does not slide
-  float fixed[9];  ///< row by row, like all matrices
+  int parent;        ///< number of an earlier body; -1: the body is fixed at the identity
+  int angle_row;     ///< row of the angle; -1: the joint does not turn
+  int position_row;  ///< row of the position; -1: the joint does not slide
+  float fixed[9];    ///< row by row, like all matrices
   float by_sine[9];
   float by_cosine[9];
   float origin[3];
@@ -110,26 +110,26 @@ struct Kernels {
   const char* name;
 
   /// Computes sines and cosines of angles [rad] up to kMostAngle in `count` columns, within kSineError.
-  void (*turn)(const double* angles, int count, float* sines, float* cosines);
+  void (*sinesAndCosines)(const double* angles, int count, float* sines, float* cosines);
 
   /// Poses of the bodies and of the links in `count` columns.
-  void (*place)(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
-                const Row* positions);
+  void (*placeBodiesAndLinks)(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
+                              const Row* positions);
 
   /// Sets near[i] to 0 if the squared distance of the origins of two links is above a limit, otherwise to 1.
-  void (*far)(const PairPoses& poses, int count, float limit, unsigned char* near);
+  void (*markNear)(const PairPoses& poses, int count, float limit, unsigned char* near);
 
-  /// Fills the items with the relative poses of the two links in the columns listed, with the lower bound of their boxes, and
-  /// without upper bound.
-  void (*relate)(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items);
+  /// Fills the items with the relative poses of the two links in the columns listed, with the lower bound of their
+  /// boxes, and without upper bound.
+  void (*relativePoses)(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items);
 
-  /// Raises the lower bounds, and lowers the upper ones, by steps towards the point of the CSO nearest to the origin. Ends early
-  /// where the search of each item is over. `way` has to be in the CSO.
-  void (*search)(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count,
-                 Items& items);
+  /// Raises the lower bounds, and lowers the upper ones, by steps towards the point of the CSO nearest to the origin.
+  /// Ends early where the search of each item is over. `way` has to be in the CSO.
+  void (*boundByOutlines)(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count,
+                          Items& items);
 
   /// Lowers the upper bounds by inner balls that lie along the way.
-  void (*meet)(const PairShapes& shapes, int count, Items& items);
+  void (*boundByInnerBalls)(const PairShapes& shapes, int count, Items& items);
 };
 
 constexpr double kMostAngle = 1e5;     ///< [rad]

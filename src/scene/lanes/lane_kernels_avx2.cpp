@@ -4,7 +4,8 @@
 namespace proximity_server::scene::lanes {
 
 const Kernels& avx2Kernels() {
-  static const Kernels kernels{"avx2", turn, place, far, relate, search, meet};
+  static const Kernels kernels{"avx2",        sinesAndCosines, placeBodiesAndLinks, markNear,
+                               relativePoses, boundByOutlines, boundByInnerBalls};
   return kernels;
 }
 

@@ -4,7 +4,8 @@
 namespace proximity_server::scene::lanes {
 
 const Kernels& avx512Kernels() {
-  static const Kernels kernels{"avx512", turn, place, far, relate, search, meet};
+  static const Kernels kernels{"avx512",      sinesAndCosines, placeBodiesAndLinks, markNear,
+                               relativePoses, boundByOutlines, boundByInnerBalls};
   return kernels;
 }
 

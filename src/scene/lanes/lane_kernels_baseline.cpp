@@ -4,7 +4,8 @@
 namespace proximity_server::scene::lanes {
 
 const Kernels& baselineKernels() {
-  static const Kernels kernels{"baseline", turn, place, far, relate, search, meet};
+  static const Kernels kernels{"baseline",    sinesAndCosines, placeBodiesAndLinks, markNear,
+                               relativePoses, boundByOutlines, boundByInnerBalls};
   return kernels;
 }
 

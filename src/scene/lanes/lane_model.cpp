@@ -150,7 +150,7 @@ void LaneModel::addBodies(const RobotModel& robot) {
 
 void LaneModel::addRoot() {
   lanes::BodyPlan plan{};
-  plan.parent = plan.turn = plan.slide = -1;
+  plan.parent = plan.angle_row = plan.position_row = -1;
   assign(Matrix3d::Identity(), plan.fixed);
   bodies.push_back(plan);
   body_errors.emplace_back();
@@ -164,8 +164,8 @@ void LaneModel::addCarried(const RobotModel& robot, const Body& body) {
   const JointMatrices matrices = matricesOf(joint, parent_T_joint.linear());
   lanes::BodyPlan plan{};
   plan.parent = body.parent;
-  plan.turn = isTurning(joint) ? rowOf(robot, body.joint, turns) : -1;
-  plan.slide = joint.type == Joint::Type::Prismatic ? rowOf(robot, body.joint, slides) : -1;
+  plan.angle_row = isTurning(joint) ? rowOf(robot, body.joint, turns) : -1;
+  plan.position_row = joint.type == Joint::Type::Prismatic ? rowOf(robot, body.joint, slides) : -1;
   assign(matrices.fixed, plan.fixed);
   assign(matrices.by_sine, plan.by_sine);
   assign(matrices.by_cosine, plan.by_cosine);
@@ -173,7 +173,7 @@ void LaneModel::addCarried(const RobotModel& robot, const Body& body) {
   assign(matrices.direction, plan.direction);
   bodies.push_back(plan);
   const double moving = matrices.by_sine.norm() + matrices.by_cosine.norm();
-  const double length = parent_T_joint.translation().norm() + (plan.slide >= 0 ? slides.back().limit : 0.0);
+  const double length = parent_T_joint.translation().norm() + (plan.position_row >= 0 ? slides.back().limit : 0.0);
   const Stand stand{4.0 * kUnit * (matrices.fixed.norm() + moving) + lanes::kSineError * moving, 4.0 * kUnit * length,
                     length};
   body_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(body.parent)], stand));

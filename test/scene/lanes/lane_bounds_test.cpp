@@ -1,4 +1,4 @@
-// The promises of lanes: frames within their error, outlines around and balls inside of the links, bounds around the
+// What lanes prove: frames within their error, outlines around and balls inside of the links, bounds around the
 // distances, and verdicts that are those of a Scene. With the same bits on every processor.
 //
 // PROXIMITY_LANE_STATES: how many states of each robot are compared.
@@ -129,7 +129,7 @@ TEST(LaneKernels, SineAndCosineAreWithinTheirError) {
         angle = std::nextafter(std::acos(-1.0) / 4.0 * static_cast<double>(random() % 1000), sign(random));
       angles[static_cast<std::size_t>(i)] = angle;
     }
-    lanes::kernels().turn(angles.data(), lanes::kBlock, sines, cosines);
+    lanes::kernels().sinesAndCosines(angles.data(), lanes::kBlock, sines, cosines);
     for (int i = 0; i < lanes::kBlock; ++i) {
       const double angle = angles[static_cast<std::size_t>(i)];
       most = std::max({most, std::abs(static_cast<double>(sines[i]) - std::sin(angle)),
