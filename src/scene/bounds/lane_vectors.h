@@ -50,10 +50,10 @@ Float fromBox(const Float* gaps) {
 
 /// The larger one of two distances: of box a from the bounding box of b along the axes of a, and of box b from the
 /// bounding box of a along the axes of b; negative in overlap. The axes k of a and j of b have the cosine 3 k + j.
-/// `way_in_a` and `way_in_b` are the vector between the centres along the axes of a and of b. `error` is subtracted
-/// from each gap along an axis.
+/// `offset_in_a` and `offset_in_b` are the vector between the centres along the axes of a and of b. `error` is
+/// subtracted from each gap along an axis.
 template <typename HalfA, typename HalfB>
-Float boxGap(const Float* cosines, const Float* way_in_a, const Float* way_in_b, const HalfA* half_a,
+Float boxGap(const Float* cosines, const Float* offset_in_a, const Float* offset_in_b, const HalfA* half_a,
              const HalfB* half_b, float error) {
   Float gaps_a[3], gaps_b[3];
   for (int k = 0; k < 3; ++k) {
@@ -62,8 +62,8 @@ Float boxGap(const Float* cosines, const Float* way_in_a, const Float* way_in_b,
       width_b = width_b + absolute(cosines[3 * k + j]) * half_b[j];
       width_a = width_a + absolute(cosines[3 * j + k]) * half_a[j];
     }
-    gaps_a[k] = ((absolute(way_in_a[k]) - half_a[k]) - width_b) - error;
-    gaps_b[k] = ((absolute(way_in_b[k]) - half_b[k]) - width_a) - error;
+    gaps_a[k] = ((absolute(offset_in_a[k]) - half_a[k]) - width_b) - error;
+    gaps_b[k] = ((absolute(offset_in_b[k]) - half_b[k]) - width_a) - error;
   }
   return larger(fromBox(gaps_a), fromBox(gaps_b));
 }

@@ -67,19 +67,19 @@ Pack placed(const Pack& b, const RelativePose& a_T_b) {
   return in_a;
 }
 
-/// Like boxGap() in bounds.h. `way` is the vector from the centre of a to that of b, in their common frame, and
+/// Like boxGap() in bounds.h. `offset` is the vector from the centre of a to that of b, in their common frame, and
 /// `distance` is its length.
-Lanes boxGap(const Pack& a, const Pack& b, const Point& way, Lanes distance) {
-  Lanes cosines[9], way_in_a[3], way_in_b[3], along_way = all(0.0f);
+Lanes boxGap(const Pack& a, const Pack& b, const Point& offset, Lanes distance) {
+  Lanes cosines[9], offset_in_a[3], offset_in_b[3], along_offset = all(0.0f);
   for (int k = 0; k < 3; ++k) {
-    way_in_a[k] = dot(way, axisOf(a, k));
-    way_in_b[k] = dot(way, axisOf(b, k));
+    offset_in_a[k] = dot(offset, axisOf(a, k));
+    offset_in_b[k] = dot(offset, axisOf(b, k));
     for (int j = 0; j < 3; ++j) cosines[3 * k + j] = dot(axisOf(b, j), axisOf(a, k));
   }
-  for (int k = 0; k < 3; ++k) along_way += lanes::absolute(way_in_a[k]) * a.half[k];
-  for (int k = 0; k < 3; ++k) along_way += lanes::absolute(way_in_b[k]) * b.half[k];
-  const Lanes gap = lanes::boxGap(cosines, way_in_a, way_in_b, a.half, b.half, 0.0f);
-  return larger(distance > all(1e-12f) ? distance - along_way / distance : gap, gap);
+  for (int k = 0; k < 3; ++k) along_offset += lanes::absolute(offset_in_a[k]) * a.half[k];
+  for (int k = 0; k < 3; ++k) along_offset += lanes::absolute(offset_in_b[k]) * b.half[k];
+  const Lanes gap = lanes::boxGap(cosines, offset_in_a, offset_in_b, a.half, b.half, 0.0f);
+  return larger(distance > all(1e-12f) ? distance - along_offset / distance : gap, gap);
 }
 
 }  // namespace
@@ -111,10 +111,10 @@ const std::vector<LeafGaps::Gap>& LeafGaps::between(const LeafBoxes& a, const Le
     const Pack leaf = spread(a.packs()[i / kLanes], static_cast<int>(i % kLanes));
     for (std::size_t j = 0; j < b.packs().size(); ++j) {
       const Pack& pack = b_[j];
-      const Point way = centreOf(pack) - centreOf(leaf);
-      const Lanes distance = lanes::root(dot(way, way));
+      const Point offset = centreOf(pack) - centreOf(leaf);
+      const Lanes distance = lanes::root(dot(offset, offset));
       Lanes gap = distance - (leaf.radius + pack.radius);
-      if (lanes::any(~(gap > far))) gap = larger(gap, boxGap(leaf, pack, way, distance));
+      if (lanes::any(~(gap > far))) gap = larger(gap, boxGap(leaf, pack, offset, distance));
       others = lanes::smaller(others, gap > far ? gap : others);
       const Int is_near = ~(gap > far);
       if (!lanes::any(is_near)) continue;

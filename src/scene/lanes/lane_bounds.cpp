@@ -175,7 +175,7 @@ int LaneBounds::keepUndecided(const lanes::SearchLimits& limits, int count) cons
     } else {
       if (kept != i) {
         for (Row& row : items_->pose) row[kept] = row[i];
-        for (Row& row : items_->way) row[kept] = row[i];
+        for (Row& row : items_->cso_point) row[kept] = row[i];
         items_->lower[kept] = items_->lower[i];
         items_->upper[kept] = items_->upper[i];
         places_[static_cast<std::size_t>(kept)] = places_[static_cast<std::size_t>(i)];

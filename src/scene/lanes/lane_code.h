@@ -143,8 +143,10 @@ void markNear(const PairPoses& poses, int count, float limit, unsigned char* nea
 /// A lower bound of the distance of the boxes of two links.
 Float boxGap(const Pose& a_T_b, const PairShapes& shapes) {
   const Point in_b = turnedBack(a_T_b.rotation, a_T_b.origin);
-  const Float way_in_a[3] = {a_T_b.origin.x, a_T_b.origin.y, a_T_b.origin.z}, way_in_b[3] = {in_b.x, in_b.y, in_b.z};
-  return boxGap(a_T_b.rotation, way_in_a, way_in_b, shapes.half_a, shapes.half_b, shapes.box_error) - shapes.box_error;
+  const Float offset_in_a[3] = {a_T_b.origin.x, a_T_b.origin.y, a_T_b.origin.z},
+              offset_in_b[3] = {in_b.x, in_b.y, in_b.z};
+  return boxGap(a_T_b.rotation, offset_in_a, offset_in_b, shapes.half_a, shapes.half_b, shapes.box_error) -
+         shapes.box_error;
 }
 
 void relativePoses(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items) {
@@ -174,10 +176,10 @@ void relativePoses(const PairPoses& poses, const int* columns, int count, const 
     storePose(a_T_b, items.pose, first);
     store(boxGap(a_T_b, shapes), items.lower + first);
     store(all(__builtin_inff()), items.upper + first);
-    const Point way = point(shapes.centre_a) - (a_T_b.origin + turned(a_T_b.rotation, point(shapes.centre_b)));
-    store(way.x, items.way[0] + first);
-    store(way.y, items.way[1] + first);
-    store(way.z, items.way[2] + first);
+    const Point cso_point = point(shapes.centre_a) - (a_T_b.origin + turned(a_T_b.rotation, point(shapes.centre_b)));
+    store(cso_point.x, items.cso_point[0] + first);
+    store(cso_point.y, items.cso_point[1] + first);
+    store(cso_point.z, items.cso_point[2] + first);
   }
 }
 
@@ -207,15 +209,16 @@ void boundByOutlines(const PairShapes& shapes, const SearchEffort& effort, const
   const Float infinity = all(__builtin_inff());
   for (int first = 0; first < count; first += kLanes) {
     const Pose a_T_b = loadPose(items.pose, first);
-    Point way{load(items.way[0] + first), load(items.way[1] + first), load(items.way[2] + first)};
+    Point cso_point{load(items.cso_point[0] + first), load(items.cso_point[1] + first),
+                    load(items.cso_point[2] + first)};
     Float lower = load(items.lower + first), upper = load(items.upper + first);
     for (int step = 0; step < effort.steps; ++step) {
-      const Float square = dot(way, way);
-      // If the way is shorter, rounding makes its direction useless.
+      const Float square = dot(cso_point, cso_point);
+      // If the point is nearer to the origin, rounding makes its direction useless.
       const Int has_direction = square > all(1e-12f);
       const Float length = root(has_direction ? square : one);
       if (shapes.is_exact) upper = smaller(upper, (has_direction ? length : all(1e-6f)) + shapes.upper_error);
-      const Point direction = (-1.0f / length) * way;  // points from a to b
+      const Point direction = (-1.0f / length) * cso_point;  // points from a to b
       const Point in_b = turnedBack(a_T_b.rotation, direction);
       const Support a = support(shapes.outline_a, effort.balls_a, direction);
       const Support b = support(shapes.outline_b, effort.balls_b, Point{-in_b.x, -in_b.y, -in_b.z});
@@ -224,13 +227,13 @@ void boundByOutlines(const PairShapes& shapes, const SearchEffort& effort, const
       lower = larger(lower, has_direction ? gap : -infinity);
       if (!any(~((lower > all(limits.above)) | (upper <= all(limits.below))))) break;
       const Point farthest = a.point - (a_T_b.origin + turned(a_T_b.rotation, b.point));
-      const Point step_towards = farthest - way;
-      const Float part = -dot(way, step_towards) / larger(dot(step_towards, step_towards), all(1e-20f));
-      way = way + smaller(larger(part, zero), one) * step_towards;
+      const Point step_towards = farthest - cso_point;
+      const Float part = -dot(cso_point, step_towards) / larger(dot(step_towards, step_towards), all(1e-20f));
+      cso_point = cso_point + smaller(larger(part, zero), one) * step_towards;
     }
-    store(way.x, items.way[0] + first);
-    store(way.y, items.way[1] + first);
-    store(way.z, items.way[2] + first);
+    store(cso_point.x, items.cso_point[0] + first);
+    store(cso_point.y, items.cso_point[1] + first);
+    store(cso_point.z, items.cso_point[2] + first);
     store(lower, items.lower + first);
     store(upper, items.upper + first);
   }
@@ -254,16 +257,17 @@ NearestBall nearest(const Balls& balls, const Point& p) {
   return best;
 }
 
-/// Begins at the ball of b that is farthest towards a along the way. Goes to the nearest ball of a, from there to the
-/// nearest ball of b, and repeats this once: each step shortens the distance.
+/// Begins at the ball of b that is farthest in the direction of the point of the CSO, so towards a. Goes to the nearest
+/// ball of a, from there to the nearest ball of b, and repeats this once: each step shortens the distance.
 void boundByInnerBalls(const PairShapes& shapes, int count, Items& items) {
   if (shapes.inner_a.count == 0 || shapes.inner_b.count == 0) return;
   for (int first = 0; first < count; first += kLanes) {
     const Pose a_T_b = loadPose(items.pose, first);
-    const Point way{load(items.way[0] + first), load(items.way[1] + first), load(items.way[2] + first)};
-    const Float square = dot(way, way);
+    const Point cso_point{load(items.cso_point[0] + first), load(items.cso_point[1] + first),
+                          load(items.cso_point[2] + first)};
+    const Float square = dot(cso_point, cso_point);
     const Float length = root(square > all(1e-12f) ? square : all(1.0f));
-    const Point towards_a = (1.0f / length) * way, in_b = turnedBack(a_T_b.rotation, towards_a);
+    const Point towards_a = (1.0f / length) * cso_point, in_b = turnedBack(a_T_b.rotation, towards_a);
     Point on_b = support(shapes.inner_b, shapes.inner_b.count, in_b).point;
     Float upper = load(items.upper + first);
     for (int round = 0; round < 2; ++round) {

@@ -67,7 +67,7 @@ struct PairShapes {
 /// difference that the search has reached, and the bounds.
 struct alignas(64) Items {
   Row pose[kPoseRows];
-  Row way[3];
+  Row cso_point[3];
   Row lower, upper;
 };
 
@@ -124,11 +124,11 @@ struct Kernels {
   void (*relativePoses)(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items);
 
   /// Raises the lower bounds, and lowers the upper ones, by steps towards the point of the CSO nearest to the origin.
-  /// Ends early where the search of each item is over. `way` has to be in the CSO.
+  /// Ends early where the search of each item is over. `cso_point` has to be in the CSO.
   void (*boundByOutlines)(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count,
                           Items& items);
 
-  /// Lowers the upper bounds by inner balls that lie along the way.
+  /// Lowers the upper bounds by inner balls near the last points of the search.
   void (*boundByInnerBalls)(const PairShapes& shapes, int count, Items& items);
 };
 
