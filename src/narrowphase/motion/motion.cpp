@@ -15,11 +15,11 @@ using Eigen::Vector3d;
 ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
   const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
   const Vector3d& axis = turn.axis();
-  const Vector3d way = end.translation() - start.translation();
+  const Vector3d translation = end.translation() - start.translation();
   const double half = 0.5 * turn.angle();
   const double half_cotangent = half > 0.0 ? half / std::tan(half) : 1.0;
-  const Vector3d along = axis.dot(way) * axis;
-  return {start, along + half_cotangent * (way - along) - half * axis.cross(way), turn.angle() * axis};
+  const Vector3d along = axis.dot(translation) * axis;
+  return {start, along + half_cotangent * (translation - along) - half * axis.cross(translation), turn.angle() * axis};
 }
 
 Isometry3d ScrewMotion::at(double time) const { return ScrewPath(start, linear, angular).at(time).isometry(); }

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using Pieces = std::vector<const Piece*>;
 
 /// The centre of b minus the centre of a, in the frame of a.
-Vector3d wayBetween(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
+Vector3d centreOffset(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
   return a_T_b.translation + (a_T_b.rotation * b.centre - a.centre);
 }
 
@@ -115,11 +115,11 @@ Bounds boundsOf(const Eigen::AlignedBox3d& box) {
 }
 
 double sphereGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return (1.0 - kPoseRounding) * wayBetween(a, b, a_T_b).norm() - (a.radius + b.radius);
+  return (1.0 - kPoseRounding) * centreOffset(a, b, a_T_b).norm() - (a.radius + b.radius);
 }
 
 double boxGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return boxGap(wayBetween(a, b, a_T_b), a, a.axes, b, a_T_b.rotation * b.axes);
+  return boxGap(centreOffset(a, b, a_T_b), a, a.axes, b, a_T_b.rotation * b.axes);
 }
 
 double boxGap(const Vector3d& between, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,

@@ -181,8 +181,8 @@ double FreeMotion::scale(const Eigen::Ref<const VectorXd>& motion) const {
     const Bubble& bubble = (*this)[i];
     // The sum of n products has a relative error of at most (n + 1) eps, and the quotient of one eps.
     const double rounding = static_cast<double>(motion.size() + 4) * std::numeric_limits<double>::epsilon();
-    const double way = (1.0 + rounding) * bubble.weights.dot(motion.cwiseAbs());
-    if (!(way <= bubble.free)) scale = std::min(scale, bubble.free / way * (1.0 - rounding));
+    const double change = (1.0 + rounding) * bubble.weights.dot(motion.cwiseAbs());
+    if (!(change <= bubble.free)) scale = std::min(scale, bubble.free / change * (1.0 - rounding));
   }
   return scale;
 }

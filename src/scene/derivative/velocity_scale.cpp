@@ -152,21 +152,21 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
   const std::vector<double> velocities = leadersOnly(model, state.velocities);
   if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return {};
 
-  const Stop way = stopOf(model, velocities, braking);
-  const PhasedMotion motion = motionAlong(model, state, velocities, way.length());
+  const Stop to_stop = stopOf(model, velocities, braking);
+  const PhasedMotion motion = motionAlong(model, state, velocities, to_stop.length());
   const bool rests =
-      way.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
+      to_stop.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
   StopSearch search(moving, scene, stop, deadline);
   const RobotContact found = search.contact(motion);
   if (found.counts.unknown > 0) return {};
   if (found.counts.pairs == 0 || rests || !(found.t_free < 1.0)) return {narrowphase::Status::Converged, 1.0, {}};
-  const double free = kRoundedDown * found.t_free * way.length();
+  const double free = kRoundedDown * found.t_free * to_stop.length();
   const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
   const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
   if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free)))
     return {found.status, 0.0, *near};
-  return {found.status, way.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
+  return {found.status, to_stop.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
 }
 
 }  // namespace proximity_server::scene

@@ -24,8 +24,8 @@ int LinkTable::require(const std::string& name, const std::string& list) const {
 }
 
 bool LinkTable::adjacentButForEmptyLinks(const OrderedPair& pair) const {
-  const auto way = model_.connection(pair.link_a, pair.link_b);
-  return way && way->movable_joints > 1 && !way->passes_geometry;
+  const auto path = model_.connection(pair.link_a, pair.link_b);
+  return path && path->movable_joints > 1 && !path->passes_geometry;
 }
 
 void addPairsWarning(const std::string& what, const std::vector<std::string>& pairs, PairTable& table) {

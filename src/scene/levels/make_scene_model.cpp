@@ -22,8 +22,8 @@ std::vector<ShapeRefPair> pairsOfOneJoint(const SceneModel& model, const std::ve
   std::vector<ShapeRefPair> pairs;
   for (const int i : model.pairs.checked) {
     const LinkPair& pair = model.pairs.pairs[i];
-    const auto way = model.robot.connection(pair.link_a, pair.link_b);
-    if (!way || way->movable_joints != 1) continue;
+    const auto path = model.robot.connection(pair.link_a, pair.link_b);
+    if (!path || path->movable_joints != 1) continue;
     if (rangesBetween(model.robot, ranges, pair.link_a, pair.link_b).empty()) continue;  // floating or planar
     pairs.push_back({{pair.link_a, 0}, {pair.link_b, 0}});
   }

@@ -31,21 +31,21 @@ std::vector<int> RobotModel::roots() const {
 
 std::optional<RobotModel::Connection> RobotModel::connection(int link_a, int link_b) const {
   if (bodies[links[link_a].body].robot != bodies[links[link_b].body].robot) return std::nullopt;
-  Connection way;
-  const auto is_decided = [&] { return way.passes_geometry && way.movable_joints > 1; };
+  Connection path;
+  const auto is_decided = [&] { return path.passes_geometry && path.movable_joints > 1; };
   for (int a = link_a, b = link_b; a != b && !is_decided();) {
     int& lower = a > b ? a : b;  // parents come first, so the later link is the one that is lower on the path
-    if (bodies[links[lower].body].link == lower) ++way.movable_joints;
+    if (bodies[links[lower].body].link == lower) ++path.movable_joints;
     lower = links[lower].parent;
     const bool is_end = lower == link_a || lower == link_b;
-    way.passes_geometry = way.passes_geometry || (!is_end && hasGeometry(lower));
+    path.passes_geometry = path.passes_geometry || (!is_end && hasGeometry(lower));
   }
-  return way;
+  return path;
 }
 
 bool RobotModel::areNeighbours(int link_a, int link_b) const {
-  const std::optional<Connection> way = connection(link_a, link_b);
-  return way && way->movable_joints == 1 && !way->passes_geometry;
+  const std::optional<Connection> path = connection(link_a, link_b);
+  return path && path->movable_joints == 1 && !path->passes_geometry;
 }
 
 Joint::Mimic RobotModel::leaderOf(int joint) const {

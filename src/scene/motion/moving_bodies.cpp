@@ -18,25 +18,25 @@ std::vector<int> ancestry(const PosesInTime& poses, int body) {
   return bodies;
 }
 
-/// One step on the way from body a to body b: the motion of the frame after the step, in the frame before it.
+/// One step on the path from body a to body b: the motion of the frame after the step, in the frame before it.
 struct Step {
   int body;  ///< behind it
   bool leaves_the_robot;
   narrowphase::ScrewMotion motion;
 };
-std::vector<Step> wayBetween(const PosesInTime& poses, int body_a, int body_b) {
+std::vector<Step> pathBetween(const PosesInTime& poses, int body_a, int body_b) {
   std::vector<int> up = ancestry(poses, body_a), down = ancestry(poses, body_b);
   while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
     up.pop_back();
     down.pop_back();
   }
   const int robot_end = static_cast<int>(poses.motion().segments().size());
-  std::vector<Step> way;
+  std::vector<Step> path;
   for (std::size_t i = 0; i + 1 < up.size(); ++i)
-    way.push_back({up[i + 1], up[i + 1] < 0 || up[i] >= robot_end, poses.segment(up[i]).motion.inverse()});
+    path.push_back({up[i + 1], up[i + 1] < 0 || up[i] >= robot_end, poses.segment(up[i]).motion.inverse()});
   for (std::size_t i = down.size() - 1; i-- > 0;)
-    way.push_back({down[i], down[i] >= robot_end, poses.segment(down[i]).motion});
-  return way;
+    path.push_back({down[i], down[i] >= robot_end, poses.segment(down[i]).motion});
+  return path;
 }
 
 /// Multiplies a chain by one more screw. A screw at rest is merged with its neighbour.
@@ -47,15 +47,15 @@ void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& cha
     chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
 }
 
-/// The motions of the frames at both ends of a way, seen from the frame after its first `half` steps. Neither chain is
+/// The motions of the frames at both ends of a path, seen from the frame after its first `half` steps. Neither chain is
 /// empty.
 struct Chains {
   narrowphase::MotionChain a, b;
 };
-Chains chainsOf(const std::vector<Step>& way, std::size_t half) {
+Chains chainsOf(const std::vector<Step>& path, std::size_t half) {
   Chains chains;
-  for (std::size_t i = half; i-- > 0;) append(way[i].motion.inverse(), chains.a);
-  for (std::size_t i = half; i < way.size(); ++i) append(way[i].motion, chains.b);
+  for (std::size_t i = half; i-- > 0;) append(path[i].motion.inverse(), chains.a);
+  for (std::size_t i = half; i < path.size(); ++i) append(path[i].motion, chains.b);
   for (narrowphase::MotionChain* chain : {&chains.a, &chains.b})
     if (chain->empty()) chain->push_back({});
   return chains;
@@ -118,35 +118,35 @@ MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a
     : body_a_(body_a), body_b_(body_b), is_known_(poses.isKnown(body_a) && poses.isKnown(body_b)), a_(a), b_(b) {
   if (!is_known_) return;
 
-  const std::vector<Step> way = wayBetween(poses, body_a, body_b);
-  const auto moving = std::count_if(way.begin(), way.end(), [](const Step& step) { return !step.motion.isRest(); });
-  std::size_t half = seen_from == SeenFrom::B ? way.size() : 0;
+  const std::vector<Step> path = pathBetween(poses, body_a, body_b);
+  const auto moving = std::count_if(path.begin(), path.end(), [](const Step& step) { return !step.motion.isRest(); });
+  std::size_t half = seen_from == SeenFrom::B ? path.size() : 0;
   if (seen_from == SeenFrom::Middle)
-    for (std::ptrdiff_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !way[half].motion.isRest();
+    for (std::ptrdiff_t seen = 0; half < path.size() && seen < moving / 2; ++half) seen += !path[half].motion.isRest();
 
-  Chains chains = chainsOf(way, half);
+  Chains chains = chainsOf(path, half);
   if (seen_from == SeenFrom::Middle && moving == 1) {
     // Only one joint moves, and either body may be seen as the moving one. The body whose centre is nearer to the axis
     // moves less.
-    Chains other = chainsOf(way, way.size());
+    Chains other = chainsOf(path, path.size());
     const auto accelerated = [](const narrowphase::MotionChain& chain, const Bounds& of) {
       return motionBound(chain, of.centre, of.radius, 0.0, 0.0).acceleration;
     };
     if (accelerated(other.a, a) < accelerated(chains.b, b)) {
-      half = way.size();
+      half = path.size();
       chains = std::move(other);
     }
   }
   chain_a_ = std::move(chains.a);
   chain_b_ = std::move(chains.b);
-  middle_ = half == 0 ? body_a : way[half - 1].body;
+  middle_ = half == 0 ? body_a : path[half - 1].body;
   bool leaves_the_robot = false;
-  for (const Step& step : way) {
-    way_ += step.motion.start.translation().norm();
+  for (const Step& step : path) {
+    path_length_ += step.motion.start.translation().norm();
     leaves_the_robot |= step.leaves_the_robot;
   }
-  if (!leaves_the_robot) way_ = 0.0;
-  length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach) + way_;
+  if (!leaves_the_robot) path_length_ = 0.0;
+  length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach) + path_length_;
 }
 
 double MovingBodies::roundingAt(double time, PosesInTime& poses) const {

@@ -95,7 +95,7 @@ class MovingBodies {
   /// [m] An upper bound of the effect of the rounding of chainOfA() and chainOfB() on a distance. It is 0 if all frames
   /// between the two are bodies of the robot. Otherwise frames may be far from each other, and the chains merge frames
   /// at rest.
-  double chainRounding() const { return kPoseRounding * way_; }
+  double chainRounding() const { return kPoseRounding * path_length_; }
 
   /// [m] An upper bound of the effect of the rounding of poses on a distance at one time, which includes poses in the
   /// world.
@@ -126,8 +126,9 @@ class MovingBodies {
   int middle_ = -1;
   narrowphase::MotionChain chain_a_, chain_b_;  ///< screws at rest are merged; never empty
   Bounds a_, b_;
-  double way_ = 0.0;  ///< [m] the sum of the distances from frame to frame; 0 if all of these are bodies of the robot
-  double length_ = 0.0;  ///< [m] of the chains and the way together; the poses of all of them are rounded
+  /// [m] The sum of the distances from frame to frame; 0 if all of these are bodies of the robot.
+  double path_length_ = 0.0;
+  double length_ = 0.0;  ///< [m] of the chains and the path together; the poses of all of them are rounded
   std::map<int, IntervalMotion> interval_motions_;  ///< by the number of the interval
 };
 

@@ -44,7 +44,9 @@ Volume leafOver(const Piece& piece) {
 // fraction of its distance from the middle, which is at most `reach` for the points that matter. The middle itself is
 // off by less than 8 eps of the height of the box.
 HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
-    : piece(boxBelow(half_space, reach)), volume(leafOver(piece)), error(kPoseRounding * (reach + half_space.way)) {}
+    : piece(boxBelow(half_space, reach)),
+      volume(leafOver(piece)),
+      error(kPoseRounding * (reach + half_space.chain_length)) {}
 
 MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
     : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(paddingsOf(model_->pairs)) {}

@@ -79,8 +79,8 @@ void Field::requireMembers(const std::vector<std::string>& names) const {
 void Field::refuse(const std::string& reason) const { throw std::invalid_argument(place() + ": " + reason); }
 
 std::string Field::place() const {
-  const std::string way = path();
-  return source_ + (value_.line > 0 ? ", line " + std::to_string(value_.line) : "") + (way.empty() ? "" : ": " + way);
+  const std::string keys = path();
+  return source_ + (value_.line > 0 ? ", line " + std::to_string(value_.line) : "") + (keys.empty() ? "" : ": " + keys);
 }
 
 std::string Field::path() const {

@@ -144,7 +144,7 @@ void checkReach(const Piece& piece) {
 /// The parts of all shapes of an object together.
 struct Parts {
   std::vector<Piece> pieces;
-  std::vector<double> ways;  ///< [m] of the pieces
+  std::vector<double> chain_lengths;  ///< [m] of the pieces
   std::vector<PlacedHalfSpace> half_spaces;
   std::vector<ObjectShapeInfo> shapes;
   std::vector<std::string> warnings;
@@ -159,8 +159,8 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
     throw std::invalid_argument("the object has more than a million convex pieces");
   for (Piece piece : parts.parts) {
     piece.shape = piece.shape.padded(options.padding);
-    all.ways.push_back(pose->translation().norm() + piece.body_T_piece.translation().norm() + piece.shape.coreReach() +
-                       piece.shape.margin());
+    all.chain_lengths.push_back(pose->translation().norm() + piece.body_T_piece.translation().norm() +
+                                piece.shape.coreReach() + piece.shape.margin());
     piece.body_T_piece = *pose * piece.body_T_piece;
     piece.collision = index;
     checkReach(piece);
@@ -171,8 +171,8 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
     const double offset = half_space.offset + normal.dot(pose->translation()) + options.padding;
     if (!(std::abs(offset) <= kFarthest))
       throw std::invalid_argument("its plane is farther than 1e6 m from the frame of the object");
-    const double way = std::abs(half_space.offset) + pose->translation().norm() + std::abs(options.padding);
-    all.half_spaces.push_back({normal, offset, index, way});
+    const double chain_length = std::abs(half_space.offset) + pose->translation().norm() + std::abs(options.padding);
+    all.half_spaces.push_back({normal, offset, index, chain_length});
   }
   all.shapes.push_back(parts.info);
   all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
@@ -203,7 +203,7 @@ Object makeObject(const std::string& id, std::vector<ObjectShape> shapes, const 
   for (std::string& warning : all.warnings) warning = where + warning;
   const auto source = std::make_shared<const ObjectSource>(ObjectSource{std::move(shapes), options.padding});
   return {id,
-          std::make_shared<const ObjectGeometry>(source, std::move(all.pieces), std::move(all.ways),
+          std::make_shared<const ObjectGeometry>(source, std::move(all.pieces), std::move(all.chain_lengths),
                                                  std::move(all.half_spaces), std::move(all.shapes),
                                                  std::move(all.warnings)),
           placement};

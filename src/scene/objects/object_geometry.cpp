@@ -25,52 +25,52 @@ std::vector<Volume> volumesOf(const std::vector<Piece>& pieces, const std::vecto
 }  // namespace
 
 ObjectGeometry::ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::vector<Piece> pieces,
-                               std::vector<double> ways, std::vector<PlacedHalfSpace> half_spaces,
+                               std::vector<double> chain_lengths, std::vector<PlacedHalfSpace> half_spaces,
                                std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings)
     : pieces_(std::move(pieces)),
-      ways_(std::move(ways)),
+      chain_lengths_(std::move(chain_lengths)),
       half_spaces_(std::move(half_spaces)),
       shapes_(std::move(shapes)),
       warnings_(std::move(warnings)),
       volumes_(volumesOf(pieces_, shapes_)),
       source_(std::move(source)) {
-  if (!volumes_.front().isEmpty()) countWays(volumes_.front());
+  if (!volumes_.front().isEmpty()) addChainLengths(volumes_.front());
   for (const PlacedHalfSpace& half_space : half_spaces_) {
     Bounds& bounds = volumes_.front().bounds;
-    bounds.reach = std::max(bounds.reach, half_space.way);
-    excess_ = std::max(excess_, half_space.way - std::abs(half_space.offset));
+    bounds.reach = std::max(bounds.reach, half_space.chain_length);
+    excess_ = std::max(excess_, half_space.chain_length - std::abs(half_space.offset));
   }
 }
 
-/// Adds the ways to the bounds of a volume. Returns the longest way in it [m].
-double ObjectGeometry::countWays(Volume& volume) {
-  const auto ofPart = [&](int part) { return countWays(volumes_[static_cast<std::size_t>(part)]); };
-  const double way = volume.isLeaf() ? ways_[static_cast<std::size_t>(volume.piece)]
-                                     : std::max(ofPart(volume.parts[0]), ofPart(volume.parts[1]));
+/// Adds the chain lengths to the bounds of a volume. Returns the largest one in it [m].
+double ObjectGeometry::addChainLengths(Volume& volume) {
+  const auto ofPart = [&](int part) { return addChainLengths(volumes_[static_cast<std::size_t>(part)]); };
+  const double chain_length = volume.isLeaf() ? chain_lengths_[static_cast<std::size_t>(volume.piece)]
+                                              : std::max(ofPart(volume.parts[0]), ofPart(volume.parts[1]));
   Bounds& bounds = volume.bounds;
-  const double more = std::max(0.0, way - bounds.reach);
+  const double more = std::max(0.0, chain_length - bounds.reach);
   if (volume.isLeaf()) excess_ = std::max(excess_, more);
   bounds.reach += more;
   bounds.radius += kPoseRounding * more;
   bounds.half.array() += kPoseRounding * more;
-  return way;
+  return chain_length;
 }
 
 std::shared_ptr<const ObjectGeometry> ObjectGeometry::in(const Isometry3d& frame_T_object,
                                                          const std::shared_ptr<const ObjectGeometry>& geometry) {
   if (frame_T_object.matrix() == Isometry3d::Identity().matrix()) return geometry;
   const double length = frame_T_object.translation().norm();
-  std::vector<double> ways = geometry->ways_;
-  for (double& way : ways) way += length;
+  std::vector<double> chain_lengths = geometry->chain_lengths_;
+  for (double& chain_length : chain_lengths) chain_length += length;
   std::vector<Piece> pieces = geometry->pieces_;
   for (Piece& piece : pieces) piece.body_T_piece = frame_T_object * piece.body_T_piece;
   std::vector<PlacedHalfSpace> half_spaces = geometry->half_spaces_;
   for (PlacedHalfSpace& half_space : half_spaces) {
     half_space.normal = (frame_T_object.linear() * half_space.normal).normalized();
     half_space.offset += half_space.normal.dot(frame_T_object.translation());
-    half_space.way += length;
+    half_space.chain_length += length;
   }
-  return std::make_shared<const ObjectGeometry>(geometry->source_, std::move(pieces), std::move(ways),
+  return std::make_shared<const ObjectGeometry>(geometry->source_, std::move(pieces), std::move(chain_lengths),
                                                 std::move(half_spaces), geometry->shapes_, geometry->warnings_);
 }
 

@@ -15,7 +15,7 @@ struct PlacedHalfSpace {
   Eigen::Vector3d normal;  ///< unit, outwards
   double offset;           ///< [m] the distance of the plane from the origin along the normal
   int shape;               ///< the index of the shape in its object
-  double way;              ///< [m] see ObjectGeometry
+  double chain_length;     ///< [m] see ObjectGeometry
 };
 
 /// The shapes from which an object was made.
@@ -26,15 +26,15 @@ struct ObjectSource {
 
 /// The convex pieces and half-spaces of an object in one frame, with the bounding volumes of the pieces.
 ///
-/// The way of a piece or a half-space is the sum of the lengths of all transforms that brought it into this frame, and
-/// of its own reach. The rounding of its pose depends on this sum, even if the transforms have cancelled each other; so
-/// the bounds count it as reach.
+/// The chain length of a piece or a half-space is the sum of the lengths of all transforms that brought it into this
+/// frame, and of its own reach. The rounding of its pose depends on this sum, even if the transforms have cancelled
+/// each other; so the bounds count it as reach.
 class ObjectGeometry {
  public:
-  /// Piece::collision is the index of a shape. `ways` [m] has one entry for each piece.
-  ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::vector<Piece> pieces, std::vector<double> ways,
-                 std::vector<PlacedHalfSpace> half_spaces, std::vector<ObjectShapeInfo> shapes,
-                 std::vector<std::string> warnings);
+  /// Piece::collision is the index of a shape. `chain_lengths` [m] has one entry for each piece.
+  ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::vector<Piece> pieces,
+                 std::vector<double> chain_lengths, std::vector<PlacedHalfSpace> half_spaces,
+                 std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings);
 
   /// The same geometry in another frame; the same object if the pose is the identity.
   static std::shared_ptr<const ObjectGeometry> in(const Eigen::Isometry3d& frame_T_object,
@@ -51,19 +51,19 @@ class ObjectGeometry {
   const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& root() const { return volumes_.front(); }
 
-  /// [m] An upper bound of the rounding along a way that the reach of the result does not include.
+  /// [m] An upper bound of the rounding of a chain of transforms that the reach of the result does not include.
   double excessRounding() const { return kPoseRounding * excess_; }
 
  private:
-  double countWays(Volume& volume);
+  double addChainLengths(Volume& volume);
 
   std::vector<Piece> pieces_;
-  std::vector<double> ways_;
+  std::vector<double> chain_lengths_;
   std::vector<PlacedHalfSpace> half_spaces_;
   std::vector<ObjectShapeInfo> shapes_;
   std::vector<std::string> warnings_;
   std::vector<Volume> volumes_;
-  double excess_ = 0.0;                         ///< [m] how much a way exceeds the reach
+  double excess_ = 0.0;                         ///< [m] how much a chain length exceeds the reach
   std::shared_ptr<const ObjectSource> source_;  ///< shared by the geometry in all frames
 };
 

@@ -165,7 +165,7 @@ double PlacedRobot::halfSpaceGap(const Sphere& sphere, int object) const {
   double gap = std::numeric_limits<double>::infinity();
   for (const PlacedHalfSpace& half_space : (*this)[object].halfSpaces()) {
     const double height = (body.rotation * half_space.normal).dot(from_object) - half_space.offset;
-    gap = std::min(gap, height - kPoseRounding * (from_object.norm() + half_space.way));
+    gap = std::min(gap, height - kPoseRounding * (from_object.norm() + half_space.chain_length));
   }
   gap -= sphere.radius;
   const Volume& root = (*this)[object].whole();

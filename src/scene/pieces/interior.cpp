@@ -14,16 +14,16 @@ Vector3d normalOf(const Triangle& triangle) {
 }
 
 /// [m] A lower bound of the distance of a triangle from p: the distance of the nearest corner along a fixed direction.
-/// The bound along the normal is tight however near p is; the bound along `way`, towards the nearest point, is tight if
-/// that point is on an edge.
-double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3d& way) {
+/// The bound along the normal is tight however near p is; the bound along `to_nearest`, to the nearest point, is tight
+/// if that point is on an edge.
+double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3d& to_nearest) {
   const auto along = [&](const Vector3d& direction) {
     double least = std::numeric_limits<double>::infinity();
     for (const Vector3d& corner : triangle) least = std::min(least, direction.dot(corner - p));
     return least;
   };
   const Vector3d normal = normalOf(triangle);
-  return std::max({0.0, along(way.stableNormalized()), along(normal), along(-normal)});
+  return std::max({0.0, along(to_nearest.stableNormalized()), along(normal), along(-normal)});
 }
 
 /// The nearest of the triangles considered so far. Only triangles nearer than the first upper bound count.

@@ -139,9 +139,9 @@ class DeviationSearch {
   /// points has moved by so little towards the middle of the hull. This settles triangles that cut through the solid
   /// from edge to edge, or that lie in the plane of several triangles of the mesh.
   bool isCovered(const Triangle& t, const Vector3d& centre, const Vector3d& middle_of_hull) const {
-    double way = kMeshRounding;
-    for (const Vector3d& corner : t) way = std::max(way, (middle_of_hull - corner).norm());
-    const auto moved = [&](const Vector3d& p) -> Vector3d { return p + kMeshRounding / way * (middle_of_hull - p); };
+    double length = kMeshRounding;
+    for (const Vector3d& corner : t) length = std::max(length, (middle_of_hull - corner).norm());
+    const auto moved = [&](const Vector3d& p) -> Vector3d { return p + kMeshRounding / length * (middle_of_hull - p); };
     return mesh_.inside_.holds(moved(centre), mesh_.effort()) &&
            !mesh_.surface_.mayMeet({moved(t[0]), moved(t[1]), moved(t[2])}, mesh_.effort());
   }
