@@ -16,14 +16,14 @@ namespace {
 constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
 // After so many steps, nearly all pairs are settled that a search can settle; measured with Panda and PR2 at 5 cm.
-constexpr int kStepsWithFew = 4, kStepsWithAll = 8;
-static_assert(kStepsWithFew + kStepsWithAll <= lanes::kMostSteps);
+constexpr int kCoarseSteps = 4, kFullSteps = 8;
+static_assert(kCoarseSteps + kFullSteps <= lanes::kMostSteps);
 
-lanes::SearchEffort withFew(const LaneModel::Pair& pair) {
-  return {pair.few_a, pair.few_b, pair.uncovered_by_few, kStepsWithFew};
+lanes::SearchEffort coarseSearch(const LaneModel::Pair& pair) {
+  return {pair.coarse_corners_a, pair.coarse_corners_b, pair.coarse_uncovered, kCoarseSteps};
 }
-lanes::SearchEffort withAll(const lanes::PairShapes& shapes) {
-  return {shapes.outline_a.count, shapes.outline_b.count, shapes.uncovered, kStepsWithAll};
+lanes::SearchEffort fullSearch(const lanes::PairShapes& shapes) {
+  return {shapes.outline_a.count, shapes.outline_b.count, shapes.uncovered, kFullSteps};
 }
 
 }  // namespace
@@ -155,7 +155,7 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
   constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
   const lanes::PairShapes& of = shapes.shapes;
   kernels_->relativePoses(posesOf(shapes), states, count, of, *items_);
-  kernels_->boundByOutlines(of, withFew(shapes), {kNever, kNever}, count, *items_);
+  kernels_->boundByOutlines(of, coarseSearch(shapes), {kNever, kNever}, count, *items_);
   kernels_->boundByInnerBalls(of, count, *items_);
   for (int i = 0; i < count; ++i) {
     lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
@@ -196,11 +196,11 @@ const std::vector<LaneBounds::Side>& LaneBounds::sides(int pair, double threshol
   std::iota(places_.begin(), places_.begin() + count, 0);
   kernels_->relativePoses(posesOf(shapes), states, count, of, *items_);
   count = keepUndecided(limits, count);
-  kernels_->boundByOutlines(of, withFew(shapes), limits, count, *items_);
+  kernels_->boundByOutlines(of, coarseSearch(shapes), limits, count, *items_);
   count = keepUndecided(limits, count);
   kernels_->boundByInnerBalls(of, count, *items_);
   count = keepUndecided(limits, count);
-  kernels_->boundByOutlines(of, withAll(of), limits, count, *items_);
+  kernels_->boundByOutlines(of, fullSearch(of), limits, count, *items_);
   count = keepUndecided(limits, count);
   kernels_->boundByInnerBalls(of, count, *items_);
   keepUndecided(limits, count);

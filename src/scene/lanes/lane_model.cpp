@@ -243,9 +243,9 @@ LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) 
   shapes.box_error = roundedUp(kSecondOrder * (moved + rotation * apart + 16.0 * kUnit * lengths));
   shapes.lower_error = roundedUp(kSecondOrder * (moved + 20.0 * kUnit * lengths));
   shapes.upper_error = roundedUp(kSecondOrder * (moved + (16.0 + 4.0 * lanes::kMostSteps) * kUnit * lengths));
-  pair.few_a = static_cast<int>(a.outline.few);
-  pair.few_b = static_cast<int>(b.outline.few);
-  pair.uncovered_by_few = roundedUp(a.outline.uncovered_by_few + b.outline.uncovered_by_few);
+  pair.coarse_corners_a = static_cast<int>(a.outline.coarse_corners);
+  pair.coarse_corners_b = static_cast<int>(b.outline.coarse_corners);
+  pair.coarse_uncovered = roundedUp(a.outline.coarse_uncovered + b.outline.coarse_uncovered);
   return pair;
 }
 

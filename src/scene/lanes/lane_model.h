@@ -56,8 +56,8 @@ class LaneModel {
     double centre_error;  ///< [m] of the distance of the origins of the links
     double radius_a, radius_b;
     lanes::PairShapes shapes;
-    int few_a, few_b;  ///< the number of corners that are searched first
-    float uncovered_by_few;
+    int coarse_corners_a, coarse_corners_b;  ///< the number of corners that are searched first
+    float coarse_uncovered;
 
     bool hasGeometry() const { return a >= 0; }
   };

@@ -345,8 +345,8 @@ LinkOutline outlineOf(const RobotModel& model, int link, const Bounds& bounds) {
   outline.corners = cornersOf(model, pieces);
   sortSpread(outline.corners);
   outline.uncovered += kRounding * outline.bounds.reach;
-  outline.few = std::min<std::size_t>(outline.corners.size(), kFewCorners);
-  outline.uncovered_by_few = outline.uncovered + uncoveredBy(outline.corners, outline.few);
+  outline.coarse_corners = std::min<std::size_t>(outline.corners.size(), kCoarseCorners);
+  outline.coarse_uncovered = outline.uncovered + uncoveredBy(outline.corners, outline.coarse_corners);
   for (const Ball& corner : outline.corners)
     outline.inside += corner.centre / static_cast<double>(outline.corners.size());
   outline.inner = fitInner(depths, outline.bounds.radius);

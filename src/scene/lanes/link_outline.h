@@ -16,7 +16,7 @@ struct Ball {
   double radius;
 };
 
-constexpr std::size_t kFewCorners = 24;
+constexpr std::size_t kCoarseCorners = 24;
 constexpr int kInnerBalls = 24;  ///< the largest number for a link
 
 /// Shapes that contain a link and shapes that it contains, without the paddings of pairs.
@@ -29,9 +29,10 @@ struct LinkOutline {
   std::vector<Ball> corners;
   double uncovered = 0.0;
 
-  /// The first `few` corners are far apart. The link sticks out of their hull by at most `uncovered_by_few` [m].
-  std::size_t few = 0;
-  double uncovered_by_few = 0.0;
+  /// The first `coarse_corners` corners are far apart. The link sticks out of their hull by at most `coarse_uncovered`
+  /// [m].
+  std::size_t coarse_corners = 0;
+  double coarse_uncovered = 0.0;
 
   bool is_exact = false;                             ///< the hull of the corners is exactly the link
   Eigen::Vector3d inside = Eigen::Vector3d::Zero();  ///< a point in the hull of the centres

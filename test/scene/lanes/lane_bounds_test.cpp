@@ -191,7 +191,7 @@ TEST(LinkOutline, ContainsTheLinkAndItsBallsAreInside) {
       if (!model.hasGeometry(link)) continue;
       const LinkOutline outline = outlineOf(model, link, volumes[link].bounds);
       const std::vector<const Piece*> pieces = peers::piecesOfLink(model, link);
-      simplified += outline.few < outline.corners.size() ? 1 : 0;
+      simplified += outline.coarse_corners < outline.corners.size() ? 1 : 0;
       for (int i = 0; i < repeats(300); ++i) {
         const Vector3d direction = randomVector(random).normalized();
         double extent = -kInfinity;
@@ -206,7 +206,7 @@ TEST(LinkOutline, ContainsTheLinkAndItsBallsAreInside) {
           ASSERT_LE(in_box.norm(), outline.bounds.radius);
         }
         ASSERT_LE(uncoveredAlong(direction, outline, outline.corners.size(), outline.uncovered, extent), 1e-14);
-        ASSERT_LE(uncoveredAlong(direction, outline, outline.few, outline.uncovered_by_few, extent), 1e-14);
+        ASSERT_LE(uncoveredAlong(direction, outline, outline.coarse_corners, outline.coarse_uncovered, extent), 1e-14);
       }
       for (const Ball& ball : outline.inner) {
         // The ball moved into the piece by its depth is as deep as it can be: no translation shorter than its radius
