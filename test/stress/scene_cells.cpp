@@ -446,7 +446,7 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
     if (!pose) return std::nullopt;
     for (const Piece* piece : peers::piecesOfLink(robot, ref.link()))
       solid.parts.push_back({piece->shape, inCell(*pose) * longPose(piece->body_T_piece),
-                             robot.collisions[piece->collision].number, piece->interior, piece->is_anchor});
+                             robot.collisions[piece->collision].number, piece->interior, piece->is_representative});
     return solid.parts.empty() ? std::nullopt : std::optional(solid);
   }
   const Object& object = *objects_->object(ref.object());

@@ -56,7 +56,7 @@ struct WorldPart {
 
   // Parts of a mesh have these, see Piece.
   std::shared_ptr<const Interior> interior = nullptr;
-  bool is_anchor = true;
+  bool is_representative = true;
 };
 
 /// All points x with normal . x <= offset.

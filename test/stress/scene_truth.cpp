@@ -66,12 +66,13 @@ DistanceBounds aboveThePlane(const WorldPart& part, const WorldPlane& plane) {
   return {height - rounding, height + rounding};
 }
 
-/// The signed distance of the ball within an anchor from the solid inside of a closed mesh. Interior, which has its own
-/// tests, tells the side and the nearest triangle; the poses and radii are computed here.
-DistanceBounds insideOfTheMesh(const WorldPart& solid, const WorldPart& anchor) {
-  const Vector3l centre = solid.world_T_part.inverse() * centreOf(anchor);
+/// The signed distance of the ball within a representative from the solid inside of a closed mesh. Interior, which has
+/// its own tests, tells the side and the nearest triangle; the poses and radii are computed here.
+DistanceBounds insideOfTheMesh(const WorldPart& solid, const WorldPart& representative) {
+  const Vector3l centre = solid.world_T_part.inverse() * centreOf(representative);
   const Interior::Place place = solid.interior->placeOf(centre.cast<double>());
-  const long double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid.shape.margin();
+  const long double radius =
+      std::max(0.0, representative.shape.innerRadius()) + representative.shape.margin() + solid.shape.margin();
   const long double rounding = 16.0L * kEpsilon * (centre.norm() + solid.interior->box().diagonal().norm() + radius);
   return {place.lower_bound - radius - rounding, place.upper_bound - radius + rounding};
 }
@@ -107,18 +108,18 @@ PairTruth truthOf(const ShapeRefPair& pair, const std::optional<WorldSolid>& a, 
         offer(height);
       }
   };
-  const auto offerInteriors = [&](const WorldSolid& solid, const WorldSolid& other) {
+  const auto findInteriorDepths = [&](const WorldSolid& solid, const WorldSolid& other) {
     for (const WorldPart& part : solid.parts)
-      for (const WorldPart& anchor : other.parts) {
-        if (!part.interior || !anchor.is_anchor) continue;
-        const DistanceBounds depth = insideOfTheMesh(part, anchor);
+      for (const WorldPart& representative : other.parts) {
+        if (!part.interior || !representative.is_representative) continue;
+        const DistanceBounds depth = insideOfTheMesh(part, representative);
         if (depth.high < std::min(0.0L, all.high)) truth.nearest = {};
         if (depth.low < 0) all.low = std::min(all.low, depth.low);
         if (depth.high < 0) all.high = std::min(all.high, depth.high);
       }
   };
-  offerInteriors(*a, *b);
-  offerInteriors(*b, *a);
+  findInteriorDepths(*a, *b);
+  findInteriorDepths(*b, *a);
   offerPlanes(*a, *b);
   offerPlanes(*b, *a);
   all.low -= padding;

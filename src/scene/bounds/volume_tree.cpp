@@ -35,7 +35,7 @@ Volume VolumeBuilder::leafOf(int piece) const {
   leaf.representation = representations_[piece];
   leaf.has_closed_form = hasClosedForm(pieces_[piece].shape);
   leaf.has_interior = pieces_[piece].interior != nullptr;
-  leaf.has_anchor = pieces_[piece].is_anchor;
+  leaf.has_representative = pieces_[piece].is_representative;
   leaf.bounds = bounds_of_pieces_[piece];
   return leaf;
 }
@@ -54,7 +54,7 @@ Volume VolumeBuilder::volumeOf(std::vector<int>::iterator begin, std::vector<int
     bounds.push_back(&bounds_of_pieces_[*piece]);
     volume.representation = std::max(volume.representation, representations_[*piece]);
     volume.has_interior |= pieces_[*piece].interior != nullptr;
-    volume.has_anchor |= pieces_[*piece].is_anchor;
+    volume.has_representative |= pieces_[*piece].is_representative;
   }
   volume.bounds = boundsOf(pieces, bounds);
 

@@ -15,7 +15,7 @@ struct Volume {
   Representation representation = Representation::Exact;  ///< the least exact one of its pieces
   bool has_closed_form = false;                           ///< true for a single sphere or capsule
   bool has_interior = false;                              ///< true if one of its pieces has an interior
-  bool has_anchor = false;                                ///< true if one of its pieces is an anchor
+  bool has_representative = false;                        ///< true if one of its pieces is a representative
   Bounds bounds;
 
   bool isLeaf() const { return piece >= 0; }

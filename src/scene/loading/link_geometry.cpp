@@ -153,7 +153,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
     const int index = static_cast<int>(model.collisions.size());
     for (std::size_t i = 0; i < geometry.shapes.size(); ++i) {
       Piece piece{geometry.shapes[i].padded(options.paddingOf(owner.name)), body_T_collision, index};
-      if (!geometry.mesh.is_anchor.empty()) piece.is_anchor = geometry.mesh.is_anchor[i];
+      if (!geometry.mesh.is_representative.empty()) piece.is_representative = geometry.mesh.is_representative[i];
       if (i == 0) piece.interior = geometry.mesh.interior;
       collision.pieces.push_back(system::append(model.pieces, std::move(piece)));
       checkReach(model.pieces.back());

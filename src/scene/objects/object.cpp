@@ -125,7 +125,7 @@ class PartsReader {
     for (const std::string& text : {pieces.shortfall, pieces.openness})
       if (!text.empty()) parts.warnings.push_back(description + ": " + text);
     for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
-      parts.parts.push_back({std::move(pieces.hulls[i]), Isometry3d::Identity(), 0, pieces.is_anchor[i]});
+      parts.parts.push_back({std::move(pieces.hulls[i]), Isometry3d::Identity(), 0, pieces.is_representative[i]});
     parts.parts.front().interior = std::move(pieces.interior);
     return parts;
   }

@@ -264,7 +264,7 @@ std::string opennessOf(std::size_t open, std::size_t parts) {
   return "it is not closed in any of its " + std::to_string(parts) + " parts";
 }
 
-/// Adds to the pieces what describes the solid: the anchors, the interior and the text about open components.
+/// Adds to the pieces what describes the solid: the representatives, the interior and the text about open components.
 void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces& pieces) {
   const Partition hulls = hullNumbers(partition);
   std::vector<int> first_hull(mesh.parts.size(), -1);
@@ -274,12 +274,12 @@ void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces&
     if (first < 0) first = hulls[t];
     if (first != hulls[t]) is_split[mesh.components[t]] = true;
   }
-  pieces.is_anchor.assign(pieces.hulls.size(), false);
+  pieces.is_representative.assign(pieces.hulls.size(), false);
   std::vector<TriangleMesh> solids;
   bool leaves_space = false, open_in_single_hulls = true;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
     const TriangleMesh& part = mesh.parts[i];
-    pieces.is_anchor[first_hull[i]] = true;
+    pieces.is_representative[first_hull[i]] = true;
     if (isSolid(part)) {
       leaves_space |= is_split[i];
       solids.push_back(part);

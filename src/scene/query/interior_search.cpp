@@ -88,7 +88,7 @@ class InteriorSearch {
 
   void visitInner(int volume) {
     const Volume& here = inner()[volume];
-    if (!here.has_anchor) return;
+    if (!here.has_representative) return;
     const Eigen::AlignedBox3d& box = solid().interior->box();
     const Vector3d centre = inMesh(here.bounds.centre);
     if (isLeftOut(signedDistance(box, centre) - here.bounds.radius - solid().shape.margin() - rounding_)) return;
@@ -97,9 +97,10 @@ class InteriorSearch {
   }
 
   void measure(int inner_leaf) {
-    const Piece& anchor = inner().pieces[inner()[inner_leaf].piece];
-    const Vector3d centre = inMesh(anchor.body_T_piece * anchor.shape.centre());
-    const double radius = std::max(0.0, anchor.shape.innerRadius()) + anchor.shape.margin() + solid().shape.margin();
+    const Piece& representative = inner().pieces[inner()[inner_leaf].piece];
+    const Vector3d centre = inMesh(representative.body_T_piece * representative.shape.centre());
+    const double radius =
+        std::max(0.0, representative.shape.innerRadius()) + representative.shape.margin() + solid().shape.margin();
     if (isLeftOut(signedDistance(solid().interior->box(), centre) - radius - rounding_)) return;
     const Interior::Place place = solid().interior->placeOf(centre, radius + within_);
     SignedDistance result;
@@ -145,8 +146,8 @@ class InteriorSearch {
 
 }  // namespace
 
-void offerInterior(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                   const Question& question, Skipping skipping, double within, ClosestPieces& closest) {
+void findInteriorDepths(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
+                        const Question& question, Skipping skipping, double within, ClosestPieces& closest) {
   InteriorSearch(robot, pair, a_T_b, limit, question, skipping, within, closest).run();
 }
 

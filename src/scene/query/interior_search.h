@@ -11,22 +11,22 @@ inline bool haveInterior(const Part& a, const Part& b) { return a.whole().has_in
 /// apart there.
 ///
 /// 1. The surface of an interior consists of pieces of its part. So, if no pieces meet, each connected component of a
-///    part lies either wholly inside the interior of the other part or wholly outside; one anchor of each component
-///    tells which.
-/// 2. Walk from each interior through the volumes of the other part to the anchors. Skip the volumes that are outside
-///    of the box of the interior.
-/// 3. The result for an anchor is the signed distance from the solid of the ball at the centre of the anchor, see
-///    Shape::innerRadius(). No shorter translation takes the ball out of the solid, so the depth of the whole is not
-///    less.
+///    part lies either wholly inside the interior of the other part or wholly outside; one representative of each
+///    component tells which.
+/// 2. Walk from each interior through the volumes of the other part to the representatives. Skip the volumes that are
+///    outside of the box of the interior.
+/// 3. The result for a representative is the signed distance from the solid of the ball at the centre of the
+///    representative, see Shape::innerRadius(). No shorter translation takes the ball out of the solid, so the depth of
+///    the whole is not less.
 ///
 /// That distance changes by no more than the two parts move, and where it is 0 the pieces meet. So the smaller of it
 /// and of the distance of the pieces may be kept and bounded by motion, like the distance of the pieces alone.
 ///
 /// Offers to `closest`, in the frame of a, each result that is deeper than those it has and closer than `limit` [m]. A
 /// result must also be closer than `within` [m] without the padding of the pair; `within` is 0, unless the two can
-/// still move. The pair of leaves is the piece that has the interior, and the anchor. One point is on the surface of
-/// the interior, the other one in the other part.
-void offerInterior(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                   const Question& question, Skipping skipping, double within, ClosestPieces& closest);
+/// still move. The pair of leaves is the piece that has the interior, and the representative. One point is on the
+/// surface of the interior, the other one in the other part.
+void findInteriorDepths(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
+                        const Question& question, Skipping skipping, double within, ClosestPieces& closest);
 
 }  // namespace proximity_server::scene

@@ -148,7 +148,7 @@ ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose&
   ClosestPieces closest;
   if (b.isUnbounded()) closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
   if (b.whole().isEmpty()) return closest;
-  if (haveInterior(a, b)) offerInterior(robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
+  if (haveInterior(a, b)) findInteriorDepths(robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
   return pieces_.between(visit, a_T_b, likely, limit, question, &closest);
 }
 
@@ -231,7 +231,7 @@ bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
   const RelativePose a_T_b = robot_.relative(box.a, box.b);
   if (haveInterior(robot_[box.a], robot_[box.b])) {
     ClosestPieces inside;
-    offerInterior(robot_, box, a_T_b, distance, {}, skipping_, 0.0, inside);
+    findInteriorDepths(robot_, box, a_T_b, distance, {}, skipping_, 0.0, inside);
     if (!(inside.lower_bound > distance)) return false;
   }
   return pieces_.areBeyond(box, a_T_b, distance);
@@ -242,7 +242,7 @@ DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double with
   ClosestPieces closest;
   if (visit) {
     const RelativePose a_T_b = robot_.relative(visit->a, visit->b);
-    offerInterior(robot_, *visit, a_T_b, kInfinity, {}, skipping_, within, closest);
+    findInteriorDepths(robot_, *visit, a_T_b, kInfinity, {}, skipping_, within, closest);
   }
   return {closest.lower_bound, closest.upper_bound};
 }

@@ -71,8 +71,8 @@ class PairMeasurement {
   /// threshold, but the distance of nearer pairs is not computed. `visit`: the pair with the bound of its spheres.
   bool isProvenBeyond(const Visit& visit, double distance);
 
-  /// The bounds that interiors add to the distance of a pair, see offerInterior(); infinite if that distance is not
-  /// below `within` [m].
+  /// The bounds that interiors add to the distance of a pair, see findInteriorDepths(); infinite if that distance is
+  /// not below `within` [m].
   DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const;
 
   /// True if the kept answer plus a bound on the motion since then proves a signed distance of at most `threshold` [m].

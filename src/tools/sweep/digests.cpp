@@ -78,7 +78,7 @@ void add(const std::vector<scene::Piece>& pieces, Digest& digest) {
     add(piece.shape, digest);
     add(piece.body_T_piece, digest);
     digest.add(piece.collision);
-    digest.add(piece.is_anchor ? 1 : 0);
+    digest.add(piece.is_representative ? 1 : 0);
     digest.add(piece.interior ? 1 : 0);
   }
 }

@@ -303,14 +303,14 @@ TEST(MeshPieces, HaveAnInteriorOnlyWhereHullsMayLeaveSomeEmpty) {
   EXPECT_NE(convexPieces(dentedBall(), within(kIsSanitized ? 0.03 : 0.005)).interior, nullptr);
 }
 
-TEST(MeshPieces, HaveAnAnchorForEachPart) {
+TEST(MeshPieces, HaveARepresentativeForEachPart) {
   TriangleMesh other = bracket();
   for (Vector3d& vertex : other.vertices) vertex.x() += 5.0;
   const MeshPieces pieces = convexPieces(together({bracket(), other}), within(0.0));
-  ASSERT_EQ(pieces.is_anchor.size(), pieces.hulls.size());
+  ASSERT_EQ(pieces.is_representative.size(), pieces.hulls.size());
   int left = 0, right = 0;
   for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
-    if (pieces.is_anchor[i]) (pieces.hulls[i].vertices().front().x() < 3.0 ? left : right) += 1;
+    if (pieces.is_representative[i]) (pieces.hulls[i].vertices().front().x() < 3.0 ? left : right) += 1;
   EXPECT_EQ(left, 1);
   EXPECT_EQ(right, 1);
 }
@@ -352,7 +352,7 @@ TEST(MeshPieces, FromTheCacheAreSolidToo) {
   options.cache = files.path("cache");
   const MeshPieces first = convexPieces(bracket(), options), again = convexPieces(bracket(), options);
   ASSERT_NE(again.interior, nullptr);
-  EXPECT_EQ(again.is_anchor, first.is_anchor);
+  EXPECT_EQ(again.is_representative, first.is_representative);
 }
 
 }  // namespace proximity_server::scene::rooms_test

@@ -21,7 +21,7 @@ struct Piece {
   int collision;  ///< index into RobotModel::collisions
 
   /// true for one piece of each connected part of a mesh, and for every piece that is not of a mesh; see MeshPieces
-  bool is_anchor = true;
+  bool is_representative = true;
   /// the space inside the whole mesh; stored in one of its pieces, in the frame of the piece
   std::shared_ptr<const Interior> interior = nullptr;
 };

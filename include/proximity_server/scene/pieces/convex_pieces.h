@@ -43,9 +43,9 @@ struct MeshPieces {
   std::vector<std::string> warnings;  ///< not empty if the cache cannot be written
   /// If the time budget ended the search: a text that says that fewer pieces might be enough; else "".
   std::string shortfall;
-  /// For each hull: true if it is an anchor. An anchor represents a connected component when other shapes test whether
-  /// that component lies in their interiors. Every component has one.
-  std::vector<bool> is_anchor;
+  /// For each hull: true if it is a representative. A representative represents a connected component when other shapes
+  /// test whether that component lies in their interiors. Every component has one.
+  std::vector<bool> is_representative;
   /// The space inside the closed components, if hulls may leave some of it empty; else nullptr. It is not in the hulls.
   std::shared_ptr<const Interior> interior;
   /// A text that says which components enclose no volume, and what follows from that; "" for a closed mesh.
