@@ -16,7 +16,8 @@ namespace proximity_server::python {
 class ObjectStates {
  public:
   /// `fresh` must have the objects, and no poses. The numbers must outlive this object.
-  ObjectStates(const scene::Scene& fresh, const PairNumbers& numbers) : scene_(fresh.twin()), numbers_(numbers) {}
+  ObjectStates(const scene::Scene& fresh, const PairNumbers& numbers)
+      : scene_(fresh.forAnotherThread()), numbers_(numbers) {}
 
   const std::vector<scene::PairProximity>& minimum(const scene::States& states);
   const std::vector<scene::PairProximity>& deciding(const scene::States& states,

@@ -41,8 +41,8 @@ struct LoadedRobot {
         thresholds(thresholdsOf(text, model->robot)),
         batch(model) {}
 
-  /// Scenes of the model. Questions are asked of copies made by twin(), so that these stay without memory of answers.
-  /// They are made when they are first needed.
+  /// Scenes of the model. Questions are asked of copies made by forAnotherThread(), so that these stay without memory
+  /// of answers. They are made when they are first needed.
   const scene::Scene& scene() const {
     std::call_once(has_scene, [this] { fresh_scene.emplace(model); });
     return *fresh_scene;
@@ -56,7 +56,7 @@ struct LoadedRobot {
   LoadOptions options;
   std::shared_ptr<const scene::SceneModel> model;
   std::optional<scene::LevelThresholds> thresholds;
-  scene::SceneBatch batch;  ///< questions are asked of copies made by twin()
+  scene::SceneBatch batch;  ///< questions are asked of copies made by forAnotherThread()
   mutable std::once_flag has_scene, has_moving_scene;
   mutable std::optional<scene::Scene> fresh_scene;
   mutable std::optional<scene::MovingScene> fresh_moving_scene;
@@ -68,19 +68,19 @@ struct Scratch {
       : loaded(std::move(shared)), objects(std::move(robot_objects)) {}
 
   scene::SceneBatch& states() {
-    if (!batch) batch.emplace(loaded->batch.twin());
+    if (!batch) batch.emplace(loaded->batch.forAnotherThread());
     return *batch;
   }
   const scene::Scene& freshScene() {
     if (!scene) {
-      scene.emplace(loaded->scene().twin());
+      scene.emplace(loaded->scene().forAnotherThread());
       scene->use(objects);
     }
     return *scene;
   }
   const scene::MovingScene& freshMovingScene() {
     if (!moving_scene) {
-      moving_scene.emplace(loaded->movingScene().twin());
+      moving_scene.emplace(loaded->movingScene().forAnotherThread());
       moving_scene->use(objects);
     }
     return *moving_scene;
@@ -89,7 +89,7 @@ struct Scratch {
   std::shared_ptr<const LoadedRobot> loaded;
   std::shared_ptr<const scene::Objects> objects;
   std::optional<scene::SceneBatch> batch;
-  std::optional<scene::Scene> scene;  ///< without poses; questions are asked of copies made by twin()
+  std::optional<scene::Scene> scene;  ///< without poses; questions are asked of copies made by forAnotherThread()
   std::optional<scene::MovingScene> moving_scene;
   std::optional<scene::Derivatives> derivatives;
   std::vector<double> positions, goal;  ///< of one state, or of an edge
@@ -565,7 +565,8 @@ py::object Robot::answerEdges(const py::object& start, const py::object& goal, c
   answerBlocks(edges.start.count(), kEdgesInBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
     const JointPositions::Block from = edges.start.block(first, count), to = edges.goal.block(first, count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      scene::MovingScene fresh = scratch.freshMovingScene().twin();  // no edge depends on the edges before it
+      scene::MovingScene fresh =
+          scratch.freshMovingScene().forAnotherThread();  // no edge depends on the edges before it
       decltype(ask(fresh, std::declval<scene::RobotMotion>())) answer;
       if ((to.row(i) - from.row(i)).allFinite()) {
         positionsOf(from, i, scratch.positions);

@@ -221,20 +221,20 @@ void runOn(int core) {
   sched_setaffinity(0, sizeof cores, &cores);  // a wish: where it fails, the thread runs anywhere
 }
 
-/// Returns the seconds until each of so many threads, on a core of its own, has answered all states with a twin.
+/// Returns the seconds until each of so many threads, on a core of its own, has answered all states with a batch of its own.
 double secondsOf(int threads, SceneQuestion question, const PositionTable& states, const SceneBatch& batch) {
-  std::vector<std::unique_ptr<SweepBatch>> twins;
+  std::vector<std::unique_ptr<SweepBatch>> batches;
   for (int i = 0; i < threads; ++i) {
-    twins.push_back(std::make_unique<SweepBatch>(batch.twin()));
-    twins.back()->ask(states.topRows(std::min<Eigen::Index>(kBatch, states.rows())), question);
+    batches.push_back(std::make_unique<SweepBatch>(batch.forAnotherThread()));
+    batches.back()->ask(states.topRows(std::min<Eigen::Index>(kBatch, states.rows())), question);
   }
   return timeOf<std::ratio<1>>([&] {
     std::vector<std::thread> running;
     for (int i = 0; i < threads; ++i)
       running.emplace_back([&, i] {
         runOn(i);
-        SweepBatch& twin = *twins[static_cast<std::size_t>(i)];
-        forBatches(states, states.rows(), [&](const States& some) { twin.ask(some, question); });
+        SweepBatch& own = *batches[static_cast<std::size_t>(i)];
+        forBatches(states, states.rows(), [&](const States& some) { own.ask(some, question); });
       });
     for (std::thread& thread : running) thread.join();
   });

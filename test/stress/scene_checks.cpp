@@ -350,7 +350,7 @@ void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
     StateTruth truth(cell);
     Examiner(cell, truth, scene, seen).run();
     if (state % 4 == 3) {
-      Scene fresh = scene.twin();
+      Scene fresh = scene.forAnotherThread();
       fresh.update(cell.poses(), cell.frames());
       Examiner(cell, truth, fresh, seen).run();
     }

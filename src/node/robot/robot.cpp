@@ -223,9 +223,9 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfs_, config))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
-          [first = std::make_shared<const scene::Scene>(model_)] { return first->twin(); })),
+          [first = std::make_shared<const scene::Scene>(model_)] { return first->forAnotherThread(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
-          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->twin(); })) {
+          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->forAnotherThread(); })) {
   useDefaults(config.monitor);
 }
 

@@ -11,7 +11,7 @@
 
 namespace proximity_server::scene {
 
-/// The constant data that all states and all twins of a SceneBatch share.
+/// The constant data that all states and all batches made by SceneBatch::forAnotherThread() share.
 struct BatchModel {
   explicit BatchModel(std::shared_ptr<const SceneModel> scene_model);
 

@@ -21,8 +21,8 @@ class SceneBatch::Impl {
   explicit Impl(std::shared_ptr<const BatchModel> shared)
       : batch(std::move(shared)), lanes(batch->lanes), exact(batch), nearest(batch), verdicts(batch) {}
 
-  /// Goes through the states in blocks: prepare(), then for each state in order answer(state in the block), or skip() if it has
-  /// no answer.
+  /// Goes through the states in blocks: prepare(), then for each state in order answer(state in the block), or skip()
+  /// if it has no answer.
   template <typename Prepare, typename Answer, typename Skip>
   void forEach(const States& states, const Prepare& prepare, const Answer& answer, const Skip& skip) {
     for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
@@ -135,7 +135,7 @@ SceneBatch::~SceneBatch() = default;
 SceneBatch::SceneBatch(SceneBatch&&) noexcept = default;
 SceneBatch& SceneBatch::operator=(SceneBatch&&) noexcept = default;
 
-SceneBatch SceneBatch::twin() const { return SceneBatch(std::make_unique<Impl>(impl_->batch)); }
+SceneBatch SceneBatch::forAnotherThread() const { return SceneBatch(std::make_unique<Impl>(impl_->batch)); }
 
 const SceneModel& SceneBatch::model() const { return *impl_->batch->model; }
 const Candidates& SceneBatch::candidates() const { return impl_->batch->candidates; }

@@ -30,7 +30,8 @@ struct LaneError {
   double reach = 0.0;   ///< [m] upper bound of the distance from the origin of the root
 };
 
-/// The constants of a robot in float, and bounds of their errors. It never changes; twins share it.
+/// The constants of a robot in float, and bounds of their errors. It never changes; the batches of all threads share
+/// it.
 class LaneModel {
  public:
   LaneModel(const SceneModel& model, const Volumes& volumes);

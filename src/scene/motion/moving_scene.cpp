@@ -58,10 +58,10 @@ MovingScene::~MovingScene() = default;
 MovingScene::MovingScene(MovingScene&&) noexcept = default;
 MovingScene& MovingScene::operator=(MovingScene&&) noexcept = default;
 
-MovingScene MovingScene::twin() const {
-  MovingScene twin(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
-  if (const auto& objects = search_->objects()) twin.use(objects);
-  return twin;
+MovingScene MovingScene::forAnotherThread() const {
+  MovingScene other(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
+  if (const auto& objects = search_->objects()) other.use(objects);
+  return other;
 }
 
 const SceneModel& MovingScene::model() const { return *search_->model(); }

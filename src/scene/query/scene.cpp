@@ -22,10 +22,10 @@ Scene::Scene(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Cand
       skipping_(skipping),
       ranking_(std::make_unique<PairRanking>(*model_, volumes_, skipping_)) {}
 
-Scene Scene::twin() const {
-  Scene twin(model_, candidates_, volumes_, skipping_);
-  if (const auto& objects = ranking_->objects()) twin.use(objects);
-  return twin;
+Scene Scene::forAnotherThread() const {
+  Scene other(model_, candidates_, volumes_, skipping_);
+  if (const auto& objects = ranking_->objects()) other.use(objects);
+  return other;
 }
 
 Scene::~Scene() = default;

@@ -107,7 +107,8 @@ class StateSweep {
       fresh_.emplace(question.model, question.skipping);
     }
     for (int i = 0; i < question.threads; ++i)
-      workers_.push_back({batch ? std::optional(batch->twin()) : std::nullopt, SummaryCounter(summaryKind()), {}, {}});
+      workers_.push_back(
+          {batch ? std::optional(batch->forAnotherThread()) : std::nullopt, SummaryCounter(summaryKind()), {}, {}});
     next_ = is_for_batch ? range.begin : range.begin / kBlockOfScene * kBlockOfScene;
     if (question.objects) next_ = 0;  // they change on the way there
   }
@@ -238,7 +239,7 @@ class StateSweep {
   }
 
   void answerByScene(StateBlock& block, Worker& worker) const {
-    scene::Scene scene = fresh_->twin();
+    scene::Scene scene = fresh_->forAnotherThread();
     AskedPairs pairs(question_);
     for (int i = 0; i < block.size; ++i) {
       const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positionsOf(block, i));

@@ -102,7 +102,7 @@ void answerSegments(const ClearanceQuestion& question, StateSource& states, Answ
   const scene::MovingScene fresh(question.model);
   const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
   const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
-    scene::MovingScene scene = fresh.twin();
+    scene::MovingScene scene = fresh.forAnotherThread();
     AskedPairs pairs(question);
     std::vector<SegmentClearance> answers;
     for (const TrajectorySegment& segment : block) {

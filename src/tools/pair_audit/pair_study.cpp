@@ -222,7 +222,9 @@ class Studying {
       evidence = *next++;
       return true;
     };
-    const auto refineOne = [&](PairEvidence& evidence, int) { evidence = refined(scene_.twin(), ranges_, evidence); };
+    const auto refineOne = [&](PairEvidence& evidence, int) {
+      evidence = refined(scene_.forAnotherThread(), ranges_, evidence);
+    };
     const auto keep = [&](const PairEvidence& evidence) {
       refined_pairs.push_back(evidence);
       tell(StudyStage::Searching, static_cast<long>(refined_pairs.size()), static_cast<long>(study_.pairs.size()));
@@ -276,7 +278,7 @@ class Studying {
       return true;
     };
     const auto sample = [&](SampledBlock& block, int) {
-      block.evidence = sampleBlock(scene_.twin(), ranges_, fresh, block.random, block.states);
+      block.evidence = sampleBlock(scene_.forAnotherThread(), ranges_, fresh, block.random, block.states);
     };
     const auto addBlock = [&](const SampledBlock& block) {
       for (std::size_t i = 0; i < open.size(); ++i) add(block.evidence[i], study_.pairs[open[i]]);
@@ -291,7 +293,7 @@ class Studying {
 
   const StudyOptions options_;
   const StudyProgress& progress_;
-  const scene::Scene scene_;  ///< the threads make twins of it
+  const scene::Scene scene_;  ///< each thread has another scene made from it
   const std::vector<scene::JointRange> ranges_;
   PairStudy study_;
 };

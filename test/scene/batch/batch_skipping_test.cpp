@@ -1,5 +1,5 @@
-// Lanes, bounds and limits change no answer: the answers about many states are those of a new Scene, and those of all
-// pairs one by one, to the last bit.
+// What lanes, bounds and limits must not change: the answers about many states are those of a new Scene, and those of
+// all pairs one by one, to the last bit.
 //
 // PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
 #include <gtest/gtest.h>
@@ -165,7 +165,7 @@ TEST_P(BatchOf, AnswersAsANewSceneDoes) {
     SCOPED_TRACE("state " + std::to_string(i));
     const BodyPoses poses = forwardKinematics(robot(), positionsOf(states, i));
     const auto newScene = [&] {
-      Scene scene = fresh.twin();
+      Scene scene = fresh.forAnotherThread();
       scene.update(poses);
       return scene;
     };
@@ -270,7 +270,7 @@ TEST_P(BatchOf, DecidesAsANewSceneDoes) {
   const LevelThresholds thresholds = randomThresholds(*model_, 14);
   const auto& deciding = batch.deciding(states, thresholds);
   for (Index i = 0; i < states.rows(); ++i) {
-    Scene scene = fresh.twin();
+    Scene scene = fresh.forAnotherThread();
     scene.update(forwardKinematics(robot(), positionsOf(states, i)));
     const PairProximity closest = *scene.minimum(scene.candidates());
     const DecidingPair expected = decidingPair(scene, scene.candidates(), closest, thresholds);
@@ -369,10 +369,10 @@ TEST_P(Many, AnAnswerDoesNotDependOnTheLayoutOfTheStates) {
 
 TEST_P(Many, TwinsInTwoThreadsGiveTheSameAnswers) {
   SceneBatch batch(model_);
-  SceneBatch twin = batch.twin();
+  SceneBatch other_batch = batch.forAnotherThread();
   const Index half = states_.rows() / 2;
   Answers first, second;
-  std::thread other([&] { second = answersOf(twin, states_.bottomRows(states_.rows() - half)); });
+  std::thread other([&] { second = answersOf(other_batch, states_.bottomRows(states_.rows() - half)); });
   first = answersOf(batch, states_.topRows(half));
   other.join();
   expectSame(first, whole_, numbers(0, half));

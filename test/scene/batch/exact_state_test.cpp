@@ -21,7 +21,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 class ExactStateOfTwoArms : public testing::Test {
  protected:
   Scene freshAt(const Eigen::MatrixXd& states, Eigen::Index state) const {
-    Scene scene = new_.twin();
+    Scene scene = new_.forAnotherThread();
     scene.update(forwardKinematics(model_->robot, positionsOf(states, state)));
     return scene;
   }

@@ -224,7 +224,7 @@ TEST_F(CubeAndBall, KindOfPairsIsHeeded) {
 
 TEST_F(CubeAndBall, TwinHasTheSameObjects) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
-  EXPECT_TRUE(scene_.twin().timeOfContact(candidates_, motion(6.0)).contact);
+  EXPECT_TRUE(scene_.forAnotherThread().timeOfContact(candidates_, motion(6.0)).contact);
   EXPECT_EQ(MovingScene(model_).objects(), nullptr);
 }
 
@@ -447,7 +447,7 @@ class PairsOfSeveralPieces : public testing::Test {
 };
 
 // Regression: where the pose of the world is not known, the lower bounds of pairs with held objects were those of two
-// pieces.
+//             pieces.
 TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemInTheWorldAndWithoutIt) {
   for (int i = 0; i < repeats(60); ++i) {
     for (const bool with_half_space : {false, true}) {

@@ -412,10 +412,10 @@ TEST(ASceneWithObjects, RefusesWhatIsNotThere) {
 TEST(ASceneWithObjects, HasTwinsWithTheSameObjects) {
   Cell cell({ball("1")});
   cell.change({add("floor", {{kFloor}}, Fixed{})});
-  Scene twin = cell.scene().twin();
-  EXPECT_EQ(twin.objects(), cell.objects().get());
-  twin.update(posesOf(cell.robot(), {at(0, 0, 5)}), {});
-  EXPECT_NEAR(twin.minimum(twin.candidates())->result.distance, 4.0, 1e-12);
+  Scene other = cell.scene().forAnotherThread();
+  EXPECT_EQ(other.objects(), cell.objects().get());
+  other.update(posesOf(cell.robot(), {at(0, 0, 5)}), {});
+  EXPECT_NEAR(other.minimum(other.candidates())->result.distance, 4.0, 1e-12);
 }
 
 TEST(ASceneWithObjects, AnswersAboutEachKindOfPair) {

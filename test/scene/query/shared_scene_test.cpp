@@ -36,10 +36,11 @@ std::vector<double> randomPositions(const RobotModel& robot, std::mt19937& rando
   return positions;
 }
 
-/// All numbers of the answers to all questions, of twins of the shared scenes, in states that depend on the seed.
+/// All numbers of the answers to all questions, of scenes that share the data of the given ones, in states that depend
+/// on the seed.
 std::vector<double> answers(const SharedRobot& shared, unsigned seed) {
-  Scene scene = shared.scene.twin();
-  MovingScene moving_scene = shared.moving_scene.twin();
+  Scene scene = shared.scene.forAnotherThread();
+  MovingScene moving_scene = shared.moving_scene.forAnotherThread();
   const RobotModel& robot = scene.model().robot;
   const Candidates& pairs = scene.candidates();
   Question near;

@@ -22,7 +22,7 @@ struct StatePairs {
 
 /// Answers questions about the candidate pairs of one robot in many states, each in the frame of the root links.
 /// Planners, audits and data sets ask about millions of states. It has the working memory of one caller. Not
-/// thread-safe; make a twin for each thread.
+/// thread-safe; call forAnotherThread() for each further thread.
 ///
 /// The answer about a state depends on that state alone, to the last bit: not on other states, their number, the
 /// threads or the processor. It is the answer of a new Scene that has seen no other state, with the default tolerance.
@@ -46,7 +46,7 @@ class SceneBatch {
   SceneBatch& operator=(SceneBatch&&) noexcept;
 
   /// Returns another batch of the same model. The two share all data that never change.
-  SceneBatch twin() const;
+  SceneBatch forAnotherThread() const;
 
   const SceneModel& model() const;
 

@@ -34,7 +34,7 @@ class MovingScene {
   MovingScene& operator=(MovingScene&&) noexcept;
 
   /// Returns another moving scene of the same model and objects. The two share all data that never change.
-  MovingScene twin() const;
+  MovingScene forAnotherThread() const;
 
   const SceneModel& model() const;
 

@@ -18,8 +18,8 @@ class Volumes;
 /// The poses of the frames of moving objects, in the order of Objects::frames(); nullopt if a pose is not known.
 using FramePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
-/// One robot with its objects in one set of poses, and the working memory of one caller. Not thread-safe; make a twin
-/// for each thread.
+/// One robot with its objects in one set of poses, and the working memory of one caller. Not thread-safe; call
+/// forAnotherThread() for each further thread.
 ///
 /// After the first question of each kind nothing is allocated. Skipping never changes an answer.
 class Scene {
@@ -31,7 +31,7 @@ class Scene {
   Scene& operator=(Scene&&) noexcept;
 
   /// Returns another scene of the same model and objects, without poses. The two share all data that never change.
-  Scene twin() const;
+  Scene forAnotherThread() const;
 
   const SceneModel& model() const { return *model_; }
 
