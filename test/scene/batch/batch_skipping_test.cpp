@@ -367,7 +367,7 @@ TEST_P(Many, AnAnswerDoesNotDependOnTheLayoutOfTheStates) {
   expectSame(answersOf(batch, every_second), whole_, numbers(0, states_.rows()));
 }
 
-TEST_P(Many, TwinsInTwoThreadsGiveTheSameAnswers) {
+TEST_P(Many, BatchesOfTwoThreadsGiveTheSameAnswers) {
   SceneBatch batch(model_);
   SceneBatch other_batch = batch.forAnotherThread();
   const Index half = states_.rows() / 2;

@@ -386,7 +386,7 @@ TEST(Verdicts, DependOnTheStateAlone) {
     if (!model) continue;
     SCOPED_TRACE(name);
     const auto batch = std::make_shared<const BatchModel>(model);
-    Verdicts verdicts(batch), other(batch);
+    Verdicts verdicts(batch), in_other_order(batch);
     const int count = 2 * LaneBounds::kBlock + 77;
     const MatrixXd states = statesOfManyTurns(model->robot, count, 43);
     const std::vector<StateVerdict> expected = verdicts.anyBelow(states, 0.05);
@@ -398,7 +398,7 @@ TEST(Verdicts, DependOnTheStateAlone) {
     for (int first = 0, size = 1; first < count; first += size, size = size * 3 % 401 + 1) {
       size = std::min(size, count - first);
       const MatrixXd part = shuffled.middleRows(first, size);
-      const std::vector<StateVerdict>& found = other.anyBelow(part, 0.05);
+      const std::vector<StateVerdict>& found = in_other_order.anyBelow(part, 0.05);
       for (int i = 0; i < size; ++i) {
         const StateVerdict& other = expected[static_cast<std::size_t>(order[static_cast<std::size_t>(first + i)])];
         ASSERT_EQ(found[static_cast<std::size_t>(i)].kind, other.kind);

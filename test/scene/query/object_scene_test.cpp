@@ -409,7 +409,7 @@ TEST(ASceneWithObjects, RefusesWhatIsNotThere) {
             "the objects are those of another model");
 }
 
-TEST(ASceneWithObjects, HasTwinsWithTheSameObjects) {
+TEST(ASceneWithObjects, GivesItsObjectsToThatOfAnotherThread) {
   Cell cell({ball("1")});
   cell.change({add("floor", {{kFloor}}, Fixed{})});
   Scene other = cell.scene().forAnotherThread();
