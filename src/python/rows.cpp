@@ -59,7 +59,7 @@ MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const Pa
   return row;
 }
 
-ContactRow rowOf(Eigen::Index edge, const scene::RobotContact& contact, const PairNumbers& numbers) {
+ContactRow rowOf(Eigen::Index edge, const scene::RobotTimeOfContact& contact, const PairNumbers& numbers) {
   ContactRow row;
   row.edge = edge;
   row.status = static_cast<std::uint8_t>(contact.status);

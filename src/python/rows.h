@@ -58,7 +58,7 @@ struct MinimumRow {
 };
 static_assert(sizeof(MinimumRow) == sizeof(PairRow) + 8 && offsetof(MinimumRow, pair) == 0);
 
-/// The row of a RobotContact of an edge. Without a contact it has no pair.
+/// The row of a RobotTimeOfContact of an edge. Without a contact it has no pair.
 struct ContactRow {
   std::int64_t edge = 0;
   std::uint8_t status = 0;
@@ -80,7 +80,7 @@ struct ContactRow {
 LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const PairNumbers& numbers,
                const scene::LevelThresholds* thresholds);
 MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const PairNumbers& numbers);
-ContactRow rowOf(Eigen::Index edge, const scene::RobotContact& contact, const PairNumbers& numbers);
+ContactRow rowOf(Eigen::Index edge, const scene::RobotTimeOfContact& contact, const PairNumbers& numbers);
 VerdictRow rowOf(const scene::StateVerdict& verdict);
 
 }  // namespace proximity_server::python

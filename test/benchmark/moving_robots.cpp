@@ -121,7 +121,7 @@ class Contest {
   Answer oursContact(const RobotMotion& motion, double contact_distance) {
     MotionQuestion question;
     question.contact_distance = contact_distance;
-    const RobotContact result = moving_.timeOfContact(scene_.candidates(), motion, question);
+    const RobotTimeOfContact result = moving_.timeOfContact(scene_.candidates(), motion, question);
     return {result.contact, result.t_free, result.contact ? result.t_contact : 1.0, 0.0, 0.0, result.counts, 0.0};
   }
 

@@ -119,7 +119,7 @@ void search(const RequestedPairs& pairs, TimedMotion motion, MotionQuestion ques
   carryObjects(arm(), pairs.frames(), {}, motion);
   question.deadline = system::deadlineIn(1e-3);
   const MovingScenePool::Lease scene = pairs.borrowMovingScene();
-  const RobotContact contact = scene->timeOfContact(pairs.asked(), motion.motion, question);
+  const RobotTimeOfContact contact = scene->timeOfContact(pairs.asked(), motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
   const RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
   require(minimum.lower_bound <= minimum.upper_bound, "the lower bound is below the upper one");

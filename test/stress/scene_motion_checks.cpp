@@ -138,7 +138,7 @@ class MotionExaminer {
   MotionQuestion question_;
   std::optional<PairDistances> thresholds_;
   RobotMinimum minimum_;
-  RobotContact contact_;
+  RobotTimeOfContact contact_;
 };
 
 }  // namespace

@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Advances in time to the first contact, in steps that are proven to be free of contact.
+/// Advances to the time of contact, in steps that are proven to be free of contact.
 class Advancement {
  public:
   Advancement(MovingPair& pair, const ContactOptions& options)

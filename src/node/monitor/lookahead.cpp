@@ -135,7 +135,7 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   const std::optional<TimedMotion> motion = motionAhead(robot, start, velocities, settings, result.status);
   if (!motion) return result;
   const scene::MotionQuestion question = questionOf(stop, settings);
-  const scene::RobotContact found = scene.timeOfContact(robot.candidates(), motion->motion, question);
+  const scene::RobotTimeOfContact found = scene.timeOfContact(robot.candidates(), motion->motion, question);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, *motion);

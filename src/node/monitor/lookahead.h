@@ -35,9 +35,9 @@ struct LookaheadStart {
 /// robots publish more than a hundred sets per second.
 std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings);
 
-/// Searches for the first contact of a checked pair, if the joints keep their velocities and moving objects rest. A
-/// contact of a pair is at its stop distance. If tf may move an object, the message of the status says that it is taken
-/// to rest. The search ends at searchDeadline().
+/// Searches for the time of contact of the checked pairs, if the joints keep their velocities and moving objects rest.
+/// A contact of a pair is at its stop distance. If tf may move an object, the message of the status says that it is
+/// taken to rest. The search ends at searchDeadline().
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
                        const VelocitySnapshot& velocities, const scene::PairDistances& stop,
                        const MonitorSettings& settings);

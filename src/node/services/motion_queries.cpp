@@ -30,10 +30,10 @@ QueryTrajectoryResponse emptyQueryTrajectory() {
   return response;
 }
 
-/// Writes the result of a search for the first contact into a response, with times in seconds.
+/// Writes the time of contact into a response, with times in seconds.
 template <class Response>
 void fillContact(Response& response, const RobotAndObjects& model, const TimedMotion& motion,
-                 const scene::RobotContact& found) {
+                 const scene::RobotTimeOfContact& found) {
   response.t_free = motion.timeAt(found.t_free);
   response.contact = found.contact;
   if (!found.contact) return;
@@ -100,7 +100,7 @@ std::string beyondLimits(const scene::RobotModel& robot, const WayPoints& points
 void findContact(const TrajectorySearch& search, QueryTrajectoryResponse& response) {
   for (std::size_t i = 0; i < search.segments.size(); ++i) {
     const TimedMotion& motion = search.segments[i];
-    const scene::RobotContact found = search.scene.timeOfContact(search.pairs, motion.motion, search.question);
+    const scene::RobotTimeOfContact found = search.scene.timeOfContact(search.pairs, motion.motion, search.question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, search.question);
     fillContact(response, search.model, motion, found);
@@ -150,7 +150,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const RobotAndObjects model(robot.robotModel(), &pairs.objects());
     const MovingScenePool::Lease scene = pairs.borrowMovingScene();
     question.deadline = system::deadlineIn(budget);
-    const scene::RobotContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
+    const scene::RobotTimeOfContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
     fillContact(response, model, motion, found);

@@ -88,7 +88,7 @@ class StopSearch {
     question_.deadline = deadline;
   }
 
-  RobotContact contact(const PhasedMotion& motion) {
+  RobotTimeOfContact contact(const PhasedMotion& motion) {
     const Pairs pairs(scene_.candidates());
     Question near;
     near.threshold = kRetreatTolerance;
@@ -97,7 +97,7 @@ class StopSearch {
     near_ = scene_.below(pairs, near);
     for (const PairProximity& pair : near_)
       question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
-    const RobotContact found = moving_.timeOfContact(pairs, motion, question_);
+    const RobotTimeOfContact found = moving_.timeOfContact(pairs, motion, question_);
     const bool is_left_open = found.status != narrowphase::Status::Converged && found.t_free == 0.0;
     return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
   }
@@ -158,7 +158,7 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
       to_stop.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
   StopSearch search(moving, scene, stop, deadline);
-  const RobotContact found = search.contact(motion);
+  const RobotTimeOfContact found = search.contact(motion);
   if (found.counts.unknown > 0) return {};
   if (found.counts.pairs == 0 || rests || !(found.t_free < 1.0)) return {narrowphase::Status::Converged, 1.0, {}};
   const double free = kRoundedDown * found.t_free * to_stop.length();

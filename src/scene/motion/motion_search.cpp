@@ -54,7 +54,7 @@ RobotMotion::State withoutWorld(const RobotMotion& motion, double time) {
 
 }  // namespace
 
-void MotionSearch::FirstContactBounds::leaveOpen(double time, narrowphase::Status why) {
+void MotionSearch::TimeOfContactBounds::leaveOpen(double time, narrowphase::Status why) {
   undecided = std::min(undecided, time);
   status = lessComplete(status, why);
 }
@@ -192,8 +192,8 @@ void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
   }
 }
 
-narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, const MotionQuestion& question,
-                                                   double latest) {
+narrowphase::TimeOfContact MotionSearch::timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question,
+                                                         double latest) {
   const PairInMotion& moving = movingPairOf(visit);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
@@ -204,8 +204,8 @@ narrowphase::TimeOfContact MotionSearch::contactOf(const IntervalVisit& visit, c
   // 256 queries take about a millisecond, so that two pieces never delay a question with a deadline for longer.
   constexpr int kQueriesBetweenLooksAtTheClock = 256;
   if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
-  return timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape, moving.bodies.chainOfB(b.body_T_piece),
-                       options);
+  return narrowphase::timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
+                                    moving.bodies.chainOfB(b.body_T_piece), options);
 }
 
 narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
@@ -224,12 +224,13 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
   return minimum;
 }
 
-RobotContact MotionSearch::firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
-  RobotContact answer;
+RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const RobotMotion& motion,
+                                               const MotionQuestion& question) {
+  RobotTimeOfContact answer;
   begin(pairs, motion, &question, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   enterAll(kInfinity);
-  FirstContactBounds bounds;
+  TimeOfContactBounds bounds;
   considerStart(pairs, question, bounds, answer);
   while (!queue_.empty()) {
     const IntervalVisit visit = queue_.pop();
@@ -270,8 +271,8 @@ bool MotionSearch::hasInterior(const ShapeRef& ref) const {
 }
 
 /// Finds shapes that are inside a closed mesh at the start. Depths that are reached later are left open.
-void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
-                                 RobotContact& answer) {
+void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, TimeOfContactBounds& bounds,
+                                 RobotTimeOfContact& answer) {
   for (const PairContactDistance& own : question.nearer_pairs)
     if (own.contact_distance < 0.0 && std::isfinite(own.contact_distance) &&
         (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
@@ -301,7 +302,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
 /// Like considerStart(), for all candidates with objects at once, because the pairs with fixed objects are not in
 /// pairs_ yet.
 void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question,
-                                          FirstContactBounds& bounds, RobotContact& answer) {
+                                          TimeOfContactBounds& bounds, RobotTimeOfContact& answer) {
   placeStates(0.0);
   Question near;
   near.threshold = question.contact_distance + roundingAtStart();
@@ -327,9 +328,9 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
 
 /// Measures two pieces. They may be in contact earlier than the contact found before, or leave it undecided whether
 /// there is a contact.
-void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
-                           RobotContact& answer) {
-  const narrowphase::TimeOfContact contact = contactOf(visit, question, bounds.latest);
+void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, TimeOfContactBounds& bounds,
+                           RobotTimeOfContact& answer) {
+  const narrowphase::TimeOfContact contact = timeOfContactOf(visit, question, bounds.latest);
   answer.counts.queries += contact.queries;
   if (contact.status != narrowphase::Status::Converged) return bounds.leaveOpen(contact.t_free, contact.status);
   if (!contact.contact || (answer.contact && !(contact.t_contact < bounds.latest))) return;
@@ -412,8 +413,8 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   return answer;
 }
 
-/// Takes the nearest visits from the queue, and measures their pieces where they cannot be divided. Returns the smallest lower
-/// bound [m] of all pieces that it measured.
+/// Takes the nearest visits from the queue, and measures their pieces where they cannot be divided. Returns the
+/// smallest lower bound [m] of all pieces that it measured.
 double MotionSearch::searchPieces(const MotionQuestion& question, RobotMinimum& answer) {
   double proven = kInfinity;
   while (!queue_.empty() &&

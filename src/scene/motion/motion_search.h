@@ -25,8 +25,8 @@ inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Stat
 /// in the same way; it forms one pair with each link.
 ///
 /// A shape that is wholly inside a closed mesh was there at the start, or a contact of pieces came before. So interiors
-/// matter to a first contact at the start only, and to a minimum only if it is at most 0. A fixed object that is not
-/// examined is too far away to matter, and so is its interior.
+/// matter to the time of contact at the start only, and to a minimum only if it is at most 0. A fixed object that is
+/// not examined is too far away to matter, and so is its interior.
 class MotionSearch {
  public:
   MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
@@ -38,7 +38,7 @@ class MotionSearch {
   /// nullptr before the first use().
   const std::shared_ptr<const Objects>& objects() const { return pairs_.objects(); }
 
-  RobotContact firstContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
+  RobotTimeOfContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
 
  private:
@@ -54,8 +54,8 @@ class MotionSearch {
       return earliest != other.earliest ? earliest > other.earliest : lower_bound > other.lower_bound;
     }
   };
-  /// The bounds of the time of the first contact that a search has found so far.
-  struct FirstContactBounds {
+  /// The bounds of the time of contact that a search has found so far.
+  struct TimeOfContactBounds {
     double latest = 1.0;  ///< the time of a contact that was found, or the end
     /// from this time on it is not decided whether a pair is in contact
     double undecided = std::numeric_limits<double>::infinity();
@@ -91,10 +91,10 @@ class MotionSearch {
   static bool hasInterior(const PairInMotion& moving);
   bool hasInteriors(const Pairs& pairs) const;
   bool hasInterior(const ShapeRef& ref) const;
-  void considerStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
-                     RobotContact& answer);
-  void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, FirstContactBounds& bounds,
-                              RobotContact& answer);
+  void considerStart(const Pairs& pairs, const MotionQuestion& question, TimeOfContactBounds& bounds,
+                     RobotTimeOfContact& answer);
+  void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, TimeOfContactBounds& bounds,
+                              RobotTimeOfContact& answer);
   IntervalVisit withInterior(IntervalVisit visit, RobotMinimum& answer);
   void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
   bool isInWorld();
@@ -102,9 +102,9 @@ class MotionSearch {
   bool considerStates(const Pairs& pairs, RobotMinimum& answer);
   double roundingAtStart();
   PairProximity fromWorld(PairProximity pair, double time);
-  narrowphase::TimeOfContact contactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
-  void measure(const IntervalVisit& visit, const MotionQuestion& question, FirstContactBounds& bounds,
-               RobotContact& answer);
+  narrowphase::TimeOfContact timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
+  void measure(const IntervalVisit& visit, const MotionQuestion& question, TimeOfContactBounds& bounds,
+               RobotTimeOfContact& answer);
   double searchPieces(const MotionQuestion& question, RobotMinimum& answer);
   narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                            double upper_bound);

@@ -21,14 +21,14 @@ MotionCounts together(const MotionCounts& p, const MotionCounts& q) {
   return counts;
 }
 
-RobotContact onWhole(const Phase& phase, RobotContact found) {
+RobotTimeOfContact onWhole(const Phase& phase, RobotTimeOfContact found) {
   found.t_free = phase.onWhole(found.t_free);
   if (found.contact) found.t_contact = phase.onWhole(found.t_contact);
   return found;
 }
 
 /// Joins the answers of successive phases. `before` found no contact. What it left open stays open.
-RobotContact followedBy(const RobotContact& before, RobotContact next) {
+RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfContact next) {
   next.counts = together(before.counts, next.counts);
   if (before.status == narrowphase::Status::Converged) return next;
   next.t_free = before.t_free;
@@ -70,18 +70,19 @@ void MovingScene::use(std::shared_ptr<const Objects> objects) { search_->use(std
 
 const Objects* MovingScene::objects() const { return search_->objects().get(); }
 
-RobotContact MovingScene::timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
-  return search_->firstContact(pairs, motion, question);
+RobotTimeOfContact MovingScene::timeOfContact(const Pairs& pairs, const RobotMotion& motion,
+                                              const MotionQuestion& question) {
+  return search_->timeOfContact(pairs, motion, question);
 }
 
 RobotMinimum MovingScene::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   return search_->minimum(pairs, motion, question);
 }
 
-RobotContact MovingScene::timeOfContact(const Pairs& pairs, const PhasedMotion& motion,
-                                        const MotionQuestion& question) {
+RobotTimeOfContact MovingScene::timeOfContact(const Pairs& pairs, const PhasedMotion& motion,
+                                              const MotionQuestion& question) {
   const std::vector<Phase>& phases = motion.phases();
-  RobotContact answer = onWhole(phases.front(), timeOfContact(pairs, phases.front().motion, question));
+  RobotTimeOfContact answer = onWhole(phases.front(), timeOfContact(pairs, phases.front().motion, question));
   for (std::size_t i = 1; i < phases.size() && !answer.contact; ++i) {
     answer = followedBy(answer, onWhole(phases[i], timeOfContact(pairs, phases[i].motion, question)));
   }

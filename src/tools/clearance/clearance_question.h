@@ -118,7 +118,7 @@ struct TrajectorySegment {
 struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
-  scene::RobotContact contact;
+  scene::RobotTimeOfContact contact;
 };
 
 }  // namespace proximity_server::tools

@@ -60,7 +60,7 @@ void addPair(const scene::PairProximity& pair, const Surroundings& named, Row& r
 }
 
 /// Whether there is contact; null if that is not decided.
-Row contactOf(const scene::RobotContact& contact) {
+Row contactOf(const scene::RobotTimeOfContact& contact) {
   if (contact.contact) return true;
   return contact.status == narrowphase::Status::Converged ? Row(false) : Row();
 }

@@ -17,8 +17,8 @@ namespace {
 // So few that the hundreds of segments of a planned trajectory use all threads.
 constexpr std::size_t kSegmentsInBlock = 16;
 
-scene::RobotContact provenFree() {
-  scene::RobotContact free;
+scene::RobotTimeOfContact provenFree() {
+  scene::RobotTimeOfContact free;
   free.status = narrowphase::Status::Converged;
   free.t_free = 1.0;
   return free;

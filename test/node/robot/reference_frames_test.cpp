@@ -257,7 +257,7 @@ TEST(ReferenceFrames, OfAnyLinkDoNotCarryTheOtherRobotAlongATrajectory) {
 
     scene::MotionQuestion question;
     question.contact_distance = 0.5 * (balls.distance(cell, at(0.0)) + found.lower_bound);
-    const scene::RobotContact contact = scene.timeOfContact(pair, motion.motion, question);
+    const scene::RobotTimeOfContact contact = scene.timeOfContact(pair, motion.motion, question);
     for (int sample = 0; 0.05 * sample < contact.t_free; ++sample)
       ASSERT_GE(balls.distance(cell, at(0.05 * sample)), question.contact_distance - kRounding) << what;
     if (contact.contact && contact.t_contact > 0.0) {

@@ -146,7 +146,8 @@ TEST(MotionWithinLimits, TakesTheTurnFromAStatedPosition) {
 }
 
 // Regression: of a joint stated more than 0.05 rad beyond a limit, which moves back in, the pose a turn away was taken,
-// whose other limit is near: it stopped there, and what it would meet on its way was missed.
+//             whose
+// other limit is near: it stopped there, and what it would meet on its way was missed.
 TEST(MotionWithinLimits, TakesAStatedPositionBeyondALimitForTheTurn) {
   const std::string joint = oneJoint("revolute", limits(-3.2, 3.2));
   for (const double beyond : {0.04, 0.06, 1.0, 3.1}) {
@@ -294,7 +295,7 @@ struct Carts {
                                    byJoint(model->robot, {{"left", left_travel}, {"right", right_travel}}))) {}
 
   std::vector<ShapeRefPair> pairs() const { return {pairOf(*model, "l", "r")}; }
-  RobotContact contact(const MotionQuestion& question = {}) {
+  RobotTimeOfContact contact(const MotionQuestion& question = {}) {
     return scene.timeOfContact(pairs(), limited.motion, question);
   }
   RobotMinimum minimum(const MotionQuestion& question = {}) { return scene.minimum(pairs(), limited.motion, question); }
@@ -302,7 +303,7 @@ struct Carts {
 
 TEST(ContactWithinLimits, ThatLiesBeyondALimitIsNone) {
   Carts carts(limits(-2, 2), limits(-5, 5), 6.0, 0.0);  // without the limit at 0.5, but it stops at 1/3
-  const RobotContact contact = carts.contact();
+  const RobotTimeOfContact contact = carts.contact();
   EXPECT_EQ(contact.status, Status::Converged);
   EXPECT_FALSE(contact.contact);
   EXPECT_EQ(contact.t_free, 1.0);
@@ -316,7 +317,7 @@ TEST(ContactWithinLimits, ThatLiesBeyondALimitIsNone) {
 
 TEST(ContactWithinLimits, ThatComesBeforeALimitIsThatOfTheWholeMotion) {
   Carts carts(limits(-4, 4), limits(-5, 5), 6.0, 0.0);
-  const RobotContact contact = carts.contact();
+  const RobotTimeOfContact contact = carts.contact();
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 0.5, kTolerance);
   EXPECT_LE(contact.t_free, 0.5 + kRounding);
@@ -326,7 +327,7 @@ TEST(ContactWithinLimits, ThatComesBeforeALimitIsThatOfTheWholeMotion) {
 // The gap is 3 - 8 t until the left one stops at 1/4, and then 1 - 4 (t - 1/4).
 TEST(ContactWithinLimits, IsThatOfTheJointThatStillMoves) {
   Carts carts(limits(-1, 1), limits(-5, 5), 4.0, -4.0);
-  const RobotContact contact = carts.contact();
+  const RobotTimeOfContact contact = carts.contact();
   EXPECT_EQ(contact.status, Status::Converged);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 0.5, kTolerance);
@@ -357,7 +358,7 @@ TEST(DeadlineOfPhases, IsOneForAllOfThem) {
   Carts carts(limits(-1, 1), limits(-5, 5), 4.0, -4.0);
   MotionQuestion question;
   question.deadline = std::chrono::steady_clock::now();
-  const RobotContact contact = carts.contact(question);
+  const RobotTimeOfContact contact = carts.contact(question);
   EXPECT_EQ(contact.status, Status::IterationLimit);
   EXPECT_FALSE(contact.contact);
   EXPECT_LE(contact.t_free, 0.5 + kRounding);

@@ -48,7 +48,7 @@ class SlideAndSwing : public testing::Test {
 };
 
 TEST_F(SlideAndSwing, SledReachesTheWallWhenItHasCoveredTheGap) {
-  const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
   EXPECT_EQ(contact.status, Status::Converged);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 2.0 / 2.5, 1e-6 / 2.5 + 1e-12);
@@ -62,7 +62,7 @@ TEST_F(SlideAndSwing, SledReachesTheWallWhenItHasCoveredTheGap) {
 TEST_F(SlideAndSwing, ContactDistanceIsReachedBefore) {
   MotionQuestion question;
   question.contact_distance = 0.5;
-  const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}), question);
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -2.5}}), question);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
 }
@@ -71,7 +71,7 @@ TEST_F(SlideAndSwing, PairPaddingIsTakenOffTheDistance) {
   SceneModel model = *model_;
   for (LinkPair& pair : model.pairs.pairs) pair.padding = 0.5;
   MovingScene padded(std::make_shared<const SceneModel>(model));
-  const RobotContact contact = padded.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
+  const RobotTimeOfContact contact = padded.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
   EXPECT_NEAR(contact.pair.result.point_a.x(), 0.75, 1e-6);  // half of the padding on either side
@@ -80,7 +80,7 @@ TEST_F(SlideAndSwing, PairPaddingIsTakenOffTheDistance) {
 }
 
 TEST_F(SlideAndSwing, NoContactIsAProofForTheWholeMotion) {
-  const RobotContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -1.9}}));
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, motion({}, {{"slide", -1.9}}));
   EXPECT_EQ(contact.status, Status::Converged);
   EXPECT_FALSE(contact.contact);
   EXPECT_EQ(contact.t_free, 1.0);
@@ -88,7 +88,7 @@ TEST_F(SlideAndSwing, NoContactIsAProofForTheWholeMotion) {
 }
 
 TEST_F(SlideAndSwing, ContactFromTheBeginningIsAtTimeZero) {
-  const RobotContact contact = scene_.timeOfContact(sled_, motion({{"slide", -2.25}}, {{"slide", 1.0}}));
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, motion({{"slide", -2.25}}, {{"slide", 1.0}}));
   ASSERT_TRUE(contact.contact);
   EXPECT_EQ(contact.t_contact, 0.0);
   EXPECT_EQ(contact.t_free, 0.0);
@@ -101,7 +101,7 @@ TEST_F(SlideAndSwing, PairWithAContactDistanceOfItsOwnMayStartNearerAndPart) {
   const RobotMotion away = motion({{"slide", -1.9}}, {{"slide", 1.0}});
   ASSERT_EQ(scene_.timeOfContact(sled_, away, question).t_contact, 0.0);
   question.nearer_pairs = {{{sled_.front().b, sled_.front().a}, 0.09}};  // in any order
-  const RobotContact free = scene_.timeOfContact(sled_, away, question);
+  const RobotTimeOfContact free = scene_.timeOfContact(sled_, away, question);
   EXPECT_EQ(free.status, Status::Converged);
   EXPECT_FALSE(free.contact);
   EXPECT_EQ(free.t_free, 1.0);
@@ -111,7 +111,8 @@ TEST_F(SlideAndSwing, PairWithAContactDistanceOfItsOwnMeetsItThere) {
   MotionQuestion question;
   question.contact_distance = 0.5;
   question.nearer_pairs = {{sled_.front(), 0.05}};
-  const RobotContact contact = scene_.timeOfContact(sled_, motion({{"slide", -1.9}}, {{"slide", -2.0}}), question);
+  const RobotTimeOfContact contact =
+      scene_.timeOfContact(sled_, motion({{"slide", -1.9}}, {{"slide", -2.0}}), question);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 0.5, 1e-4);
   EXPECT_NEAR(contact.pair.result.distance, 0.05, 1e-5);
@@ -132,7 +133,7 @@ TEST_F(SlideAndSwing, ThresholdOfAPairIsAddedToTheContactDistance) {
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
   EXPECT_NEAR(scene_.timeOfContact(sled_, towards, question).t_contact, 1.5 / 2.5, 1e-6);
   thresholds.setPair(sled_.front().b.link(), sled_.front().a.link(), 0.75);
-  const RobotContact contact = scene_.timeOfContact(sled_, towards, question);
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, towards, question);
   EXPECT_NEAR(contact.t_contact, 1.0 / 2.5, 1e-6);
   EXPECT_NEAR(contact.pair.result.distance, 1.0, 1e-5);
 }
@@ -168,7 +169,7 @@ TEST_F(SlideAndSwing, SmallestDistanceOnAnArcIsWhereTheArmPointsAtThePost) {
 TEST_F(SlideAndSwing, ArmThatTurnsSeveralTimesMeetsThePostInTheFirst) {
   // The centres are 0.75 apart where 4 + 2.25^2 - 9 sin(swing) = 0.75^2.
   const double swing = std::asin((4.0 + 2.25 * 2.25 - 0.75 * 0.75) / 9.0), all = 6.0 * kPi;
-  const RobotContact contact = scene_.timeOfContact(arm_, motion({}, {{"swing", all}}));
+  const RobotTimeOfContact contact = scene_.timeOfContact(arm_, motion({}, {{"swing", all}}));
   ASSERT_TRUE(contact.contact);
   EXPECT_LE(contact.t_free, swing / all);
   EXPECT_NEAR(contact.t_contact, swing / all, 1e-6);
@@ -177,7 +178,7 @@ TEST_F(SlideAndSwing, ArmThatTurnsSeveralTimesMeetsThePostInTheFirst) {
 TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
   const RobotMotion both = motion({}, {{"slide", -2.5}, {"swing", kPi}});
   const double swing = std::asin((4.0 + 2.25 * 2.25 - 0.75 * 0.75) / 9.0);
-  const RobotContact contact = scene_.timeOfContact(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
+  const RobotTimeOfContact contact = scene_.timeOfContact(std::vector<ShapeRefPair>{sled_[0], arm_[0]}, both);
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, swing / kPi, 1e-6);
   EXPECT_EQ(contact.pair.asked.a.link(), model_->robot.findLink("post"));
@@ -187,14 +188,14 @@ TEST_F(SlideAndSwing, FirstOfSeveralContactsWins) {
 
 TEST_F(SlideAndSwing, SwappingTheShapesFlipsTheNormal) {
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
-  const RobotContact one = scene_.timeOfContact(sled_, towards);
-  const RobotContact other = scene_.timeOfContact(std::vector<ShapeRefPair>{{sled_[0].b, sled_[0].a}}, towards);
+  const RobotTimeOfContact one = scene_.timeOfContact(sled_, towards);
+  const RobotTimeOfContact other = scene_.timeOfContact(std::vector<ShapeRefPair>{{sled_[0].b, sled_[0].a}}, towards);
   EXPECT_NEAR(one.t_contact, other.t_contact, 1e-6);
   EXPECT_LE((one.pair.result.normal + other.pair.result.normal).norm(), 1e-12);
 }
 
 TEST_F(SlideAndSwing, PairsFarApartAreSettledByOneBound) {
-  const RobotContact contact =
+  const RobotTimeOfContact contact =
       scene_.timeOfContact(std::vector<ShapeRefPair>{pairOf(*model_, "sled", "arm")}, motion({}, {{"slide", 0.1}}));
   EXPECT_EQ(contact.counts.pairs, 1);
   EXPECT_EQ(contact.counts.by_one_bound, 1);
@@ -206,7 +207,7 @@ TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
   BodyPoses start = forwardKinematics(model_->robot, {});
   start[bodyOf(model_->robot, "sled")].reset();
   const RobotMotion motion = RobotMotion::ofTravel(model_->robot, start, byJoint(model_->robot, {{"slide", -2.5}}));
-  const RobotContact contact = scene_.timeOfContact(sled_, motion);
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, motion);
   EXPECT_EQ(contact.status, Status::Unknown);
   EXPECT_EQ(contact.counts.unknown, 1);
   EXPECT_FALSE(contact.contact);
@@ -220,7 +221,7 @@ TEST_F(SlideAndSwing, MissingPoseMakesThePairUnknownAndCounted) {
 TEST_F(SlideAndSwing, TravelThatOverflowsIsUnknown) {
   for (const double far : {1e31, 1e200, 1e300}) {
     const RobotMotion passing = motion({{"slide", -far}}, {{"slide", far}});
-    const RobotContact contact = scene_.timeOfContact(sled_, passing);
+    const RobotTimeOfContact contact = scene_.timeOfContact(sled_, passing);
     EXPECT_EQ(contact.status, Status::Unknown) << far;
     EXPECT_EQ(contact.t_free, 0.0) << far;
     EXPECT_EQ(scene_.minimum(sled_, passing).status, Status::Unknown) << far;
@@ -237,7 +238,7 @@ TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
         modelOf(urdfOf(link("probe", ball("0.01")) + link("hand", pieces) + slider("slide", "probe", "hand", "0 1 0")));
     MotionQuestion question;
     question.contact_distance = 0.2;
-    const RobotContact contact = MovingScene(model).timeOfContact(
+    const RobotTimeOfContact contact = MovingScene(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "probe", "hand")},
         RobotMotion::between(model->robot, std::vector<double>{0.0}, std::vector<double>{1.0}), question);
     ASSERT_TRUE(contact.contact);
@@ -251,7 +252,7 @@ TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
   MotionQuestion question;
   question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
   const RobotMotion towards = motion({}, {{"slide", -2.5}});
-  const RobotContact contact = scene_.timeOfContact(sled_, towards, question);
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, towards, question);
   EXPECT_EQ(contact.status, Status::IterationLimit);
   EXPECT_FALSE(contact.contact);
   EXPECT_LE(contact.t_free, 0.8);
@@ -267,7 +268,7 @@ TEST_F(SlideAndSwing, BodiesMoveAtTheirOwnTwists) {
   const int body = bodyOf(model_->robot, "sled");
   twists[body].linear = {-4.0, 0.5, 0.0};
   twists[body].angular = {7.0, 0.0, 0.0};  // about the way it goes, so that its face stays parallel to the wall
-  const RobotContact contact = scene_.timeOfContact(sled_, RobotMotion::ofTwists(start, twists));
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, RobotMotion::ofTwists(start, twists));
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 0.5, 1e-6);
 }
@@ -339,7 +340,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
     const JointMotions::Ends ends = random.next();
     const RobotMotion motion = RobotMotion::between(model->robot, ends.from, ends.to);
     expectSamePoses(motion.at(0.37), forwardKinematics(model->robot, ends.at(0.37)));
-    const RobotContact contact = moving.timeOfContact(pairs, motion, question);
+    const RobotTimeOfContact contact = moving.timeOfContact(pairs, motion, question);
     const RobotMinimum minimum = moving.minimum(pairs, motion, question);
     ASSERT_EQ(contact.status, Status::Converged);
     // Inside of a closed mesh a minimum may be less exact than asked.
@@ -406,7 +407,7 @@ class BallAndBracket : public testing::Test {
                            options));
   }
 
-  RobotContact contact(double from, double to, double contact_distance = 0.0) const {
+  RobotTimeOfContact contact(double from, double to, double contact_distance = 0.0) const {
     const auto model = ballAt(from);
     MotionQuestion question;
     question.contact_distance = contact_distance;
@@ -426,7 +427,7 @@ class BallAndBracket : public testing::Test {
 };
 
 TEST_F(BallAndBracket, IsAContactFromTheStartOnInsideOfTheBracket) {
-  const RobotContact found = contact(0.5, 0.6);
+  const RobotTimeOfContact found = contact(0.5, 0.6);
   EXPECT_EQ(found.status, Status::Converged);
   ASSERT_TRUE(found.contact);
   EXPECT_EQ(found.t_contact, 0.0);
@@ -435,14 +436,14 @@ TEST_F(BallAndBracket, IsAContactFromTheStartOnInsideOfTheBracket) {
 }
 
 TEST_F(BallAndBracket, IsAContactOfSurfacesIfItBeginsOutside) {
-  const RobotContact found = contact(3.1, 1.1);  // to the face at x = 2: 1 m of 2 m
+  const RobotTimeOfContact found = contact(3.1, 1.1);  // to the face at x = 2: 1 m of 2 m
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 0.5, 1e-5);
   EXPECT_FALSE(contact(5.0, 3.0).contact);
 }
 
 TEST_F(BallAndBracket, LeavesDepthsOpenThatItReachesLater) {
-  const RobotContact found = contact(3.1, 1.1, -0.3);
+  const RobotTimeOfContact found = contact(3.1, 1.1, -0.3);
   EXPECT_EQ(found.status, Status::IterationLimit);
   EXPECT_EQ(found.t_free, 0.0);
   EXPECT_EQ(contact(0.5, 0.6, -0.3).t_contact, 0.0);

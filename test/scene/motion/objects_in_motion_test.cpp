@@ -60,7 +60,7 @@ class CubeAndBall : public testing::Test {
     objects_ = std::make_shared<const Objects>(objects_->changed({change}));
     scene_.use(objects_);
   }
-  RobotContact contact(const RobotMotion& motion, const MotionQuestion& question = {}) {
+  RobotTimeOfContact contact(const RobotMotion& motion, const MotionQuestion& question = {}) {
     return scene_.timeOfContact(candidates_, motion, question);
   }
   std::string nameOfB(const PairProximity& pair) const { return objects_->object(pair.asked.b.object())->id; }
@@ -75,7 +75,7 @@ class CubeAndBall : public testing::Test {
 
 TEST_F(CubeAndBall, FixedObjectIsMetWhenTheGapIsCovered) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
-  const RobotContact found = contact(motion(6.0));
+  const RobotTimeOfContact found = contact(motion(6.0));
   EXPECT_EQ(found.status, Status::Converged);
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 3.0 / 6.0, 1e-6);
@@ -98,7 +98,7 @@ TEST_F(CubeAndBall, FixedObjectsAreMetAtTheirOwnContactDistance) {
   const PairDistances thresholds(0.0, 0.5);
   MotionQuestion question;
   question.thresholds = &thresholds;
-  const RobotContact found = contact(motion(2.8), question);
+  const RobotTimeOfContact found = contact(motion(2.8), question);
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 2.5 / 2.8, 1e-6);
   EXPECT_EQ(nameOfB(found.pair), "wall");
@@ -117,7 +117,7 @@ TEST_F(CubeAndBall, HalfSpaceIsMetByTheFaceThatIsNearest) {
   add(makeObject("slope", {{HalfSpace{{-1, 0, -1}, -4.0 * std::sqrt(2.0)}}}, Fixed{}));
   // Its edge at (x + 0.5, 0.5) has the height (8 - x - 1) / sqrt(2) above the plane x + z = 8.
   const std::vector<ShapeRefPair> of_cube{{{model_->robot.findLink("cube")}, ShapeRef::ofObject(0)}};
-  const RobotContact found = scene_.timeOfContact(of_cube, motion(8.0));
+  const RobotTimeOfContact found = scene_.timeOfContact(of_cube, motion(8.0));
   ASSERT_TRUE(found.contact);
   EXPECT_EQ(found.status, Status::Converged);
   EXPECT_NEAR(found.t_contact, 7.0 / 8.0, 1e-6);
@@ -133,7 +133,7 @@ TEST_F(CubeAndBall, HalfSpaceIsMetByTheFaceThatIsNearest) {
 TEST_F(CubeAndBall, AttachedObjectGoesAheadOfItsLink) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
   add(cube("nose", Attached{"cube", {}, at(0.75, 0, 0)}, 0.5));
-  const RobotContact found = contact(motion(6.0));
+  const RobotTimeOfContact found = contact(motion(6.0));
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 2.5 / 6.0, 1e-6);
   EXPECT_EQ(found.pair.asked.a.link(), -1);
@@ -163,7 +163,7 @@ TEST_F(CubeAndBall, WorldThatABodyCarriesTakesItsFixedObjectsAlong) {
   add(cube("before the ball", Fixed{at(-4, 0, 10)}));
   RobotMotion carried = motion(6.0);
   carried.carryObjects({RobotMotion::atRest(Isometry3d::Identity(), bodyOf(model_->robot, "cube")), {}});
-  const RobotContact found = contact(carried);
+  const RobotTimeOfContact found = contact(carried);
   ASSERT_TRUE(found.contact);
   EXPECT_NEAR(found.t_contact, 3.0 / 6.0, 1e-6);
   EXPECT_EQ(found.pair.asked.a.link(), model_->robot.findLink("ball"));
@@ -175,7 +175,7 @@ TEST_F(CubeAndBall, MissingFrameMakesItsPairsUnknownAndCounted) {
   RobotMotion missing = motion(1.0);
   for (const bool given : {false, true}) {
     if (given) missing.carryObjects({{-1, true, {}}, {RobotMotion::atRest(std::nullopt)}});
-    const RobotContact found = contact(missing);
+    const RobotTimeOfContact found = contact(missing);
     EXPECT_EQ(found.counts.pairs, 1 + 2);
     EXPECT_EQ(found.counts.unknown, 2);
     EXPECT_EQ(scene_.minimum(Pairs(candidates_, PairKind::WithObject), missing).status, Status::Unknown);
@@ -186,7 +186,7 @@ TEST_F(CubeAndBall, UnknownWorldLeavesNoPairWithAnObjectKnown) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
   RobotMotion lost = motion(6.0);
   lost.carryObjects({RobotMotion::atRest(std::nullopt), {}});
-  const RobotContact found = contact(lost);
+  const RobotTimeOfContact found = contact(lost);
   EXPECT_EQ(found.counts.unknown, 2);
   EXPECT_FALSE(found.contact);
   EXPECT_EQ(scene_.minimum(Pairs(candidates_, PairKind::WithObject), lost).lower_bound, -kInfinity);
@@ -286,7 +286,7 @@ TEST_F(CubeAndBall, OfTenThousandBoxesOnlyTheNearOnesAreExamined) {
   }
   objects_ = std::make_shared<const Objects>(objects_->changed(changes));
   scene_.use(objects_);
-  const RobotContact many = contact(motion(6.0));
+  const RobotTimeOfContact many = contact(motion(6.0));
   EXPECT_FALSE(many.contact);
   EXPECT_EQ(many.status, Status::Converged);
   EXPECT_EQ(many.counts.pairs, 1 + 2 * kGrid);
@@ -300,7 +300,7 @@ TEST_F(CubeAndBall, OfTenThousandBoxesOnlyTheNearOnesAreExamined) {
   objects_ =
       std::make_shared<const Objects>(Objects(model_).changed({AddObject{makeObject("map", {{boxes}}, Fixed{})}}));
   scene_.use(objects_);
-  const RobotContact map = contact(motion(6.0));
+  const RobotTimeOfContact map = contact(motion(6.0));
   EXPECT_FALSE(map.contact);
   EXPECT_EQ(map.counts.pairs, 1 + 2);
   EXPECT_LT(map.counts.intervals, 300);
@@ -317,7 +317,7 @@ TEST_F(CubeAndBall, WhatIsInsideOfAClosedMeshIsInContactFromTheStartAndAsDeepAsI
   for (const bool in_the_tree : {false, true}) {
     for (int i = 0; in_the_tree && i < 40; ++i) add(cube(std::to_string(i), Fixed{at(100 + i, 50, 0)}));
     EXPECT_EQ(objects_->fixed().tree().empty(), !in_the_tree);
-    const RobotContact found = contact(motion(0.25));
+    const RobotTimeOfContact found = contact(motion(0.25));
     EXPECT_EQ(found.status, Status::Converged);
     ASSERT_TRUE(found.contact);
     EXPECT_EQ(found.t_contact, 0.0);
@@ -336,11 +336,11 @@ TEST_F(CubeAndBall, OverlapWithAClosedMeshThatMayGetDeeperIsLeftOpen) {
   MotionQuestion question;
   ASSERT_EQ(contact(motion(-2.0), question).t_contact, 0.0);
   question.nearer_pairs = {{pair, -0.500001}};
-  const RobotContact open = contact(motion(-2.0), question);
+  const RobotTimeOfContact open = contact(motion(-2.0), question);
   EXPECT_EQ(open.status, Status::IterationLimit);
   EXPECT_EQ(open.t_free, 0.0);
   question.nearer_pairs.front().contact_distance = -kInfinity;
-  const RobotContact left_out = contact(motion(-2.0), question);
+  const RobotTimeOfContact left_out = contact(motion(-2.0), question);
   EXPECT_EQ(left_out.status, Status::Converged);
   EXPECT_EQ(left_out.t_free, 1.0);
 }
@@ -389,7 +389,7 @@ class PairsOfSeveralPieces : public testing::Test {
       question.contact_distance = real(-0.2, 0.6);
       const auto deadline = [i] { return std::chrono::steady_clock::now() + std::chrono::microseconds(i * i); };
       if (i < 11) question.deadline = deadline();
-      const RobotContact contact = moving_.timeOfContact(asked, motion, question);
+      const RobotTimeOfContact contact = moving_.timeOfContact(asked, motion, question);
       if (contact.contact) expectBoundsOf(contact.pair, motion, contact.t_contact);
       if (i < 11) question.deadline = deadline();
       const RobotMinimum minimum = moving_.minimum(asked, motion, question);
@@ -489,7 +489,7 @@ TEST(FarInMotion, APairWhoseBoundsAreWiderThanTheToleranceHasNotConverged) {
     MotionQuestion question;
     question.tolerance = 1e-9;
     question.contact_distance = 2.0;
-    const RobotContact contact = scene.timeOfContact(pairs, RobotMotion::ofTwists(start, {{}, {}, {}}), question);
+    const RobotTimeOfContact contact = scene.timeOfContact(pairs, RobotMotion::ofTwists(start, {{}, {}, {}}), question);
     ASSERT_TRUE(contact.contact);
     const SignedDistance& result = contact.pair.result;
     EXPECT_GT(result.upper_bound - result.lower_bound, question.tolerance);
@@ -727,12 +727,12 @@ void expectTheEarliestOfAllPairs(MovingScene& moving, const Candidates& candidat
   }
   MotionQuestion question;
   question.thresholds = &thresholds;
-  const RobotContact contact = moving.timeOfContact(candidates, motion, question);
+  const RobotTimeOfContact contact = moving.timeOfContact(candidates, motion, question);
   double earliest = kInfinity;
   for (const ShapeRefPair& pair : list) {
     MotionQuestion alone;
     alone.contact_distance = thresholds.of(pair);
-    const RobotContact of_pair = moving.timeOfContact(std::vector<ShapeRefPair>{pair}, motion, alone);
+    const RobotTimeOfContact of_pair = moving.timeOfContact(std::vector<ShapeRefPair>{pair}, motion, alone);
     ASSERT_EQ(of_pair.status, Status::Converged);
     if (of_pair.contact) earliest = std::min(earliest, of_pair.t_contact);
   }
@@ -768,8 +768,8 @@ TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNo
     MotionQuestion question;
     question.contact_distance = i % 2 == 0 ? 0.0 : 0.02;
     const std::vector<ShapeRefPair> list = listOf(candidates, *objects);
-    const RobotContact contact = moving.timeOfContact(candidates, random.motion, question);
-    const RobotContact of_list = moving.timeOfContact(list, random.motion, question);
+    const RobotTimeOfContact contact = moving.timeOfContact(candidates, random.motion, question);
+    const RobotTimeOfContact of_list = moving.timeOfContact(list, random.motion, question);
     if (i % 10 == 1) expectTheEarliestOfAllPairs(moving, candidates, list, random.motion, chance);
     const RobotMinimum minimum = moving.minimum(candidates, random.motion, question);
     const RobotMinimum minimum_of_list = moving.minimum(list, random.motion, question);

@@ -62,7 +62,7 @@ std::vector<double> answers(const SharedRobot& shared, unsigned seed) {
     for (const PairProximity& pair : scene.all(pairs)) add(pair);
     add(scene.proximity(pairs[static_cast<std::size_t>(state)]));
     const RobotMotion motion = RobotMotion::between(robot, from, to);
-    const RobotContact contact = moving_scene.timeOfContact(pairs, motion);
+    const RobotTimeOfContact contact = moving_scene.timeOfContact(pairs, motion);
     const RobotMinimum minimum = moving_scene.minimum(pairs, motion);
     numbers.insert(numbers.end(), {contact.t_free, contact.t_contact, minimum.lower_bound, minimum.time});
     from = to;

@@ -76,7 +76,7 @@ struct ContactOptions {
   int max_queries = 10000;  ///< most distance queries; each is for one time
 };
 
-/// The time of the first contact of two moving shapes.
+/// The time of contact of two moving shapes: when they first come as near as the contact distance.
 struct TimeOfContact {
   /// Converged: the answer is complete. IterationLimit, Degenerate: it is not known whether there is contact after
   ///            t_free.
@@ -84,14 +84,14 @@ struct TimeOfContact {
   bool contact = false;
   double t_free = 0.0;  ///< from `begin` to t_free the signed distance is proven to be above the contact distance
   /// At this time the signed distance is at most contact_distance + tolerance; NaN without contact. t_free <=
-  /// t_contact, and the first true contact is not before t_free. Both are `begin` if the shapes are in contact from the
-  /// beginning.
+  /// t_contact, and the true time of contact is not before t_free. Both are `begin` if the shapes are in contact from
+  /// the beginning.
   double t_contact = std::numeric_limits<double>::quiet_NaN();
   SignedDistance at_contact;  ///< at t_contact, in the frame of the chains
   int queries = 0;            ///< number of distance queries
 };
 
-/// Time of first contact by conservative advancement.
+/// The time of contact by conservative advancement.
 ///
 /// 1. Find the signed distance and its normal at the current time. If the distance is at most contact_distance +
 ///    tolerance, this is the time of contact.

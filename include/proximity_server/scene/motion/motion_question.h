@@ -19,15 +19,15 @@ struct PairContactDistance {
 
 struct MotionQuestion {
   /// [m] Contact is a signed distance, minus the pair's padding, at or below this. Below 0, and if one shape of a pair
-  /// has a closed mesh with room inside, a first contact is left open (IterationLimit, t_free 0) unless it is at the
-  /// start.
+  /// has a closed mesh with room inside, the time of contact is left open (IterationLimit, t_free 0) unless it is at
+  /// the start.
   double contact_distance = 0.0;
   /// If not nullptr, each pair adds its own distance to `contact_distance`. It must live until the question is
   /// answered.
   const PairDistances* thresholds = nullptr;
   /// Pairs that may come nearer than all others, such as pairs that are nearer at the start and must be allowed to move
   /// apart. If a pair has two contact distances, the smaller one counts; with minus infinity the pair is left out. If
-  /// one of them is below 0 and its pair has a closed mesh with room inside, a first contact is left open from the
+  /// one of them is below 0 and its pair has a closed mesh with room inside, the time of contact is left open from the
   /// start on.
   std::vector<PairContactDistance> nearer_pairs{};
   double tolerance = 1e-6;  ///< [m] of the distance at contact, and of the minimum; NaN counts as 0
@@ -44,8 +44,8 @@ struct MotionCounts {
   int queries = 0;    ///< queries of the narrowphase about one time
 };
 
-/// The first time at which a robot comes too close to itself or to an object.
-struct RobotContact {
+/// The time of contact: the first time at which a robot comes too close to itself or to an object.
+struct RobotTimeOfContact {
   /// Converged: the answer is complete. IterationLimit (the deadline has passed, or the iterations were used up) and
   /// Degenerate: t_free still holds. Unknown: nothing is known of any pair, or nothing of a pair whose motion
   /// overflows.
@@ -63,11 +63,11 @@ struct RobotContact {
 
 /// The smallest distance of a robot from itself and from objects.
 struct RobotMinimum {
-  narrowphase::Status status = narrowphase::Status::Unknown;      ///< as in RobotContact; the bounds always hold
+  narrowphase::Status status = narrowphase::Status::Unknown;      ///< as in RobotTimeOfContact; the bounds always hold
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all pairs
   double upper_bound = std::numeric_limits<double>::infinity();   ///< [m] the distance of `pair` at `time`
   double time = std::numeric_limits<double>::quiet_NaN();
-  PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses; Degenerate as in RobotContact
+  PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses; Degenerate as in RobotTimeOfContact
   MotionCounts counts;
 };
 

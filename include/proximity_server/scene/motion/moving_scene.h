@@ -45,13 +45,13 @@ class MovingScene {
   /// nullptr before the first use().
   const Objects* objects() const;
 
-  RobotContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
+  RobotTimeOfContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
 
   /// Answer the same questions for a motion in phases. Times are those of the whole motion, and one deadline holds for
   /// all phases. The counts of pairs are the largest of the phases that were searched, and by_one_bound is the
   /// smallest; all other counts are sums.
-  RobotContact timeOfContact(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
+  RobotTimeOfContact timeOfContact(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
   RobotMinimum minimum(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
 
  private:
