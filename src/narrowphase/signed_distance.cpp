@@ -124,7 +124,7 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
   if (cso.warmStart().polytope != nullptr)
     if (const auto recalled = epaRecalled(cso, normal_guess, first, options, observer))
       return fromEpa(cso, GjkResult(), *recalled);
-  observer.reaches(Rung::Gjk);
+  observer.reaches(Algorithm::Gjk);
   const GjkResult gjk_result = gjk(cso, normal_guess, first, options, observer);
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
   return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options, observer));
@@ -206,7 +206,7 @@ template <typename Observer>
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                             double rounding, WarmStart& warm_start, SearchState& search, Observer observer) {
   if (const auto turned = turnedByTilt(a, b, a_T_b, options.distance_tolerance)) {
-    observer.reaches(Rung::ParallelAxes);
+    observer.reaches(Algorithm::ParallelAxes);
     return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance),
                      rounding + *turned + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
   }
@@ -218,7 +218,7 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
     const double length = direction.norm(), lower_bound = -towards / length - rounding;
     if (lower_bound > options.stop_above) {
       const SignedDistance result = separatedAlong(direction / length, lower_bound);
-      observer.endsAtFirst(Rung::FirstDirection, result, first);
+      observer.endsAtFirst(Algorithm::FirstDirection, result, first);
       return result;
     }
   }
@@ -228,11 +228,11 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
       // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
       const double length = direction.norm();
       const SignedDistance result = overlapAlong(direction / length, -towards / length - rounding, upper_bound);
-      observer.endsAtFirst(Rung::InnerBalls, result, first);
+      observer.endsAtFirst(Algorithm::InnerBalls, result, first);
       return result;
     }
   }
-  observer.reaches(Rung::BoxAxes);
+  observer.reaches(Algorithm::BoxAxes);
   const bool may_overlap = towards >= 0.0;
   if (may_overlap && areBoxes(a, b))
     if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
@@ -392,7 +392,7 @@ SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d
     return ask(a, b, *rigid, options, warm_start, observer);
   }
   if (hasClosedForm(a.kind(), b.kind())) {
-    observer.reaches(Rung::PointsAndSegments);
+    observer.reaches(Algorithm::PointsAndSegments);
     return byClosedForm(a, b, a_T_b, options, rounding + transposeError(b, a_T_b, departure2), warm_start);
   }
   return bySearch(a, b, a_T_b, options, rounding, warm_start, observer);

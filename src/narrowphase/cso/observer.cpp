@@ -18,8 +18,8 @@ QueryTrace::GjkStep foundVertex(const CsoVertex& w, const Vector3d& normal, doub
 
 }  // namespace
 
-void Recorder::endsAtFirst(Rung rung, const SignedDistance& result, const CsoVertex& first) const {
-  reaches(rung);
+void Recorder::endsAtFirst(Algorithm algorithm, const SignedDistance& result, const CsoVertex& first) const {
+  reaches(algorithm);
   trace_->gjk.push_back(foundVertex(first, result.normal, result.lower_bound));
 }
 
@@ -64,7 +64,7 @@ void Recorder::ends(const Polytope& polytope, double depth) const {
 void Recorder::endsWithPoints(const Polytope& polytope, const DepthBounds& bounds) const {
   const Polytope::Face* closest = polytope.closest();
   const double reach = closest != nullptr ? closest->distance() : bounds.upper;
-  reaches(bounds.lower >= reach ? Rung::EpaEllipsoid : Rung::EpaNewton);
+  reaches(bounds.lower >= reach ? Algorithm::EpaEllipsoid : Algorithm::EpaNewton);
 }
 
 /// The faces as indices into trace_->polytope, which receives the vertices that it does not have yet.

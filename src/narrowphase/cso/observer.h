@@ -18,8 +18,8 @@ struct DepthBounds {
 
 /// An observer that does nothing.
 struct Unobserved {
-  void reaches(Rung) const {}
-  void endsAtFirst(Rung, const SignedDistance&, const CsoVertex&) const {}
+  void reaches(Algorithm) const {}
+  void endsAtFirst(Algorithm, const SignedDistance&, const CsoVertex&) const {}
   void supports(const CsoVertex&, const Eigen::Vector3d&, double) const {}
   void reduces(const Simplex&, const Nearest&, double) const {}
   void begins() const {}
@@ -36,11 +36,12 @@ class Recorder {
 
   QueryTrace& trace() const { return *trace_; }
 
-  /// The last rung that a query reaches gives its answer.
-  void reaches(Rung rung) const { trace_->rung = rung; }
+  /// The last algorithm that a query reaches gives its answer.
+  void reaches(Algorithm algorithm) const { trace_->algorithm = algorithm; }
 
-  /// The query ends with this rung, before GJK. The first vertex proves the lower bound of the result along its normal.
-  void endsAtFirst(Rung rung, const SignedDistance& result, const CsoVertex& first) const;
+  /// The query ends with this algorithm, before GJK. The first vertex proves the lower bound of the result along its
+  /// normal.
+  void endsAtFirst(Algorithm algorithm, const SignedDistance& result, const CsoVertex& first) const;
   /// GJK has found w along the normal, which proves the lower bound.
   void supports(const CsoVertex& w, const Eigen::Vector3d& normal, double lower_bound) const;
   /// GJK has reduced the simplex with w to what the nearest point needs. `rounding` [m] is that of the CSO.

@@ -565,13 +565,13 @@ EpaResult decidedBy(double lower_bound) {
 template <typename Observer>
 EpaResult epa(Cso& cso, const Simplex& simplex, const Options& options, Observer observer) {
   PROXIMITY_ASSERT(simplex.members != 0, "The simplex is empty: EPA begins with that of GJK.");
-  observer.reaches(Rung::EnclosedBall);
+  observer.reaches(Algorithm::EnclosedBall);
   if (simplex.members == 0b1111 && std::isfinite(options.stop_below)) {
     const double enclosed = enclosedRadius(simplex) - cso.rounding();
     if (-enclosed <= options.stop_below) return decidedBy(enclosed);
   }
   const EpaStart start = epaStart(cso, simplex);
-  observer.reaches(start.plane ? Rung::SurfacePlane : Rung::Epa);
+  observer.reaches(start.plane ? Algorithm::SurfacePlane : Algorithm::Epa);
   if (start.plane) return onSurface(cso, simplex, *start.plane, options);
   EpaResult result = fromTetrahedron(cso, start.vertices, options, observer);
   if (result.has_normal && !result.has_points && simplex.members != 0b1111) setWitnesses(simplex, options, result);
@@ -587,7 +587,7 @@ std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const Cso
   Polytope polytope(cso.rounding());
   // A face in the support plane is asked, too: the witness points lie on it.
   if (polytope.recall(*last, cso, known.depth + 2.0 * cso.rounding())) {
-    observer.reaches(Rung::Epa);
+    observer.reaches(Algorithm::Epa);
     const EpaResult result = Expansion(cso, polytope, known, options, observer).run();
     if (result.iterations > 1) polytope.keep(*last);  // otherwise it is the same
     const bool is_answer = result.status == Status::Converged && result.has_points;

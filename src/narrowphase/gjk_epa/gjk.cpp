@@ -135,7 +135,7 @@ std::optional<Ending> endWithoutProgress(Cso& cso, const Nearest& nearest, int n
   const auto isOpen = [&] { return upper_bound - result.lower_bound > options.distance_tolerance; };
   if (isOpen() && cso.isPolytope()) improveLowerBound(cso, result.simplex, newest, result);
   if (isOpen() && !cso.isPolytope() && refineDistance(cso, nearest.normal(), options, result)) {
-    observer.reaches(Rung::GjkNewton);
+    observer.reaches(Algorithm::GjkNewton);
     return std::nullopt;
   }
   return Ending{isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate};
@@ -175,7 +175,7 @@ std::optional<Ending> search(Cso& cso, const CsoVertex& first, const Options& op
     if (result.iterations >= options.max_iterations) return Ending{Outcome::Apart, Status::IterationLimit};
     if (!cso.isPolytope() && result.lower_bound > 0.0 && result.iterations >= kFirstRefinement &&
         refineDistance(cso, nearest.normal(), options, result)) {
-      observer.reaches(Rung::GjkNewton);
+      observer.reaches(Algorithm::GjkNewton);
       return std::nullopt;
     }
     newest = simplex.freePlace();

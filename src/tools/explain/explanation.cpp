@@ -4,7 +4,7 @@
 
 namespace proximity_server::tools {
 
-using narrowphase::Rung;
+using narrowphase::Algorithm;
 using narrowphase::Status;
 
 Explanation explain(const ExplainedPair& pair, const narrowphase::Options& options,
@@ -16,33 +16,33 @@ Explanation explain(const ExplainedPair& pair, const narrowphase::Options& optio
   return explanation;
 }
 
-std::string rungText(Rung rung) {
-  switch (rung) {
-    case Rung::None:
+std::string algorithmText(Algorithm algorithm) {
+  switch (algorithm) {
+    case Algorithm::None:
       return "nothing: the pose is not finite, or lengths add up to more than 1e30 m";
-    case Rung::PointsAndSegments:
+    case Algorithm::PointsAndSegments:
       return "the closed form of points and segments, and of a point and a box";
-    case Rung::ParallelAxes:
+    case Algorithm::ParallelAxes:
       return "the closed form of solids of revolution about parallel axes";
-    case Rung::FirstDirection:
+    case Algorithm::FirstDirection:
       return "the first vertex of the CSO, which decides the threshold";
-    case Rung::InnerBalls:
+    case Algorithm::InnerBalls:
       return "balls inside of both cores, which decide the threshold";
-    case Rung::BoxAxes:
+    case Algorithm::BoxAxes:
       return "the fifteen axes of two boxes";
-    case Rung::Gjk:
+    case Algorithm::Gjk:
       return "GJK";
-    case Rung::GjkNewton:
+    case Algorithm::GjkNewton:
       return "GJK, finished by Newton's method";
-    case Rung::EnclosedBall:
+    case Algorithm::EnclosedBall:
       return "GJK: a ball inside of its last simplex decides the threshold";
-    case Rung::SurfacePlane:
+    case Algorithm::SurfacePlane:
       return "GJK: the origin lies on the surface of the CSO, or the CSO has no volume";
-    case Rung::Epa:
+    case Algorithm::Epa:
       return "EPA";
-    case Rung::EpaNewton:
+    case Algorithm::EpaNewton:
       return "EPA, finished by Newton's method";
-    case Rung::EpaEllipsoid:
+    case Algorithm::EpaEllipsoid:
       return "EPA, finished by Newton's method and a solid inside of the CSO";
   }
   return "";

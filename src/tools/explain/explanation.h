@@ -29,8 +29,8 @@ enum class CsoSurface : unsigned char { Omitted, Added };
 /// Writes the explanation as JSON, with all digits; a number that is not finite is null.
 std::string jsonOf(const Explanation& explanation, CsoSurface surface);
 
-/// A rung as the end of a sentence "by ...".
-std::string rungText(narrowphase::Rung rung);
+/// An algorithm as the end of a sentence "by ...".
+std::string algorithmText(narrowphase::Algorithm algorithm);
 
 std::string statusText(narrowphase::Status status);
 

@@ -39,7 +39,7 @@ class StepsJson {
     return {{"a", explanation_.pair.a.description},
             {"b", explanation_.pair.b.description},
             {"margins", margins_},
-            {"by", rungText(explanation_.trace.rung)},
+            {"by", algorithmText(explanation_.trace.algorithm)},
             {"status", statusText(answer.status)},
             {"distance", numberJson(answer.distance)},
             {"lower", numberJson(answer.lower_bound)},

@@ -123,7 +123,7 @@ class Table {
 
   std::string answer() const {
     const narrowphase::SignedDistance& answer = explanation_.answer;
-    std::string text = "\nThe answer is by " + rungText(explanation_.trace.rung) + ".\n";
+    std::string text = "\nThe answer is by " + algorithmText(explanation_.trace.algorithm) + ".\n";
     if (answer.status == narrowphase::Status::Unknown) return text;
     text += "  distance  " + rounded(answer.distance, kBoundDigits) + " m, from " +
             rounded(answer.lower_bound, kBoundDigits) + " to " + rounded(answer.upper_bound, kBoundDigits) +

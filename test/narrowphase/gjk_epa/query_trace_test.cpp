@@ -117,7 +117,7 @@ class RandomShapes {
 TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
   RandomShapes shapes(18);
   int apart = 0, overlaps = 0, undecided = 0;
-  std::array<int, 13> rungs{};
+  std::array<int, 13> algorithms{};
   for (int pair = 0; pair < 6000; ++pair) {
     const Shape a = shapes.any(), b = shapes.any();
     const Options options = shapes.options();
@@ -130,16 +130,17 @@ TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
       const SignedDistance found = signedDistance(a, b, a_T_b, options, watched, trace);
       ASSERT_EQ(bitsOf(found), bitsOf(expected)) << "pair " << pair << ", step " << step;
       ASSERT_EQ(bitsOf(watched), bitsOf(unwatched)) << "pair " << pair << ", step " << step;
-      ++rungs[static_cast<std::size_t>(trace.rung)];
+      ++algorithms[static_cast<std::size_t>(trace.algorithm)];
       ++(found.lower_bound > 0.0 ? apart : found.upper_bound < 0.0 ? overlaps : undecided);
       a_T_b.translation() += 0.02 * shapes.point();
     }
   }
   EXPECT_GT(apart, 4000);
   EXPECT_GT(overlaps, 4000);
-  for (const Rung rung : {Rung::PointsAndSegments, Rung::FirstDirection, Rung::InnerBalls, Rung::BoxAxes, Rung::Gjk,
-                          Rung::GjkNewton, Rung::EnclosedBall, Rung::Epa, Rung::EpaNewton, Rung::EpaEllipsoid})
-    EXPECT_GT(rungs[static_cast<std::size_t>(rung)], 20) << "rung " << static_cast<int>(rung);
+  for (const Algorithm algorithm : {Algorithm::PointsAndSegments, Algorithm::FirstDirection, Algorithm::InnerBalls,
+                                    Algorithm::BoxAxes, Algorithm::Gjk, Algorithm::GjkNewton, Algorithm::EnclosedBall,
+                                    Algorithm::Epa, Algorithm::EpaNewton, Algorithm::EpaEllipsoid})
+    EXPECT_GT(algorithms[static_cast<std::size_t>(algorithm)], 20) << "algorithm " << static_cast<int>(algorithm);
 }
 
 // Along x the cubes are 1 m deep, and so are the balls inside; the vertex in this direction proves the lower bound.
@@ -150,45 +151,45 @@ TEST(QueryTrace, HasTheFirstVertexWhereBallsInsideDecide) {
   WarmStart cold;
   QueryTrace trace;
   const SignedDistance answer = signedDistance(large, large, a_T_b, Options::above(0.0), cold, trace);
-  EXPECT_EQ(trace.rung, Rung::InnerBalls);
+  EXPECT_EQ(trace.algorithm, Algorithm::InnerBalls);
   ASSERT_EQ(trace.gjk.size(), 1U);
   EXPECT_EQ(trace.gjk.front().w.point.x(), 1.0);
   EXPECT_EQ(trace.gjk.front().lower_bound, answer.lower_bound);
   EXPECT_NEAR(answer.lower_bound, -1.0, 1e-14);
 }
 
-TEST(QueryTrace, TellsTheRung) {
+TEST(QueryTrace, TellsTheAlgorithm) {
   const Shape ball = Sphere{0.2}, upright = Cylinder{0.2, 1.0},
               tetrahedron = hullOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
   const Shape plate = Box{{4, 4, 0.2}}, flat = hullOf({{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}});
   Isometry3d turned = Isometry3d::Identity();
   turned.linear() = Eigen::AngleAxisd(0.5, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  const auto rungOf = [&](const Shape& a, const Shape& b, const Vector3d& offset, const Options& options = {}) {
+  const auto algorithmOf = [&](const Shape& a, const Shape& b, const Vector3d& offset, const Options& options = {}) {
     Isometry3d a_T_b = turned;
     a_T_b.translation() = offset;
     WarmStart cold;
     QueryTrace trace;
     signedDistance(a, b, a_T_b, options, cold, trace);
-    return trace.rung;
+    return trace.algorithm;
   };
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(rungOf(ball, ball, {kNaN, 0, 0}), Rung::None);
-  EXPECT_EQ(rungOf(ball, ball, {3, 0, 0}), Rung::PointsAndSegments);
-  EXPECT_EQ(rungOf(cube(), cube(), {0.5, 0.25, 0.125}), Rung::BoxAxes);
-  EXPECT_EQ(rungOf(cube(), cube(), {5, 0, 0}), Rung::Gjk);
-  EXPECT_EQ(rungOf(cube(), cube(), {5, 0, 0}, Options::above(1.0)), Rung::FirstDirection);
-  EXPECT_EQ(rungOf(cube(), upright, {5, 4, 3}), Rung::GjkNewton);
-  EXPECT_EQ(rungOf(cube(), tetrahedron, {0, 0, 0}), Rung::Epa);
-  EXPECT_EQ(rungOf(cube(), tetrahedron, {0, 0, 0}, Options::apart()), Rung::InnerBalls);
-  EXPECT_EQ(rungOf(cube(), tetrahedron, {1.25, 0.25, 0.125}, Options::apart()), Rung::EnclosedBall);
-  EXPECT_EQ(rungOf(cube(), upright, {0.5, 0.25, 0.125}), Rung::EpaNewton);
+  EXPECT_EQ(algorithmOf(ball, ball, {kNaN, 0, 0}), Algorithm::None);
+  EXPECT_EQ(algorithmOf(ball, ball, {3, 0, 0}), Algorithm::PointsAndSegments);
+  EXPECT_EQ(algorithmOf(cube(), cube(), {0.5, 0.25, 0.125}), Algorithm::BoxAxes);
+  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}), Algorithm::Gjk);
+  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}, Options::above(1.0)), Algorithm::FirstDirection);
+  EXPECT_EQ(algorithmOf(cube(), upright, {5, 4, 3}), Algorithm::GjkNewton);
+  EXPECT_EQ(algorithmOf(cube(), tetrahedron, {0, 0, 0}), Algorithm::Epa);
+  EXPECT_EQ(algorithmOf(cube(), tetrahedron, {0, 0, 0}, Options::apart()), Algorithm::InnerBalls);
+  EXPECT_EQ(algorithmOf(cube(), tetrahedron, {1.25, 0.25, 0.125}, Options::apart()), Algorithm::EnclosedBall);
+  EXPECT_EQ(algorithmOf(cube(), upright, {0.5, 0.25, 0.125}), Algorithm::EpaNewton);
   // On one centre both opposite directions are equally deep: the ellipsoid proves it without faces there.
-  EXPECT_EQ(rungOf(Ellipsoid{{1, 2, 3}}, Ellipsoid{{1, 2, 3}}, {0, 0, 0}), Rung::EpaEllipsoid);
+  EXPECT_EQ(algorithmOf(Ellipsoid{{1, 2, 3}}, Ellipsoid{{1, 2, 3}}, {0, 0, 0}), Algorithm::EpaEllipsoid);
   turned.setIdentity();
-  EXPECT_EQ(rungOf(flat, flat, {0.25, 0.125, 0}), Rung::SurfacePlane);
-  EXPECT_EQ(rungOf(cube(), cube(), {1.5, 1.5, 1.25}, Options::apart()), Rung::BoxAxes);
-  EXPECT_EQ(rungOf(plate, plate, {1.5, 0.5, 0.25}, Options::above(0.04)), Rung::BoxAxes);
-  EXPECT_EQ(rungOf(upright, upright, {5, 0, 0}), Rung::ParallelAxes);
+  EXPECT_EQ(algorithmOf(flat, flat, {0.25, 0.125, 0}), Algorithm::SurfacePlane);
+  EXPECT_EQ(algorithmOf(cube(), cube(), {1.5, 1.5, 1.25}, Options::apart()), Algorithm::BoxAxes);
+  EXPECT_EQ(algorithmOf(plate, plate, {1.5, 0.5, 0.25}, Options::above(0.04)), Algorithm::BoxAxes);
+  EXPECT_EQ(algorithmOf(upright, upright, {5, 0, 0}), Algorithm::ParallelAxes);
 }
 
 TEST(QueryTrace, IsEmptiedByTheNextQuery) {
@@ -198,7 +199,7 @@ TEST(QueryTrace, IsEmptiedByTheNextQuery) {
   signedDistance(cube(), cube(), apart, {}, cold, trace);
   ASSERT_FALSE(trace.gjk.empty());
   signedDistance(Sphere{1}, Sphere{1}, apart, {}, cold, trace);
-  EXPECT_EQ(trace.rung, Rung::PointsAndSegments);
+  EXPECT_EQ(trace.algorithm, Algorithm::PointsAndSegments);
   EXPECT_TRUE(trace.gjk.empty());
 }
 
@@ -214,12 +215,12 @@ TEST(QueryTrace, HoldsEveryIteration) {
     EXPECT_EQ(static_cast<int>(trace.gjk.size()), answer.iterations - static_cast<int>(trace.epa.size()));
     for (std::size_t i = 1; i < trace.gjk.size(); ++i)
       EXPECT_LE(trace.gjk[i].upper_bound, trace.gjk[i - 1].upper_bound);
-    if (trace.rung == Rung::Gjk) {
+    if (trace.algorithm == Algorithm::Gjk) {
       EXPECT_NEAR(trace.gjk.back().upper_bound, answer.upper_bound, 1e-14);  // the points add their rounding
       EXPECT_NEAR(trace.gjk.back().lower_bound, answer.lower_bound, 1e-12);
       ++by_gjk;
     }
-    if (trace.rung != Rung::Epa) continue;
+    if (trace.algorithm != Algorithm::Epa) continue;
     EXPECT_EQ(trace.epa.back().depth, -answer.distance);
     for (std::size_t i = 1; i < trace.epa.size(); ++i) {
       EXPECT_LE(trace.epa[i].depth, trace.epa[i - 1].depth);
@@ -282,7 +283,7 @@ TEST(WorkedExample, GjkFindsTheNearestPointInFourSteps) {
   ASSERT_EQ(example.trace.gjk.size(), 5U);
   EXPECT_FALSE(example.trace.gjk.back().has_progress);
   EXPECT_NEAR(example.trace.gjk.back().lower_bound, std::sqrt(2.5), 1e-13);
-  EXPECT_EQ(example.trace.rung, Rung::Gjk);
+  EXPECT_EQ(example.trace.algorithm, Algorithm::Gjk);
   EXPECT_EQ(example.answer.status, Status::Converged);
   EXPECT_NEAR(example.answer.distance, std::sqrt(2.5), 1e-15);
 }
@@ -294,7 +295,7 @@ TEST(WorkedExample, GjkEnclosesTheOriginInThreeSteps) {
   example.expectStep(3, "C", "ABC", {0, 0, 0}, -7.0 / std::sqrt(5.0), 0.0);
   ASSERT_EQ(example.trace.gjk.size(), 3U);
   // The set is flat: it is left across its plane, without any depth.
-  EXPECT_EQ(example.trace.rung, Rung::SurfacePlane);
+  EXPECT_EQ(example.trace.algorithm, Algorithm::SurfacePlane);
   EXPECT_NEAR(example.answer.distance, 0.0, 1e-14);
 }
 
@@ -320,7 +321,7 @@ TEST(WorkedExample, TheCsoOfTwoPolygonsIsKnownByItsSupportMappingOnly) {
   WarmStart cold;
   QueryTrace trace;
   const SignedDistance answer = signedDistance(cores.a, cores.b, cores.a_T_b, {}, cold, trace);
-  EXPECT_EQ(trace.rung, Rung::Gjk);
+  EXPECT_EQ(trace.algorithm, Algorithm::Gjk);
   EXPECT_NEAR(answer.distance, 8.0 / std::sqrt(10.0), 1e-14);
   EXPECT_TRUE(isNear(answer.point_a, {4, 2, 0}, 1e-14));
   EXPECT_TRUE(isNear(answer.point_b, {6.4, 2.8, 0}, 1e-14));
@@ -337,7 +338,7 @@ TEST(WorkedExample, EpaExpandsToTheFaceOfLeastDepth) {
   QueryTrace trace;
   const SignedDistance answer =
       signedDistance(hullOf(corners), Sphere{0.5}, Isometry3d(Eigen::Translation3d(centre)), {}, start, trace);
-  EXPECT_EQ(trace.rung, Rung::Epa);
+  EXPECT_EQ(trace.algorithm, Algorithm::Epa);
   EXPECT_EQ(answer.status, Status::Converged);
   EXPECT_NEAR(answer.distance, -(depth + 0.5), 1e-14);
   EXPECT_TRUE(isNear(answer.normal, Vector3d(-2, 2, 3) / std::sqrt(17.0), 1e-14));

@@ -266,10 +266,10 @@ INSTANTIATE_TEST_SUITE_P(Motions, MovingRobot,
                                          Case{"ManyArmsTeleporting", manyArms, Motion::Teleporting, kStates / 20}),
                          [](const testing::TestParamInfo<Case>& test) { return test.param.name; });
 
-// --- each rung by itself
+// --- each way to skip a computation by itself
 
 /// Two arms in some state, and what a scene says about them.
-class Rungs : public testing::Test {
+class Shortcuts : public testing::Test {
  protected:
   BodyPoses posesAt(double position) const {
     return forwardKinematics(model_->robot, std::vector<double>(model_->robot.joints.size(), position));
@@ -283,7 +283,7 @@ class Rungs : public testing::Test {
   Scene scene_{model_};
 };
 
-TEST_F(Rungs, AnAnswerAtRestIsTheSameToTheLastBit) {
+TEST_F(Shortcuts, AnAnswerAtRestIsTheSameToTheLastBit) {
   scene_.update(posesAt(0.3));
   const std::vector<PairProximity> before = scene_.all(scene_.candidates());
   EXPECT_EQ(scene_.counts().computed, static_cast<int>(before.size()));
@@ -296,7 +296,7 @@ TEST_F(Rungs, AnAnswerAtRestIsTheSameToTheLastBit) {
   }
 }
 
-TEST_F(Rungs, ARobotThatIsCarriedAwayIsAtRest) {
+TEST_F(Shortcuts, ARobotThatIsCarriedAwayIsAtRest) {
   const Isometry3d away = Eigen::Translation3d(30.0, -20.0, 5.0) * Eigen::AngleAxisd(2.0, Vector3d(0.6, 0.0, 0.8));
   scene_.update(posesAt(0.3));
   const std::vector<PairProximity> before = scene_.all(scene_.candidates());
@@ -311,7 +311,7 @@ TEST_F(Rungs, ARobotThatIsCarriedAwayIsAtRest) {
   }
 }
 
-TEST_F(Rungs, AnAnswerAtRestDoesNotServeANarrowerTolerance) {
+TEST_F(Shortcuts, AnAnswerAtRestDoesNotServeANarrowerTolerance) {
   Question loose, narrow;
   loose.tolerance = 0.05;
   narrow.tolerance = 1e-12;
@@ -325,7 +325,7 @@ TEST_F(Rungs, AnAnswerAtRestDoesNotServeANarrowerTolerance) {
     EXPECT_NEAR(found[i].result.distance, expected[i].result.distance, kAgreement);
 }
 
-TEST_F(Rungs, BoundsOfBeforeLessTheMotionAreEnoughForWhatIsFar) {
+TEST_F(Shortcuts, BoundsOfBeforeLessTheMotionAreEnoughForWhatIsFar) {
   Question below;
   scene_.update(posesAt(0.3));
   scene_.all(scene_.candidates());
@@ -336,7 +336,7 @@ TEST_F(Rungs, BoundsOfBeforeLessTheMotionAreEnoughForWhatIsFar) {
   EXPECT_EQ(scene_.counts().computed, 0);
 }
 
-TEST_F(Rungs, BoundsOfBeforeAreNotThoseOfWhatHasComeNearer) {
+TEST_F(Shortcuts, BoundsOfBeforeAreNotThoseOfWhatHasComeNearer) {
   scene_.update(posesAt(0.3));
   const double before = scene_.minimum(scene_.candidates())->result.distance;
   int nearer = 0;
@@ -354,7 +354,7 @@ TEST_F(Rungs, BoundsOfBeforeAreNotThoseOfWhatHasComeNearer) {
   EXPECT_GT(nearer, 0);
 }
 
-TEST_F(Rungs, BoundsOfBeforePlusTheMotionAreEnoughToCountWhatIsNearButNotListed) {
+TEST_F(Shortcuts, BoundsOfBeforePlusTheMotionAreEnoughToCountWhatIsNearButNotListed) {
   Question near;
   near.threshold = 1.0;
   scene_.update(posesAt(0.3));
@@ -368,7 +368,7 @@ TEST_F(Rungs, BoundsOfBeforePlusTheMotionAreEnoughToCountWhatIsNearButNotListed)
   EXPECT_EQ(scene_.closestBelow(scene_.candidates(), 0, near).count, count);
 }
 
-TEST_F(Rungs, WithoutSkippingAllIsComputed) {
+TEST_F(Shortcuts, WithoutSkippingAllIsComputed) {
   Scene everything(model_, Skipping::Off);
   for (int repeat = 0; repeat < 2; ++repeat) {
     everything.update(posesAt(0.3));
@@ -377,7 +377,7 @@ TEST_F(Rungs, WithoutSkippingAllIsComputed) {
   }
 }
 
-TEST_F(Rungs, OverlapOfSeveralPiecesSaysThatTheWholeMayBeDeeper) {
+TEST_F(Shortcuts, OverlapOfSeveralPiecesSaysThatTheWholeMayBeDeeper) {
   const int hand = model_->robot.findLink("left_hand"), fore = model_->robot.findLink("left_fore"),
             wrist = model_->robot.findLink("right_wrist");
   BodyPoses poses = posesAt(0.3);

@@ -7,8 +7,8 @@
 
 namespace proximity_server::narrowphase {
 
-/// The part of signedDistance() that an answer comes from.
-enum class Rung : unsigned char {
+/// The algorithm of signedDistance() that an answer comes from.
+enum class Algorithm : unsigned char {
   None,               ///< the pose is not finite, or lengths add up to more than 1e30 m
   PointsAndSegments,  ///< closed form of points and segments, and of a point and a box
   ParallelAxes,       ///< closed form of solids of revolution about parallel axes
@@ -57,7 +57,7 @@ struct QueryTrace {
     double depth;                           ///< [m] the least depth known after this step: an upper bound
   };
 
-  Rung rung = Rung::None;
+  Algorithm algorithm = Algorithm::None;
   std::vector<GjkStep> gjk;
   std::vector<EpaStep> epa;
   std::vector<CsoVertex> polytope;              ///< the vertices that EPA found, in their order
