@@ -142,7 +142,7 @@ bool isOver(const Boundary& boundary, std::size_t edge, const Vector2d& p, doubl
 /// Takes the corner over which p lies along the normal: other corners may be equally near, within rounding.
 Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   Nearest2d nearest{std::numeric_limits<double>::infinity(), {}, {}, true};
-  double least_beside = std::numeric_limits<double>::infinity();
+  double smallest_lateral = std::numeric_limits<double>::infinity();
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
     const double height = boundary.height(edge, p);
     if (!(height > 0.0)) continue;  // p lies on the inner side of this edge
@@ -155,8 +155,8 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
     const Vector2d difference = p - boundary.corner(corner);
     const Vector2d normal = cornerNormal(boundary, corner, difference);
     const double distance = difference.norm(), beside = (difference - distance * normal).norm();
-    if (!(beside < least_beside)) continue;
-    least_beside = beside;
+    if (!(beside < smallest_lateral)) continue;
+    smallest_lateral = beside;
     nearest = {distance, normal, of_a, true};
   }
   return nearest;
@@ -169,12 +169,12 @@ std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) highest = std::max(highest, boundary.height(edge, p));
   const double rounding = roundingOf(boundary, p);
   std::size_t best = 0;
-  double least_beside = std::numeric_limits<double>::infinity();
+  double smallest_lateral = std::numeric_limits<double>::infinity();
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
     if (boundary.height(edge, p) < highest - rounding) continue;
     const double beside = boundary.beside(edge, p);
-    if (!(beside < least_beside)) continue;
-    least_beside = beside;
+    if (!(beside < smallest_lateral)) continue;
+    smallest_lateral = beside;
     best = edge;
   }
   return best;

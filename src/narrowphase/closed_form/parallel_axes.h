@@ -37,7 +37,7 @@ SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen:
 /// 3. Between the normals m and n of the two edges that meet in the corner, a unit direction is j m + k n with
 ///    j, k >= 0 and j + k >= 1. The bound is concave there, so it is at least the smaller of its values at m and
 ///    n, if that is positive.
-/// 4. The least of these values over all corners bounds the depth. Each of the solids is once the straight one.
+/// 4. The smallest of these values over all corners bounds the depth. Each of the solids is once the straight one.
 ///
 /// Returns: [m] the bound, up to rounding; a negative number says nothing. It is exact if the nearest edge belongs to
 ///          the straight solid, but for the square of the tilt times half the size of the tilted one.

@@ -119,11 +119,11 @@ const Polytope::Face* Polytope::closest() const {
     std::memcpy(&two, &distances_[from], sizeof two);
     return two;
   };
-  std::array<Two, 4> least{load(0), load(2), load(4), load(6)};
+  std::array<Two, 4> smallest{load(0), load(2), load(4), load(6)};
   for (int from = kBlock; from < face_end_; from += kBlock)
-    for (int i = 0; i < 4; ++i) least[i] = lesser(load(from + 2 * i), least[i]);
-  const Two least_two = lesser(lesser(least[0], least[1]), lesser(least[2], least[3]));
-  const double distance = std::min(least_two[0], least_two[1]);
+    for (int i = 0; i < 4; ++i) smallest[i] = lesser(load(from + 2 * i), smallest[i]);
+  const Two smallest_two = lesser(lesser(smallest[0], smallest[1]), lesser(smallest[2], smallest[3]));
+  const double distance = std::min(smallest_two[0], smallest_two[1]);
   if (distance == kNotAsked) return nullptr;
   return &faces_[std::find(distances_.begin(), distances_.begin() + face_end_, distance) - distances_.begin()];
 }

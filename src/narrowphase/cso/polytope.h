@@ -61,7 +61,7 @@ class Polytope {
   /// with each; there they are kept.
   ///
   /// Kept: a vertex may lie up to `rounding` above a face that stays, and a narrow triangle beside it may be tilted, so
-  /// that the polytope is convex only as a surface, within rounding, and not by the planes of its faces. The least
+  /// that the polytope is convex only as a surface, within rounding, and not by the planes of its faces. The smallest
   /// distance of the faces still is a lower bound of the depth: the triangles lie in the CSO, their surface surrounds
   /// the origin, and none of them is nearer to the origin than its plane.
   enum class Coplanar : unsigned char { Replaced, Kept };
@@ -83,14 +83,14 @@ class Polytope {
   /// them, at least one.
   bool recall(const WarmPolytope& last, const Cso& cso, double ceiling);
 
-  /// True if every ray from the origin still meets a face after expand(), if `least` [m] is the distance of the
+  /// True if every ray from the origin still meets a face after expand(), if `smallest` [m] is the distance of the
   /// closest.
   ///
   /// For a polytope that began with a tetrahedron this is said by its convexity. For one that was recalled: to replace
   /// a face by the cone from w changes the number of recall() only if the tetrahedron of both contains the origin. It
   /// does not: its corners lie no more than rounding below the plane of the face, and this plane is farther than twice
   /// the rounding from the origin. A face without a normal has no such plane.
-  bool surroundsOrigin(double least) const { return !is_recalled_ || (!has_sliver_ && least > 2.0 * rounding_); }
+  bool surroundsOrigin(double smallest) const { return !is_recalled_ || (!has_sliver_ && smallest > 2.0 * rounding_); }
 
   /// Keeps the polytope for recall(). Keeps nothing if it is too large, not closed, or has grown to more than 1.5 times
   /// the vertices, plus four, that it had when it was last begun with a tetrahedron: the next one is begun anew then.

@@ -107,9 +107,9 @@ struct Harmonics {
     const double cosine = first.real(), sine = std::abs(first.imag() + 2.0 * second.imag());
     const double across = half_width.real(), along = half_width.imag();
     const bool is_inside = -cosine * along > sine * across;
-    const double least = is_inside ? -std::hypot(cosine, sine) : cosine * across - sine * along;
+    const double smallest = is_inside ? -std::hypot(cosine, sine) : cosine * across - sine * along;
     const double rest = 2.0 * along * along * (std::abs(second.real()) + std::abs(second.imag()) * along);
-    return constant + second.real() - rest + least;
+    return constant + second.real() - rest + smallest;
   }
 };
 
@@ -170,30 +170,31 @@ class PatchBound {
     depth_high_ = high_by_high.inTheMiddle();
     crossing_ = partOf(depth_low_ - low_by_high.inTheMiddle(), depth_high_ - high_by_low.inTheMiddle());
     // The weights make the lower one of both ends as high as possible.
-    const auto least = [&](const Harmonics& h) { return h.minimumWithin(patch.half_width); };
-    const double part = partOf(least(high_by_high) - least(low_by_high), least(low_by_low) - least(high_by_low));
+    const auto smallest = [&](const Harmonics& h) { return h.minimumWithin(patch.half_width); };
+    const double part =
+        partOf(smallest(high_by_high) - smallest(low_by_high), smallest(low_by_low) - smallest(high_by_low));
     const Harmonics at_low = part * low_by_low + (1.0 - part) * low_by_high;
     const Harmonics at_high = part * high_by_low + (1.0 - part) * high_by_high;
-    const double least_low = least(at_low), least_high = least(at_high);
-    least_ = std::min(least_low, least_high);
-    in_the_middle_ = (least_low < least_high ? at_low : at_high).inTheMiddle();
+    const double smallest_low = smallest(at_low), smallest_high = smallest(at_high);
+    minimum_ = std::min(smallest_low, smallest_high);
+    in_the_middle_ = (smallest_low < smallest_high ? at_low : at_high).inTheMiddle();
   }
 
-  double least() const { return least_; }
+  double minimum() const { return minimum_; }
 
   /// h in the shallower one of both directions.
   double depth() const { return std::min(depth_low_, depth_high_); }
   const Direction& shallower() const { return depth_low_ < depth_high_ ? low_ : high_; }
   const Direction& deeper() const { return depth_low_ < depth_high_ ? high_ : low_; }
 
-  bool losesMoreAcross() const { return depth() - in_the_middle_ > in_the_middle_ - least_; }
+  bool losesMoreAcross() const { return depth() - in_the_middle_ > in_the_middle_ - minimum_; }
 
   /// The part of the way from low to high at which the bounds by both are equal; not too near to either.
   double crossing() const { return std::clamp(crossing_, 0.05, 0.95); }
 
  private:
   const Direction low_, high_;
-  double depth_low_, depth_high_, crossing_, least_, in_the_middle_;
+  double depth_low_, depth_high_, crossing_, minimum_, in_the_middle_;
 };
 
 /// The numbers of the axes about which the cores are round.
@@ -226,7 +227,7 @@ class PatchSearch {
       if (patches == kMaxPatches || misses == kMaxMisses || count_ >= kMaxOpen || !(depth > gap)) return kNothing;
       const Patch patch = open_[--count_];
       const PatchBound bound(a_, b_, offset_, patch);
-      if (bound.least() >= depth - gap) continue;
+      if (bound.minimum() >= depth - gap) continue;
       divide(patch, bound);
       if (!(bound.depth() < depth - 0.5 * gap)) continue;
       depth = refine({inFrameOfA(bound.shallower()), inFrameOfA(bound.deeper())});

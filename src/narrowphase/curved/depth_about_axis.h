@@ -44,7 +44,7 @@ using RefineDirection = std::function<double(const std::array<Eigen::Vector3d, 2
 /// Kinds:   ellipsoids of which two radii are nearly equal, solids of revolution, and their sweeps along the axis. The
 ///          axes may be tilted by 0.02 rad. Hulls whose vertices lie within a quarter of the tolerance of a segment,
 ///          and other sweeps if the depth is that of their start.
-/// Returns: [m] the bound, which is half the tolerance below the least depth that was known or found; -infinity for
+/// Returns: [m] the bound, which is half the tolerance below the smallest depth that was known or found; -infinity for
 ///          other cores, for a tolerance that rounding exceeds, or if the search is given up.
 /// Source:  Land, Doig, An Automatic Method of Solving Discrete Programming Problems, Econometrica 1960 (branch and
 ///          bound); the bound of a patch is our own.

@@ -220,8 +220,8 @@ class InnerEllipsoid {
     const Vector3d from = point / length, axis = from.cross(direction);
     const double cosine = from.dot(direction);
     // A part that would turn farther is left out. That is safe, because its support function is not negative.
-    constexpr double kLeastCosine = -0.5;
-    if (cosine < kLeastCosine) return Matrix3d::Zero();
+    constexpr double kSmallestCosine = -0.5;
+    if (cosine < kSmallestCosine) return Matrix3d::Zero();
     Matrix3d turned;
     for (int i = 0; i < 3; ++i) {
       const Vector3d v = part.col(i);

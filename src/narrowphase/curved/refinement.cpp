@@ -211,11 +211,11 @@ class Pieces {
   /// Removes the piece with the most negative weight: the stationary direction does not lie on it. Returns false if
   /// there is none.
   bool removeUnused() {
-    int least = 0;
+    int smallest = 0;
     for (int i = 1; i < count_; ++i)
-      if (piece(i).weight < piece(least).weight) least = i;
-    if (count_ == 1 || !(piece(least).weight <= -kSmallWeight)) return false;
-    piece(least) = piece(--count_);
+      if (piece(i).weight < piece(smallest).weight) smallest = i;
+    if (count_ == 1 || !(piece(smallest).weight <= -kSmallWeight)) return false;
+    piece(smallest) = piece(--count_);
     for (int i = 0; i < count_; ++i) piece(i).weight = 1.0 / count_;
     return true;
   }
@@ -317,13 +317,13 @@ class Pieces {
   Vector2d stepOfOne(const Matrix2d& hessian) const {
     const double mean = 0.5 * hessian.trace();
     const double spread = std::hypot(0.5 * (hessian(0, 0) - hessian(1, 1)), hessian(0, 1));
-    const double least = mean - spread, most = mean + spread;
-    if (!(most > 0.0) || least < -kRing * most) return none();
+    const double smallest = mean - spread, largest = mean + spread;
+    if (!(largest > 0.0) || smallest < -kRing * largest) return none();
     const Vector2d& slope = pieces_[0].slope;
-    if (least > kRing * most) return -(hessian.inverse() * slope);
-    const Matrix2d across = (hessian - least * Matrix2d::Identity()) / (2.0 * spread);
+    if (smallest > kRing * largest) return -(hessian.inverse() * slope);
+    const Matrix2d across = (hessian - smallest * Matrix2d::Identity()) / (2.0 * spread);
     const Vector2d ring = (Matrix2d::Identity() - across).col(across(0, 0) < 0.5 ? 0 : 1).normalized();
-    return -(across * slope) / most + stepAlongRing(ring.dot(slope), least) * ring;
+    return -(across * slope) / largest + stepAlongRing(ring.dot(slope), smallest) * ring;
   }
 
   /// The kink between two pieces: the tangent directions across it, where the heights determine the step, and along it,
@@ -369,8 +369,8 @@ class Pieces {
 
   /// The condition is height (1 - cos(s)) <= 1/2 q sin^2(s).
   static bool holdsOfOne(double height, const Matrix2d& kept, double cosine) {
-    const double least = 0.5 * kept.trace() - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
-    return least * (1.0 + cosine) >= 2.0 * height;
+    const double smallest = 0.5 * kept.trace() - std::hypot(0.5 * (kept(0, 0) - kept(1, 1)), kept(0, 1));
+    return smallest * (1.0 + cosine) >= 2.0 * height;
   }
 
   /// Let x be the component of v across the kink. The condition is that |x| climb + 1/2 sin(s) ((1 - x^2) q_along -

@@ -223,9 +223,9 @@ double depthByTilt(const Cso& cso) {
 
 /// The shallowest direction found so far, and caps of directions in which the depth is proven to be at least that of
 /// the direction in the middle of the cap.
-class Shallowest {
+class SmallestDepth {
  public:
-  Shallowest(const Cso& cso, EpaResult& result) : result_(result), depth_inside_(depthByTilt(cso)) {}
+  SmallestDepth(const Cso& cso, EpaResult& result) : result_(result), depth_inside_(depthByTilt(cso)) {}
 
   /// Refines the normal of a face of a curved CSO, and keeps the direction if it is the shallowest. Returns true if no
   /// direction near the face can be shallower; the face is set aside then.
@@ -241,7 +241,7 @@ class Shallowest {
     const double limit = result_.depth + (result_.has_points ? 0.0 : cso.rounding());
     if (direction->depth < limit) {
       setDirection(*direction, result_);
-      shallowest_ = stationary;
+      stationary_ = stationary;
       is_tried_ = false;
     }
     return stationary.cos_proven < 1.0 && setAsideIfProven(polytope, face);
@@ -251,7 +251,7 @@ class Shallowest {
   void proveByEllipsoid(const Cso& cso, double tolerance) {
     if (!result_.has_points || is_tried_) return;
     is_tried_ = true;
-    depth_inside_ = std::max(depth_inside_, depthOfInnerEllipsoid(cso, shallowest_, result_.depth, tolerance));
+    depth_inside_ = std::max(depth_inside_, depthOfInnerEllipsoid(cso, stationary_, result_.depth, tolerance));
   }
 
   /// Proves by branch and bound that no direction is shallower than the result, and improves the result on the way.
@@ -352,7 +352,7 @@ class Shallowest {
   EpaResult& result_;
   int caps_ = 0;
   std::array<Cap, kMaxCaps> proven_;
-  StationaryDirection shallowest_;  ///< the refined direction of the result, if that has points
+  StationaryDirection stationary_;  ///< the refined direction of the result, if that has points
   bool is_tried_ = true;
   bool is_searched_ = false;
   double depth_inside_;
@@ -360,8 +360,8 @@ class Shallowest {
 
 /// Newton's method starts only from a face whose distance is more than this fraction of the depth along its normal: the
 /// corners of a face farther inside seldom lie on the right smooth pieces. Evidence: 400 random pairs each of
-/// cylinders, cones and ellipsoids, least processor time of 60 rounds. Against 0 (every face), 0.6 saves 3 to 12 % in
-/// deep overlaps and costs 4 to 27 % in shallow ones; 0.99 costs more in shallow ones than 0.6. The rows "cylinder,
+/// cylinders, cones and ellipsoids, smallest processor time of 60 rounds. Against 0 (every face), 0.6 saves 3 to 12 %
+/// in deep overlaps and costs 4 to 27 % in shallow ones; 0.99 costs more in shallow ones than 0.6. The rows "cylinder,
 /// shallow" and "cylinder, deep" of ./dev bench narrowphase repeat it for cylinders.
 constexpr double kWorthRefining = 0.6;
 
@@ -373,10 +373,10 @@ bool isRound(Shape::Kind kind) {
 }
 constexpr int kManyFaces = 24;
 
-/// The first expansion that tries the ellipsoid inside of the CSO. Evidence: 400 random pairs of each two kinds, least
-/// time of 15 rounds: where it is tried at once, two ellipsoids need 0.53 to 0.61 of the time, pairs with a box, a hull
-/// or a cone up to 1.25 of it. Two cylinders in deep overlap, 1000 pairs, least time of 20 rounds: from 12 on instead
-/// of at once, 0.95 of the time, with coherent poses 0.90.
+/// The first expansion that tries the ellipsoid inside of the CSO. Evidence: 400 random pairs of each two kinds,
+/// smallest time of 15 rounds: where it is tried at once, two ellipsoids need 0.53 to 0.61 of the time, pairs with a
+/// box, a hull or a cone up to 1.25 of it. Two cylinders in deep overlap, 1000 pairs, smallest time of 20 rounds: from
+/// 12 on instead of at once, 0.95 of the time, with coherent poses 0.90.
 int firstEllipsoid(const Cso& cso) {
   constexpr int kSomeFaces = 12;
   const Shape::Kind a = cso.a().kind(), b = cso.b().kind();
@@ -414,7 +414,7 @@ class Expansion {
         first_ellipsoid_(firstEllipsoid(cso)),
         is_round_(isRound(cso.a().kind()) && isRound(cso.b().kind())),
         result_(resultOf(known)),
-        shallowest_(cso, result_) {}
+        smallest_depth_(cso, result_) {}
 
   EpaResult run() {
     observer_.begins();
@@ -428,7 +428,7 @@ class Expansion {
       const double depth = normal.dot(w.point);
       observer_.tests(polytope_, face, w, {result_.lower_bound, result_.depth});
       if (const auto ending = endingAbove(face, normal, depth)) return finished(*ending);
-      if (isWorthRefining(closest, depth) && shallowest_.refineFrom(cso_, polytope_, face)) continue;
+      if (isWorthRefining(closest, depth) && smallest_depth_.refineFrom(cso_, polytope_, face)) continue;
       proveInside();
       if (polytope_.hasCorner(face, w) || !polytope_.expand(face, w, result_.depth))
         return finished({Status::Degenerate, nullptr});
@@ -458,7 +458,7 @@ class Expansion {
   /// The closest face of those whose directions no cap has proven.
   Closest closestFace() {
     const Polytope::Face* face = polytope_.closest();
-    while (face != nullptr && shallowest_.setAsideIfProven(polytope_, *face)) face = polytope_.closest();
+    while (face != nullptr && smallest_depth_.setAsideIfProven(polytope_, *face)) face = polytope_.closest();
     // Without a face the polytope proves only that the origin is inside, until a depth is known.
     if (face == nullptr) return {nullptr, 1.0, result_.has_normal ? result_.depth : 0.0};
     const double length = std::sqrt(face->area2);
@@ -469,7 +469,7 @@ class Expansion {
   std::optional<Ending> endingBelow(const Closest& closest) {
     if (!polytope_.surroundsOrigin(closest.reach)) return Ending{Status::Degenerate, nullptr};
     // depthInside() proves a depth, but the polytope may not know yet where its points are.
-    const double proven = result_.has_points ? std::max(closest.reach, shallowest_.depthInside()) : closest.reach;
+    const double proven = result_.has_points ? std::max(closest.reach, smallest_depth_.depthInside()) : closest.reach;
     result_.lower_bound = std::min(proven, result_.depth) - cso_.rounding();
     if (-result_.lower_bound <= options_.stop_below) return Ending{Status::Threshold, nullptr};
     if (isFinal()) return Ending{Status::Converged, closest.face};
@@ -502,8 +502,9 @@ class Expansion {
 
   /// After some expansions: looks for a proof of the depth that needs no faces.
   void proveInside() {
-    if (result_.iterations >= first_ellipsoid_) shallowest_.proveByEllipsoid(cso_, options_.distance_tolerance);
-    if (result_.iterations >= kExpansionsBeforePatches) shallowest_.proveAboutAxis(cso_, options_.distance_tolerance);
+    if (result_.iterations >= first_ellipsoid_) smallest_depth_.proveByEllipsoid(cso_, options_.distance_tolerance);
+    if (result_.iterations >= kExpansionsBeforePatches)
+      smallest_depth_.proveAboutAxis(cso_, options_.distance_tolerance);
   }
 
   /// The lower bound is lowered by rounding where it is set; the upper bound is raised by it here.
@@ -517,7 +518,7 @@ class Expansion {
   }
 
   EpaResult finished(const Ending& ending) {
-    const double inside = shallowest_.depthInside();
+    const double inside = smallest_depth_.depthInside();
     result_.lower_bound = std::max(result_.lower_bound, std::min(inside, result_.depth) - cso_.rounding());
     const bool converged = ending.status != Status::Threshold && gap() <= options_.distance_tolerance;
     result_.status = converged ? Status::Converged : ending.status;
@@ -538,7 +539,7 @@ class Expansion {
   const int first_ellipsoid_;
   const bool is_round_;
   EpaResult result_;
-  Shallowest shallowest_;
+  SmallestDepth smallest_depth_;
 };
 
 /// It is not inlined, because the large polytope would cost a query that ends without one 10 ns.

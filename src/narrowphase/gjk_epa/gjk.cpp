@@ -15,9 +15,9 @@ using Eigen::Vector3d;
 using Outcome = GjkResult::Outcome;
 
 // First iteration that tries Newton's method: in earlier ones the simplex seldom knows the smooth pieces on which the
-// nearest point lies. Evidence: 400 random pairs apart each of cylinders, cones and ellipsoids, least processor time of
-// 60 rounds. Against 3, the values 2, 4 and 5 change the time by -5 to +18 %, 1 by +7 to +37 %, 8 by +29 to +48 %. The
-// rows "cylinder, apart" of ./dev bench narrowphase repeat it for cylinders.
+// nearest point lies. Evidence: 400 random pairs apart each of cylinders, cones and ellipsoids, smallest processor time
+// of 60 rounds. Against 3, the values 2, 4 and 5 change the time by -5 to +18 %, 1 by +7 to +37 %, 8 by +29 to +48 %.
+// The rows "cylinder, apart" of ./dev bench narrowphase repeat it for cylinders.
 constexpr int kFirstRefinement = 3;
 
 // The search may change from an edge to the face on either side of it, but must not cycle.

@@ -9,7 +9,7 @@ namespace proximity_server::narrowphase {
 ///
 /// 1. A point p of the CSO has the height f = m . p along the axis m, with f'' = m . p'' + 2 m' . p'.
 /// 2. If f'' <= c, then f lies above its chord less c / 2 t (duration - t).
-/// 3. The gap is the least f of all points, so it lies above its own chord less the same parabola.
+/// 3. The gap is the smallest f of all points, so it lies above its own chord less the same parabola.
 /// 4. Between the times the axis is shorter than 1, so the bound is divided by its length: if the gap is negative this
 ///    makes the bound lower; if it is positive the gap itself is a bound.
 class AxisBound {

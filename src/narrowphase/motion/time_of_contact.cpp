@@ -113,8 +113,8 @@ class Advancement {
       return AxisBound({distance.normal, distance.lower_bound}, {normal, gap}, motion_, end - begin);
     };
     const AxisBound standing = boundTo(distance.normal);
-    constexpr double kLeastNorm = 0.5;  // a shorter vector comes from a jump of the normal, not from a turn
-    if (turned == distance.normal || !(turned.norm() > kLeastNorm)) return standing;
+    constexpr double kSmallestNorm = 0.5;  // a shorter vector comes from a jump of the normal, not from a turn
+    if (turned == distance.normal || !(turned.norm() > kSmallestNorm)) return standing;
     const AxisBound turning = boundTo(turned.normalized());
     return turning.firstTimeAt(level()) > standing.firstTimeAt(level()) ? turning : standing;
   }

@@ -73,16 +73,16 @@ double depthBelow(const Vector3d& p, const Vector3d& q, const Vector3d& r, const
 ///
 /// If a closed surface has the point on the inner side of each of its triangles, it winds about the point, so each ray
 /// from there meets a triangle, which lies in the hull. The ray is at least as long as the distance of its plane.
-double leastDepth(const ConvexHull& hull, const Vector3d& point) {
+double smallestDepth(const ConvexHull& hull, const Vector3d& point) {
   if (hull.dimension() < 3 || hull.triangles().empty() || !isClosed(hull)) return 0.0;
-  double least = std::numeric_limits<double>::infinity();
+  double smallest = std::numeric_limits<double>::infinity();
   for (const auto& t : hull.triangles()) {
     const auto corner = [&](std::size_t i) { return hull.vertices()[static_cast<std::size_t>(t[i])]; };
     const double depth = depthBelow(corner(0), corner(1), corner(2), point);
     if (!(depth > 0.0)) return 0.0;
-    least = std::min(least, depth);
+    smallest = std::min(smallest, depth);
   }
-  return least;
+  return smallest;
 }
 
 }  // namespace
@@ -130,7 +130,7 @@ Shape::Shape(ConvexHull hull) : Shape(Kind::Hull, 0.0, Vector3d::Zero(), 0.0, 0.
   core_reach_ = centre_.norm() + core_radius_;
   // Each sum of the mean has an error of half an eps, which may move the centre out of a flat hull.
   const double mean_error = (hull.size() + 2) * std::numeric_limits<double>::epsilon() * core_reach_;
-  const double depth = leastDepth(hull, centre_);
+  const double depth = smallestDepth(hull, centre_);
   inner_radius_ = depth > 0.0 ? depth : -mean_error;
   // Nearer hulls are not worth the memory of a copy: their place adds less than 4096 times the rounding of their size,
   // which is far below 1e-9 m for a hull of 10 m. The copy reaches no farther than three of its radii, and has no copy

@@ -53,7 +53,7 @@ bool comesFirst(const ShapeRefPair& p, const ShapeRefPair& q) {
 }
 
 /// [m/s] The bound of a row. The share has three roundings and the product one: together at most 2.5 epsilon.
-double leastRate(double share, const VelocityDamper& damper) {
+double smallestRate(double share, const VelocityDamper& damper) {
   const double rate = -damper.gain * share;
   return rate + 4.0 * kEpsilon * std::abs(rate);
 }
@@ -180,7 +180,7 @@ void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper
 /// Decides whether a pair needs a row, and sets its bound.
 ConstraintRows::Need ConstraintRows::judge(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper) {
   if (!std::isfinite(offer.share) || !findGradient(offer, derivatives)) return Need::Unknown;
-  const double bound = leastRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
+  const double bound = smallestRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
   if (bound > rate) {
     ++stuck_count_;
     if (stuck_.size() < rows_.size()) stuck_.push_back({offer.pair, offer.result.lower_bound, rate});

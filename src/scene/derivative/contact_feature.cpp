@@ -198,8 +198,8 @@ std::optional<ContactFeatures::Side> ContactFeatures::sideOf(const ShapeRef& ref
   return Side{part, *pose};
 }
 
-double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
-                              const FramePoses& frames) {
+double ContactFeatures::minimum(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
+                                const FramePoses& frames) {
   const narrowphase::SignedDistance& result = pair.result;
   const std::optional<Side> a = sideOf(pair.asked.a, poses, frames), b = sideOf(pair.asked.b, poses, frames);
   if (!a || !b) return std::numeric_limits<double>::quiet_NaN();
@@ -214,20 +214,20 @@ double ContactFeatures::least(const PairProximity& pair, const Vector3d& slope, 
   const double tolerance = std::max(gap, Question().tolerance) + rounding;
 
   const Vector2d in_plane = axes.transpose() * slope;
-  double least = 0.0;
-  const auto lower = [&](double value) { least = std::min(least, value); };
+  double minimum = 0.0;
+  const auto lower = [&](double value) { minimum = std::min(minimum, value); };
   if (a->fills(plane_a, tolerance)) {
-    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double) { lower(leastOn(figure_b_, in_plane)); });
-    return least;
+    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double) { lower(minimumOn(figure_b_, in_plane)); });
+    return minimum;
   }
   const bool b_fills_plane = b->fills(plane_b, tolerance);
   a->forEachFigure(plane_a, tolerance, gap, figure_a_, [&](double beside_a) {
-    if (b_fills_plane) return lower(leastOn(figure_a_, in_plane));
+    if (b_fills_plane) return lower(minimumOn(figure_a_, in_plane));
     b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double beside_b) {
-      lower(leastInCommon(figure_a_, figure_b_, in_plane, tolerance + beside_a + beside_b));
+      lower(minimumInCommon(figure_a_, figure_b_, in_plane, tolerance + beside_a + beside_b));
     });
   });
-  return least;
+  return minimum;
 }
 
 }  // namespace proximity_server::scene

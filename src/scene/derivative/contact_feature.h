@@ -61,8 +61,8 @@ class ContactFeatures {
   ///          the default tolerance of a Question if that is larger, plus the rounding of the poses. This can only make
   ///          the value smaller.
   /// Failure: NaN if the pose of one of the two is not known.
-  double least(const PairProximity& pair, const Eigen::Vector3d& slope, const BodyPoses& poses,
-               const FramePoses& frames);
+  double minimum(const PairProximity& pair, const Eigen::Vector3d& slope, const BodyPoses& poses,
+                 const FramePoses& frames);
 
  private:
   struct Side;

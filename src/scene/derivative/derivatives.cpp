@@ -86,7 +86,7 @@ double Derivatives::rate(const PairProximity& pair, const Eigen::Ref<const Eigen
   // If the witness pair moves by x, the rate changes by n . (turn x x) = (n x turn) . x.
   const Eigen::Vector3d turn =
       joints_->relativeTurn(joints_->bodyOf(pair.asked.a), joints_->bodyOf(pair.asked.b), velocity);
-  return at_points + features_->least(pair, pair.result.normal.cross(turn), joints_->poses(), frames_);
+  return at_points + features_->minimum(pair, pair.result.normal.cross(turn), joints_->poses(), frames_);
 }
 
 }  // namespace proximity_server::scene

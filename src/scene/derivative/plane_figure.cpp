@@ -164,14 +164,14 @@ bool PlaneFigure::contains(const Vector2d& point, double tolerance) const {
   return is_near || (corners_.size() > 2 && is_inside);
 }
 
-double leastOn(const PlaneFigure& figure, const Vector2d& slope) {
+double minimumOn(const PlaneFigure& figure, const Vector2d& slope) {
   if (figure.isDisc()) return slope.dot(figure.centre()) - figure.radius() * slope.norm();
-  double least = std::numeric_limits<double>::infinity();
-  for (const Vector2d& corner : figure.corners()) least = std::min(least, slope.dot(corner));
-  return least;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Vector2d& corner : figure.corners()) smallest = std::min(smallest, slope.dot(corner));
+  return smallest;
 }
 
-double leastInCommon(const PlaneFigure& a, const PlaneFigure& b, const Vector2d& slope, double tolerance) {
+double minimumInCommon(const PlaneFigure& a, const PlaneFigure& b, const Vector2d& slope, double tolerance) {
   Lowest lowest(slope, tolerance);
   lowest.offerOwn(a, b);
   lowest.offerOwn(b, a);

@@ -36,7 +36,7 @@ class PlaneFigure {
 };
 
 /// The smallest value of slope . x over the points x of a figure; infinity if it is empty.
-double leastOn(const PlaneFigure& figure, const Eigen::Vector2d& slope);
+double minimumOn(const PlaneFigure& figure, const Eigen::Vector2d& slope);
 
 /// The smallest value of slope . x over the points x that two figures have in common; infinity if there are none.
 /// Corners that are outside of the other figure by no more than `tolerance` [m] count as common, so the result is
@@ -44,6 +44,6 @@ double leastOn(const PlaneFigure& figure, const Eigen::Vector2d& slope);
 ///
 /// A linear function is smallest at a corner of the intersection: a corner of one figure in the other one, a crossing
 /// of the two outlines, or the point of a disc that is farthest against the slope.
-double leastInCommon(const PlaneFigure& a, const PlaneFigure& b, const Eigen::Vector2d& slope, double tolerance);
+double minimumInCommon(const PlaneFigure& a, const PlaneFigure& b, const Eigen::Vector2d& slope, double tolerance);
 
 }  // namespace proximity_server::scene

@@ -296,10 +296,10 @@ void sortSpread(std::vector<Ball>& balls) {
 /// [m] An upper bound of how far balls stick out of the hull of the first `count` balls.
 double uncoveredBy(const std::vector<Ball>& balls, std::size_t count) {
   std::vector<Vector3d> points;
-  double least_radius = std::numeric_limits<double>::infinity(), uncovered = 0.0;
+  double smallest_radius = std::numeric_limits<double>::infinity(), uncovered = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
     points.push_back(balls[i].centre);
-    least_radius = std::min(least_radius, balls[i].radius);
+    smallest_radius = std::min(smallest_radius, balls[i].radius);
   }
   const Shape hull{narrowphase::ConvexHull(points)};
   for (std::size_t i = count; i < balls.size(); ++i) {
@@ -307,7 +307,7 @@ double uncoveredBy(const std::vector<Ball>& balls, std::size_t count) {
     Isometry3d hull_T_ball = Isometry3d::Identity();
     hull_T_ball.translation() = balls[i].centre;
     const double distance = signedDistance(hull, narrowphase::Sphere{kRadius}, hull_T_ball).upper_bound + kRadius;
-    uncovered = std::max(uncovered, std::max(0.0, distance) + std::max(0.0, balls[i].radius - least_radius));
+    uncovered = std::max(uncovered, std::max(0.0, distance) + std::max(0.0, balls[i].radius - smallest_radius));
   }
   return uncovered;
 }

@@ -23,12 +23,12 @@ int editDistance(const std::string& from, const std::string& to) {
 
 std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
   const std::string* nearest = nullptr;
-  int least = 0;
+  int smallest = 0;
   for (const std::string& other : known) {
     const int distance = editDistance(name, other);
-    if (nearest && distance >= least) continue;
+    if (nearest && distance >= smallest) continue;
     nearest = &other;
-    least = distance;
+    smallest = distance;
   }
   return nearest ? *nearest : "";
 }

@@ -18,9 +18,9 @@ Vector3d normalOf(const Triangle& triangle) {
 /// if that point is on an edge.
 double provenDistance(const Triangle& triangle, const Vector3d& p, const Vector3d& to_nearest) {
   const auto along = [&](const Vector3d& direction) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const Vector3d& corner : triangle) least = std::min(least, direction.dot(corner - p));
-    return least;
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& corner : triangle) smallest = std::min(smallest, direction.dot(corner - p));
+    return smallest;
   };
   const Vector3d normal = normalOf(triangle);
   return std::max({0.0, along(to_nearest.stableNormalized()), along(normal), along(-normal)});

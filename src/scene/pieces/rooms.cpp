@@ -35,10 +35,10 @@ class Planes {
     std::size_t plane = 0;  ///< the nearest plane
   };
   Depth depthOf(const Vector3d& p) const {
-    Depth least;
+    Depth smallest;
     for (std::size_t i = 0; i < size(); ++i)
-      if (const double depth = offsets_[i] - normals_[i].dot(p); depth < least.depth) least = {depth, i};
-    return least;
+      if (const double depth = offsets_[i] - normals_[i].dot(p); depth < smallest.depth) smallest = {depth, i};
+    return smallest;
   }
 
   /// Returns a point of the box that is inside of all planes. Tries the centre, and then the point below the plane that

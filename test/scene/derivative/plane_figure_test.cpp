@@ -32,8 +32,8 @@ PlaneFigure disc(double x, double y, double radius) {
 }
 
 double least(const PlaneFigure& a, const PlaneFigure& b, const Vector2d& slope) {
-  const double value = leastInCommon(a, b, slope, kTolerance);
-  EXPECT_DOUBLE_EQ(leastInCommon(b, a, slope, kTolerance), value);
+  const double value = minimumInCommon(a, b, slope, kTolerance);
+  EXPECT_DOUBLE_EQ(minimumInCommon(b, a, slope, kTolerance), value);
   return value;
 }
 
@@ -105,8 +105,8 @@ TEST(LeastInCommon, IsInfiniteOfFiguresThatDoNotMeet) {
 }
 
 TEST(LeastOn, IsThatOfTheWholeFigure) {
-  EXPECT_DOUBLE_EQ(leastOn(rectangle(0, 1, 3, 2), {1, -1}), -2.0);
-  EXPECT_DOUBLE_EQ(leastOn(disc(1, 1, 2), {3, 4}), -3.0);
+  EXPECT_DOUBLE_EQ(minimumOn(rectangle(0, 1, 3, 2), {1, -1}), -2.0);
+  EXPECT_DOUBLE_EQ(minimumOn(disc(1, 1, 2), {3, 4}), -3.0);
 }
 
 }  // namespace proximity_server::scene::plane_figure_test

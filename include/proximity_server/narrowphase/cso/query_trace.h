@@ -54,7 +54,7 @@ struct QueryTrace {
     Eigen::Vector3d normal;                 ///< unit, outward
     CsoVertex w;                            ///< the vertex of the CSO farthest along it
     double lower_bound;                     ///< [m] of the depth, by the closest face
-    double depth;                           ///< [m] the least depth known after this step: an upper bound
+    double depth;                           ///< [m] the smallest depth known after this step: an upper bound
   };
 
   Algorithm algorithm = Algorithm::None;
