@@ -51,8 +51,8 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
   const Vector3d along_b = a_T_b.linear() * on_b.along;
   const double longer = std::max(on_a.along.norm(), along_b.norm());
   const double gap = result.upper_bound - result.lower_bound;
-  const double beside = tolerance + sidewaysError(a, normal, gap) + sidewaysError(b, towards_a, gap);
-  return on_a.along.cross(along_b).norm() > beside * longer;
+  const double sideways = tolerance + sidewaysError(a, normal, gap) + sidewaysError(b, towards_a, gap);
+  return on_a.along.cross(along_b).norm() > sideways * longer;
 }
 
 /// Sets the points of the result. withMargins() will derive b's point from a's along the normal; the distance between

@@ -63,7 +63,7 @@ class Boundary {
   double height(std::size_t edge, const Vector2d& p) const { return normals_[edge].dot(p - corner(edge)); }
 
   /// [m] Distance, along an edge, of p from the nearest point of the edge.
-  double beside(std::size_t edge, const Vector2d& p) const {
+  double lateralDistance(std::size_t edge, const Vector2d& p) const {
     const Vector2d along = corner(edge + 1) - corner(edge);
     const Vector2d nearest = corner(edge) + place(edge, p) * along;
     return std::abs(normals_[edge].x() * (p - nearest).y() - normals_[edge].y() * (p - nearest).x());
@@ -136,7 +136,7 @@ double roundingOf(const Boundary& boundary, const Vector2d& p) {
 /// True if p lies over the nearest point of an edge, within rounding. False if the length of the edge is lost in
 /// rounding; then its corners are equally near.
 bool isOver(const Boundary& boundary, std::size_t edge, const Vector2d& p, double height) {
-  return std::hypot(height, boundary.beside(edge, p)) - height <= roundingOf(boundary, p);
+  return std::hypot(height, boundary.lateralDistance(edge, p)) - height <= roundingOf(boundary, p);
 }
 
 /// Takes the corner over which p lies along the normal: other corners may be equally near, within rounding.
@@ -154,9 +154,9 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
     const std::size_t corner = edge + (place > 0.0 ? 1 : 0);
     const Vector2d difference = p - boundary.corner(corner);
     const Vector2d normal = cornerNormal(boundary, corner, difference);
-    const double distance = difference.norm(), beside = (difference - distance * normal).norm();
-    if (!(beside < smallest_lateral)) continue;
-    smallest_lateral = beside;
+    const double distance = difference.norm(), lateral = (difference - distance * normal).norm();
+    if (!(lateral < smallest_lateral)) continue;
+    smallest_lateral = lateral;
     nearest = {distance, normal, of_a, true};
   }
   return nearest;
@@ -172,9 +172,9 @@ std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
   double smallest_lateral = std::numeric_limits<double>::infinity();
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) {
     if (boundary.height(edge, p) < highest - rounding) continue;
-    const double beside = boundary.beside(edge, p);
-    if (!(beside < smallest_lateral)) continue;
-    smallest_lateral = beside;
+    const double lateral = boundary.lateralDistance(edge, p);
+    if (!(lateral < smallest_lateral)) continue;
+    smallest_lateral = lateral;
     best = edge;
   }
   return best;

@@ -82,8 +82,8 @@ inline NearestPlaces nearestPlaces(double half_length, const Segment& b) {
   const double place = std::clamp(free_place, -1.0, 1.0), height = t.z() + place * v.z();
   const double end = std::clamp(height, -half_length, half_length);
   if (height == end) return {height, place, !is_parallel && place == free_place};
-  const double beside_end = length2 > 0.0 ? (approach + (end - t.z()) * v.z()) / length2 : 0.0;
-  return {end, std::clamp(beside_end, -1.0, 1.0), false};
+  const double place_at_end = length2 > 0.0 ? (approach + (end - t.z()) * v.z()) / length2 : 0.0;
+  return {end, std::clamp(place_at_end, -1.0, 1.0), false};
 }
 
 /// Signed distance of two segments; the first is centred at the origin, along z, with `half_length` on either side.

@@ -68,17 +68,17 @@ class TiltedCore {
 
   Circle circle(const Direction& n) const {
     const Complex across_a = n.latitude.x() * n.azimuth;
-    const Complex beside(cosine_ * across_a.real() - sine_ * n.latitude.y(), across_a.imag());
+    const Complex radial(cosine_ * across_a.real() - sine_ * n.latitude.y(), across_a.imag());
     const double along = sine_ * across_a.real() + cosine_ * n.latitude.y();
     if (shape_.kind() != Kind::Ellipsoid) {
       int vertex = 0;
-      const Vector3d point = supportPoint(shape_, {std::abs(beside), 0.0, mirrored_ * along}, vertex);
-      return {point.x(), 0.0, mirrored_ * point.z(), normalized(beside)};
+      const Vector3d point = supportPoint(shape_, {std::abs(radial), 0.0, mirrored_ * along}, vertex);
+      return {point.x(), 0.0, mirrored_ * point.z(), normalized(radial)};
     }
     const Vector3d& radii = shape_.halfExtents();
     const double first = radii[(axis_ + 1) % 3], second = radii[(axis_ + 2) % 3];
     const double mean = 0.5 * (first + second), excess = 0.5 * (first - second);
-    const Complex across = mean * beside + excess * of_excess_ * std::conj(beside);
+    const Complex across = mean * radial + excess * of_excess_ * std::conj(radial);
     const double up = radii[axis_] * along, length = std::hypot(std::abs(across), up);
     const double part = std::abs(across) / length;
     return {part * mean, part * excess, radii[axis_] * up / length, normalized(across)};
@@ -293,10 +293,10 @@ bool isRoundAbout(const Shape& shape, int axis, double rounding) {
   if (shape.kind() != Kind::Sweep) return isSolidOfRevolution(shape.kind());
   const Shape& swept = shape.sweep().shape;
   const Isometry3d& end = shape.sweep().end;
-  const Vector3d beside = end.translation() + swept.coreReach() * end.linear().col(2);
+  const Vector3d tip = end.translation() + swept.coreReach() * end.linear().col(2);
   const bool is_round = swept.kind() == Kind::Ellipsoid ? swept.halfExtents().x() == swept.halfExtents().y()
                                                         : isRoundAbout(swept, 2, rounding);
-  return is_round && beside.head<2>().norm() <= rounding && end.translation().head<2>().norm() <= rounding;
+  return is_round && tip.head<2>().norm() <= rounding && end.translation().head<2>().norm() <= rounding;
 }
 
 /// The two axes that are tilted least against each other. Returns nullopt if the tilt is large.
@@ -321,9 +321,9 @@ struct InnerCore {
   Isometry3d pose = Isometry3d::Identity();
 };
 
-/// The segment between two vertices of a hull from which no vertex is farther than `beside` [m]. Returns nullopt if the
+/// The segment between two vertices of a hull from which no vertex is farther than `radius` [m]. Returns nullopt if the
 /// hull is thicker or has no length.
-std::optional<InnerCore> innerSegment(const ConvexHull& hull, double beside) {
+std::optional<InnerCore> innerSegment(const ConvexHull& hull, double radius) {
   const auto farthestFrom = [&](const Vector3d& point) {
     return *std::max_element(hull.vertices().begin(), hull.vertices().end(), [&](const Vector3d& p, const Vector3d& q) {
       return (p - point).squaredNorm() < (q - point).squaredNorm();
@@ -331,10 +331,10 @@ std::optional<InnerCore> innerSegment(const ConvexHull& hull, double beside) {
   };
   const Vector3d start = farthestFrom(hull.vertices()[0]), end = farthestFrom(start);
   const double length = (end - start).norm();
-  if (!(length > beside)) return std::nullopt;
+  if (!(length > radius)) return std::nullopt;
   const Vector3d axis = (end - start) / length;
   for (const Vector3d& vertex : hull.vertices())
-    if (!((vertex - start).cross(axis).norm() <= beside)) return std::nullopt;
+    if (!((vertex - start).cross(axis).norm() <= radius)) return std::nullopt;
   // The shortest rotation of z into one of the two directions of the axis, which is no more than a right angle.
   const Vector3d up = axis.z() < 0.0 ? Vector3d(-axis) : axis;
   const Eigen::Quaterniond turn = Eigen::Quaterniond(1.0 + up.z(), -up.y(), up.x(), 0.0).normalized();

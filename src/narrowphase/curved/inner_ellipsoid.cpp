@@ -175,8 +175,8 @@ class InnerEllipsoid {
     double radius = core.shape.halfExtents().x();
     const Matrix3d across = core.axes.leftCols<2>() * core.axes.leftCols<2>().transpose();
     if (radius * (across * normal_).norm() <= touching_) {
-      const double beside = at.head<2>().norm(), t = std::min(beside, radius);
-      if (beside > 0.0) centre_ += core.side * core.axes.leftCols<2>() * (t / beside * at.head<2>());
+      const double radial = at.head<2>().norm(), t = std::min(radial, radius);
+      if (radial > 0.0) centre_ += core.side * core.axes.leftCols<2>() * (t / radial * at.head<2>());
       radius -= t;
     }
     addPart(core, radius * across);

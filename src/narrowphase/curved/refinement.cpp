@@ -450,9 +450,10 @@ std::optional<StationaryDirection> acrossAxes(const Cso& cso, const Vector3d& no
   const Vector3d product = axis_a.cross(axis_b);
   const double sine = product.norm();
   if (!(sine > support::kShortest)) return std::nullopt;
-  const Vector3d across = std::copysign(1.0 / sine, product.dot(normal)) * product, beside = across.cross(axis_a);
+  const Vector3d across = std::copysign(1.0 / sine, product.dot(normal)) * product,
+                 perpendicular = across.cross(axis_a);
   // The axes cross, as seen along the perpendicular, at these places.
-  const double on_axis_b = -cso.bOrigin().dot(beside) / axis_b.dot(beside);
+  const double on_axis_b = -cso.bOrigin().dot(perpendicular) / axis_b.dot(perpendicular);
   const double on_axis_a = cso.bOrigin().z() + on_axis_b * axis_b.z();
   const double rest_a = cso.a().halfExtents().z() - std::abs(on_axis_a);
   const double rest_b = cso.b().halfExtents().z() - std::abs(on_axis_b);

@@ -109,9 +109,9 @@ std::optional<Vector2d> nearestOnRim(const Shape& shape, const Ellipse& seen, co
 /// The normal of a mantle, in the frame of its core, where the line from the axis through `point` meets it on the side
 /// of `outwards`. Returns nullopt if the point lies on the axis.
 std::optional<Vector3d> mantleNormal(const Vector3d& point, const Vector2d& outwards) {
-  const double beside = std::copysign(point.head<2>().norm(), point.head<2>().dot(outwards));
-  if (!(std::abs(beside) > support::kShortest)) return std::nullopt;
-  return Vector3d(point.x() / beside, point.y() / beside, 0.0);
+  const double radial = std::copysign(point.head<2>().norm(), point.head<2>().dot(outwards));
+  if (!(std::abs(radial) > support::kShortest)) return std::nullopt;
+  return Vector3d(point.x() / radial, point.y() / radial, 0.0);
 }
 
 std::optional<StationaryDirection> betweenMantleAndRim(const Cso& cso, const RimEnds& ends, const Vector3d& normal) {

@@ -81,7 +81,7 @@ EpaResult onSurface(Cso& cso, const Simplex& simplex, const SurfacePlane& plane,
 /// A point on_a - on_b of a face, and its distance from the point at the depth along the normal.
 struct FacePoint {
   Vector3d on_a, on_b;
-  double beside;  ///< [m]
+  double error;  ///< [m] this distance
 };
 
 /// The point where the ray from the origin along the normal meets a face, or a point of the face near the ray if it
@@ -96,7 +96,7 @@ FacePoint passage(const Polytope& polytope, const Polytope::Face& face, const Ep
     point.on_a += weights[i] / sum * vertex.on_a;
     point.on_b += weights[i] / sum * vertex.onB();
   }
-  point.beside = (point.on_a - point.on_b - result.depth * result.normal).norm();
+  point.error = (point.on_a - point.on_b - result.depth * result.normal).norm();
   return point;
 }
 
@@ -128,7 +128,7 @@ void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
   FacePoint best{Vector3d::Zero(), Vector3d::Zero(), 0.9 * tolerance};
   for (std::size_t i = 0; i + 2 < count; ++i) {
     const FacePoint point = nearestPoint({strip[i], strip[i + 1], strip[i + 2]}, result);
-    if (!(point.beside <= best.beside)) continue;
+    if (!(point.error <= best.error)) continue;
     best = point;
     result.has_points = true;
     result.point_a = point.on_a;
@@ -144,24 +144,24 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const O
   FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
   if (guess != nullptr) best = passage(polytope, *guess, result);
   // The ray may pass through another face in the same plane. Written as !(<=) so that NaN searches, too.
-  if (!(best.beside <= result.depth - result.lower_bound)) {
-    best.beside = std::numeric_limits<double>::infinity();
+  if (!(best.error <= result.depth - result.lower_bound)) {
+    best.error = std::numeric_limits<double>::infinity();
     polytope.forEachFace([&](const Polytope::Face& face) {
       if (!(face.area.dot(result.normal) > 0.0)) return;
       const FacePoint candidate = passage(polytope, face, result);
-      if (candidate.beside < best.beside) best = candidate;
+      if (candidate.error < best.error) best = candidate;
     });
   }
   // Points that are accepted may still widen the bounds beyond the tolerance.
-  if (!(best.beside <= std::max(result.depth - result.lower_bound, options.distance_tolerance))) {
+  if (!(best.error <= std::max(result.depth - result.lower_bound, options.distance_tolerance))) {
     polytope.forEachFace([&](const Polytope::Face& face) {
       if (face.area.dot(result.normal) < 0.0) return;
       const auto& [a, b, c] = face.vertices;
       const FacePoint candidate = nearestPoint({polytope.vertex(a), polytope.vertex(b), polytope.vertex(c)}, result);
-      if (candidate.beside < best.beside) best = candidate;
+      if (candidate.error < best.error) best = candidate;
     });
   }
-  result.has_points = best.beside <= accepted;
+  result.has_points = best.error <= accepted;
   result.point_a = best.on_a;
   result.point_b = best.on_b;
 }
@@ -170,8 +170,8 @@ void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const O
 /// knew the face.
 void setWitnesses(const Simplex& simplex, const Options& options, EpaResult& result) {
   const WitnessPoints points = witnessPoints(simplex);
-  const double beside = (points.on_a - points.on_b - result.depth * result.normal).norm();
-  if (!(beside <= result.depth - result.lower_bound + options.distance_tolerance)) return;
+  const double error = (points.on_a - points.on_b - result.depth * result.normal).norm();
+  if (!(error <= result.depth - result.lower_bound + options.distance_tolerance)) return;
   result.has_points = true;
   result.point_a = points.on_a;
   result.point_b = points.on_b;

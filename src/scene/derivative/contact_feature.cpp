@@ -153,8 +153,8 @@ struct ContactFeatures::Side {
   void forEachFigure(const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure,
                      const Visit& visit) const {
     forEachPiece(part.root, [&](const Piece& piece) {
-      if (const auto beside = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, gap, figure))
-        visit(*beside);
+      if (const auto error = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, gap, figure))
+        visit(*error);
     });
   }
 
@@ -221,10 +221,10 @@ double ContactFeatures::minimum(const PairProximity& pair, const Vector3d& slope
     return minimum;
   }
   const bool b_fills_plane = b->fills(plane_b, tolerance);
-  a->forEachFigure(plane_a, tolerance, gap, figure_a_, [&](double beside_a) {
+  a->forEachFigure(plane_a, tolerance, gap, figure_a_, [&](double error_a) {
     if (b_fills_plane) return lower(minimumOn(figure_a_, in_plane));
-    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double beside_b) {
-      lower(minimumInCommon(figure_a_, figure_b_, in_plane, tolerance + beside_a + beside_b));
+    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double error_b) {
+      lower(minimumInCommon(figure_a_, figure_b_, in_plane, tolerance + error_a + error_b));
     });
   });
   return minimum;

@@ -87,9 +87,9 @@ class Lowest {
     if (length == 0.0) return;
     const Vector2d along = edge.along / length;
     const double foot = along.dot(disc.centre() - edge.start);
-    const double beside = std::abs(cross(along, disc.centre() - edge.start));
-    if (beside > disc.radius() + tolerance_) return;
-    const double half_chord = std::sqrt(std::max(0.0, (disc.radius() - beside) * (disc.radius() + beside)));
+    const double distance = std::abs(cross(along, disc.centre() - edge.start));
+    if (distance > disc.radius() + tolerance_) return;
+    const double half_chord = std::sqrt(std::max(0.0, (disc.radius() - distance) * (disc.radius() + distance)));
     for (const double at : {foot - half_chord, foot + half_chord})
       if (isOn(at, length)) offer(edge.start + std::clamp(at, 0.0, length) * along);
   }
