@@ -122,7 +122,7 @@ void ConstraintRows::update(Scene& scene, const Derivatives& derivatives, const 
   offerNear(scene, damper);
   offerKept(scene, damper);
   choose(derivatives, damper);
-  giveRows();
+  assignRows();
   for (const Offer& offer : offers_) fill(offer, derivatives);
 }
 
@@ -165,7 +165,7 @@ void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper
   });
   std::size_t chosen = 0;
   for (Offer& offer : offers_) {
-    const Need need = judge(offer, derivatives, damper);
+    const Need need = decideNeed(offer, derivatives, damper);
     unknown_ += need == Need::Unknown;
     unneeded_ += need == Need::None && offer.is_within;
     if (need != Need::Row) continue;
@@ -178,7 +178,8 @@ void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper
 }
 
 /// Decides whether a pair needs a row, and sets its bound.
-ConstraintRows::Need ConstraintRows::judge(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper) {
+ConstraintRows::Need ConstraintRows::decideNeed(Offer& offer, const Derivatives& derivatives,
+                                                const VelocityDamper& damper) {
   if (!std::isfinite(offer.share) || !findGradient(offer, derivatives)) return Need::Unknown;
   const double bound = smallestRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
   if (bound > rate) {
@@ -199,7 +200,7 @@ bool ConstraintRows::findGradient(const Offer& offer, const Derivatives& derivat
 }
 
 /// Frees the rows of pairs that were not chosen, and gives free rows to pairs that have none.
-void ConstraintRows::giveRows() {
+void ConstraintRows::assignRows() {
   for (int row = 0; row < capacity(); ++row)
     if (std::none_of(offers_.begin(), offers_.end(), [&](const Offer& offer) { return offer.row == row; })) free(row);
   std::size_t next = 0;

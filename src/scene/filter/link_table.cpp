@@ -37,7 +37,7 @@ void addPairsWarning(const std::string& what, const std::vector<std::string>& pa
 
 OrderedPair PairListReader::require(const std::pair<std::string, std::string>& names) {
   ++entries_;
-  return judged({links_.require(names.first, list_), links_.require(names.second, list_)}, names);
+  return recorded({links_.require(names.first, list_), links_.require(names.second, list_)}, names);
 }
 
 std::optional<OrderedPair> PairListReader::find(const std::pair<std::string, std::string>& names) {
@@ -45,13 +45,13 @@ std::optional<OrderedPair> PairListReader::find(const std::pair<std::string, std
   const int a = links_.find(names.first), b = links_.find(names.second);
   if (a < 0) unknown_.insert(names.first);
   if (b < 0) unknown_.insert(names.second);
-  if (a >= 0 && b >= 0) return judged({a, b}, names);
+  if (a >= 0 && b >= 0) return recorded({a, b}, names);
   addIdle(names, IdleEntry::Cause::UnknownLink);
   return std::nullopt;
 }
 
 /// Each entry counts once, under the first cause that makes it useless.
-OrderedPair PairListReader::judged(const OrderedPair& pair, const std::pair<std::string, std::string>& names) {
+OrderedPair PairListReader::recorded(const OrderedPair& pair, const std::pair<std::string, std::string>& names) {
   if (!links_.hasGeometry(pair.link_a) || !links_.hasGeometry(pair.link_b)) {
     addIdle(names, IdleEntry::Cause::NoGeometry);
   } else if (links_.sameBody(pair)) {

@@ -72,7 +72,7 @@ class PairListReader {
   void report(PairTable& table) const;
 
  private:
-  OrderedPair judged(const OrderedPair& pair, const std::pair<std::string, std::string>& names);
+  OrderedPair recorded(const OrderedPair& pair, const std::pair<std::string, std::string>& names);
   void addIdle(const std::pair<std::string, std::string>& names, IdleEntry::Cause cause);
 
   std::string list_;

@@ -47,9 +47,11 @@ DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& threshol
 
 DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
                           const LevelThresholds& thresholds, const Question& question, const LevelBefore& before) {
-  const auto judged = [&](const PairProximity& pair) { return DecidingPair{levelOf(pair, thresholds, before), pair}; };
+  const auto withLevel = [&](const PairProximity& pair) {
+    return DecidingPair{levelOf(pair, thresholds, before), pair};
+  };
   const PairKind kind = pairs.areCandidates() ? pairs.kind() : PairKind::Any;
-  const DecidingPair of_closest = judged(closest);
+  const DecidingPair of_closest = withLevel(closest);
   if (of_closest.level.level == ClearanceLevel::Collision) return of_closest;
   if (thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind)) return of_closest;
 
@@ -57,13 +59,13 @@ DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity&
   near.thresholds = &thresholds.stop;
   near.threshold = keptAbove(ClearanceLevel::Stop, before);
   if (const PairProximity* nearest = scene.minimum(pairs, near)) {
-    const DecidingPair decided = judged(*nearest);
+    const DecidingPair decided = withLevel(*nearest);
     if (decided.level.level == ClearanceLevel::Stop) return decided;
   }
   near.thresholds = &thresholds.warn;
   near.threshold = kInfinity;
   const PairProximity* nearest = scene.minimum(pairs, near);
-  return nearest ? judged(*nearest) : of_closest;
+  return nearest ? withLevel(*nearest) : of_closest;
 }
 
 }  // namespace proximity_server::scene

@@ -98,19 +98,19 @@ double PairRanking::limit(const Search& search) const {
   return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.first().rank);
 }
 
-PairRanking::AskedPair PairRanking::inList(int number, const Search& search) const {
+PairRanking::QueriedPair PairRanking::inList(int number, const Search& search) const {
   const ShapeRefPair& pair = search.pairs.list()[static_cast<std::size_t>(number)];
   return {{measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)}, number};
 }
 
-ShapeRefPair PairRanking::refsOf(const AskedPair& pair, const Search& search) const {
+ShapeRefPair PairRanking::refsOf(const QueriedPair& pair, const Search& search) const {
   if (pair.isInList()) return search.pairs.list()[static_cast<std::size_t>(pair.number)];
   const PlacedRobot& robot = measurement_.robot();
   return {robot.refOf(std::min(pair.a, pair.b)), robot.refOf(std::max(pair.a, pair.b))};
 }
 
 /// The visit of a pair, with the threshold of the pair.
-std::optional<Visit> PairRanking::visitOf(const AskedPair& pair, const Search& search) const {
+std::optional<Visit> PairRanking::visitOf(const QueriedPair& pair, const Search& search) const {
   const ShapeRefPair refs = refsOf(pair, search);
   std::optional<Visit> visit = measurement_.visitOf(refs, pair, pair.number);
   if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(refs);
@@ -132,15 +132,15 @@ void PairRanking::consider(const Visit& visit, const Search& search) {
 /// about them.
 void PairRanking::considerLikely(const Search& search) {
   const bool is_useless = skipping_ == Skipping::Off || search.k == search.total;
-  const auto isForgotten = [&](const AskedPair& pair) {
-    if (!isAskedFor(pair, search)) return pair.isInList();
+  const auto isForgotten = [&](const QueriedPair& pair) {
+    if (!isQueried(pair, search)) return pair.isInList();
     const bool is_there = pair.isInList() ? pair.number < static_cast<int>(search.pairs.size())
                                           : isCheckedPair(measurement_.robot(), pair.a, pair.b);
     return is_useless || !is_there;
   };
   likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isForgotten), likely_.end());
-  for (AskedPair& pair : likely_) {
-    if (!isAskedFor(pair, search)) continue;
+  for (QueriedPair& pair : likely_) {
+    if (!isQueried(pair, search)) continue;
     if (pair.isInList()) pair = inList(pair.number, search);  // the list may be a different one now
     const std::optional<Visit> visit = visitOf(pair, search);
     if (!visit)
@@ -188,7 +188,7 @@ void PairRanking::openNearby(const Search& search) {
     });
 }
 
-void PairRanking::enter(const AskedPair& pair, const Search& search) {
+void PairRanking::enter(const QueriedPair& pair, const Search& search) {
   if (std::binary_search(likely_.begin(), likely_.end(), pair)) return;
   const std::optional<Visit> visit = visitOf(pair, search);
   if (!visit)
@@ -259,7 +259,7 @@ void PairRanking::countTheRest(const Search& search) {
 /// Keeps the nearest pairs for the next question. After a question about links alone, the pairs with objects of the
 /// question before are kept too.
 void PairRanking::keepLikely(const Search& search) {
-  const auto isReplaced = [&](const AskedPair& pair) { return isAskedFor(pair, search); };
+  const auto isReplaced = [&](const QueriedPair& pair) { return isQueried(pair, search); };
   likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isReplaced), likely_.end());
   const PlacedRobot& robot = measurement_.robot();
   for (const Ranked& ranked : nearest_.all()) {

@@ -75,10 +75,10 @@ class PairRanking {
   };
 
   /// A pair that the question is about: one of the list, by its place there, or a candidate with an object.
-  struct AskedPair : PartPair {  // of a candidate with an object a < b
-    int number;                  ///< in the list; kNotInList of a candidate with an object
+  struct QueriedPair : PartPair {  // of a candidate with an object a < b
+    int number;                    ///< in the list; kNotInList of a candidate with an object
     bool isInList() const { return number != kNotInList; }
-    bool operator<(const AskedPair& other) const {
+    bool operator<(const QueriedPair& other) const {
       return std::tie(number, a, b) < std::tie(other.number, other.a, other.b);
     }
   };
@@ -92,17 +92,17 @@ class PairRanking {
   };
 
   double limit(const Search& search) const;
-  AskedPair inList(int number, const Search& search) const;
-  ShapeRefPair refsOf(const AskedPair& pair, const Search& search) const;
-  bool isAskedFor(const AskedPair& pair, const Search& search) const {
+  QueriedPair inList(int number, const Search& search) const;
+  ShapeRefPair refsOf(const QueriedPair& pair, const Search& search) const;
+  bool isQueried(const QueriedPair& pair, const Search& search) const {
     return pair.isInList() ? search.with_links : search.with_objects;
   }
-  std::optional<Visit> visitOf(const AskedPair& pair, const Search& search) const;
+  std::optional<Visit> visitOf(const QueriedPair& pair, const Search& search) const;
   void consider(const Visit& visit, const Search& search);
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);
   void enterObjects(const Search& search);
-  void enter(const AskedPair& pair, const Search& search);
+  void enter(const QueriedPair& pair, const Search& search);
   void openNearby(const Search& search);
   void enterBetween(int group_a, int group_b, const Search& search);
   bool needsOnlyCounting(const Visit& visit, const Search& search) const;
@@ -120,8 +120,8 @@ class PairRanking {
   ObjectVisits object_visits_;
 
   VisitQueue queue_;
-  Heap<Ranked> nearest_;           // the farthest first
-  std::vector<AskedPair> likely_;  // the pairs that were nearest the last time, ascending
+  Heap<Ranked> nearest_;             // the farthest first
+  std::vector<QueriedPair> likely_;  // the pairs that were nearest the last time, ascending
   std::vector<PairProximity> results_;
   int below_ = 0;
 };

@@ -130,7 +130,7 @@ void summarize(const ClearanceOptions& options, const SweepSummary& summary, std
   std::cerr << "clearance: " << summary.text() << "\n  " << costOf(summary.states, bytes, begin) << '\n';
 }
 
-ExitCode judge(const ClearanceAssertion& assertion, const StateSource& states) {
+ExitCode reportAssertion(const ClearanceAssertion& assertion, const StateSource& states) {
   if (!assertion.hasRows()) {
     throw std::invalid_argument(states.source() + ": no state, so --assert-above proves nothing");
   }
@@ -167,7 +167,7 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
     std::cerr << "clearance: " << output.second_opinion->summary() << '\n';
     if (output.second_opinion->refutesOurs()) return ExitCode::Refuted;
   }
-  return output.assertion ? judge(*output.assertion, states) : ExitCode::Done;
+  return output.assertion ? reportAssertion(*output.assertion, states) : ExitCode::Done;
 }
 
 ExitCode run(const ClearanceOptions& options) {

@@ -82,7 +82,7 @@ std::vector<scene::ShapeRefPair> checkedPairs(const scene::SceneModel& model, Pa
   return pairs;
 }
 
-void AskedPairs::take(const scene::Objects& objects) {
+void QuestionPairs::take(const scene::Objects& objects) {
   if (question_.candidates) return;
   with_objects_ = question_.pairs;
   addUnfilteredPairs(objects, with_objects_);

@@ -56,10 +56,10 @@ struct ClearanceQuestion {
 };
 
 /// The pairs of a question, those with objects too.
-class AskedPairs {
+class QuestionPairs {
  public:
   /// The question must outlive this.
-  explicit AskedPairs(const ClearanceQuestion& question) : question_(question) {}
+  explicit QuestionPairs(const ClearanceQuestion& question) : question_(question) {}
 
   /// Gives objects to a Scene or MovingScene and takes their pairs, if they are others than those of before.
   template <typename Scene>

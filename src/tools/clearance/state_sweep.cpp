@@ -240,7 +240,7 @@ class StateSweep {
 
   void answerByScene(StateBlock& block, Worker& worker) const {
     scene::Scene scene = fresh_->forAnotherThread();
-    AskedPairs pairs(question_);
+    QuestionPairs pairs(question_);
     for (int i = 0; i < block.size; ++i) {
       const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positionsOf(block, i));
       if (block.objects.empty()) {

@@ -103,7 +103,7 @@ void answerSegments(const ClearanceQuestion& question, StateSource& states, Answ
   const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
   const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
     scene::MovingScene scene = fresh.forAnotherThread();
-    AskedPairs pairs(question);
+    QuestionPairs pairs(question);
     std::vector<SegmentClearance> answers;
     for (const TrajectorySegment& segment : block) {
       pairs.use(segment.objects, scene);

@@ -78,38 +78,39 @@ void SecondOpinion::end() {
   flushTo(*list_, options_.out);
 }
 
-std::vector<SecondOpinion::AskedPair> SecondOpinion::askedPairs() const {
-  std::vector<AskedPair> asked;
-  for (const AskedState& state : block_)
-    for (const scene::PairProximity& pair : state.pairs) asked.push_back({state, pair});
-  return asked;
+std::vector<SecondOpinion::PendingPair> SecondOpinion::pendingPairs() const {
+  std::vector<PendingPair> pending;
+  for (const PendingState& state : block_)
+    for (const scene::PairProximity& pair : state.pairs) pending.push_back({state, pair});
+  return pending;
 }
 
 void SecondOpinion::askBlock() {
-  const std::vector<AskedPair> asked = askedPairs();
-  std::vector<OtherAnswer> answers(asked.size());
+  const std::vector<PendingPair> pending = pendingPairs();
+  std::vector<OtherAnswer> answers(pending.size());
   AskOther fcl;  // made in each child
   const std::vector<ChildEnd> ends = askInChildren<OtherAnswer>(
       answers,
       [&](std::size_t question, OtherAnswer& answer) {
         if (!fcl) fcl = makeFcl();
-        const auto& [state, pair] = asked[question];
+        const auto& [state, pair] = pending[question];
         answer = fcl(piecesOf(pair.asked.a, state), piecesOf(pair.asked.b, state));
       },
       kLimit);
-  for (std::size_t i = 0; i < asked.size(); ++i) judgePair(asked[i], {ends[i], answers[i]});
+  for (std::size_t i = 0; i < pending.size(); ++i) judgePair(pending[i], {ends[i], answers[i]});
   block_.clear();
   pairs_in_block_ = 0;
 }
 
-void SecondOpinion::judgePair(const AskedPair& asked, const OtherOpinion& other) {
-  const PlacedPieces a = piecesOf(asked.pair.asked.a, asked.state), b = piecesOf(asked.pair.asked.b, asked.state);
-  const narrowphase::SignedDistance& ours = asked.pair.result;
-  const double padding = paddingOf(asked.pair.asked);
+void SecondOpinion::judgePair(const PendingPair& pending, const OtherOpinion& other) {
+  const PlacedPieces a = piecesOf(pending.pair.asked.a, pending.state),
+                     b = piecesOf(pending.pair.asked.b, pending.state);
+  const narrowphase::SignedDistance& ours = pending.pair.result;
+  const double padding = paddingOf(pending.pair.asked);
   const Judgement judgement = judge({a, b, padding, ours, other}, options_.tolerance);
   ++counts_[static_cast<std::size_t>(judgement.ruling)];
   if (!isListed(judgement.ruling)) return;
-  const std::string row = rowOf(asked, other, judgement);
+  const std::string row = rowOf(pending, other, judgement);
   if (list_) writeTo(*list_, options_.out, row + '\n');
   if (judgement.ruling == Ruling::Inside) return;  // a difference, and nobody's error
   const bool is_number = other.end == ChildEnd::Answered && other.answer.kind == OtherAnswer::Kind::Distance;
@@ -117,10 +118,10 @@ void SecondOpinion::judgePair(const AskedPair& asked, const OtherOpinion& other)
   const bool is_worse = judgement.ruling == Ruling::OursRefuted || difference > worst_difference_;
   if (!worst_.empty() && !is_worse) return;
   worst_difference_ = judgement.ruling == Ruling::OursRefuted ? std::numeric_limits<double>::infinity() : difference;
-  worst_ = sentenceOf(asked, other, judgement);
+  worst_ = sentenceOf(pending, other, judgement);
 }
 
-PlacedPieces SecondOpinion::piecesOf(const scene::ShapeRef& ref, const AskedState& state) const {
+PlacedPieces SecondOpinion::piecesOf(const scene::ShapeRef& ref, const PendingState& state) const {
   return placedPieces(ref, model_->robot, state.objects.get(), state.poses);
 }
 
@@ -131,8 +132,9 @@ double SecondOpinion::paddingOf(const scene::ShapeRefPair& pair) const {
   return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
 }
 
-std::string SecondOpinion::rowOf(const AskedPair& asked, const OtherOpinion& other, const Judgement& judgement) const {
-  const auto& [state, pair] = asked;
+std::string SecondOpinion::rowOf(const PendingPair& pending, const OtherOpinion& other,
+                                 const Judgement& judgement) const {
+  const auto& [state, pair] = pending;
   const bool is_judged = judgement.ruling != Ruling::Failed;
   std::string row = std::to_string(state.number);
   for (const scene::ShapeRef& ref : {pair.asked.a, pair.asked.b})
@@ -145,9 +147,9 @@ std::string SecondOpinion::rowOf(const AskedPair& asked, const OtherOpinion& oth
   return row + "," + csvField(toString(judgement.ruling));
 }
 
-std::string SecondOpinion::sentenceOf(const AskedPair& asked, const OtherOpinion& other,
+std::string SecondOpinion::sentenceOf(const PendingPair& pending, const OtherOpinion& other,
                                       const Judgement& judgement) const {
-  const auto& [state, pair] = asked;
+  const auto& [state, pair] = pending;
   const auto name = [&, objects = state.objects.get()](const scene::ShapeRef& ref) {
     return nameOf(ref, model_->robot, objects);
   };

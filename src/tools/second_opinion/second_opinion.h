@@ -55,28 +55,28 @@ class SecondOpinion {
   long countOf(Ruling ruling) const { return counts_[static_cast<std::size_t>(ruling)]; }
 
  private:
-  struct AskedState {
+  struct PendingState {
     long number;
     std::vector<scene::PairProximity> pairs;
     scene::BodyPoses poses;
     std::shared_ptr<const scene::Objects> objects;
   };
-  struct AskedPair {
-    const AskedState& state;
+  struct PendingPair {
+    const PendingState& state;
     const scene::PairProximity& pair;
   };
-  std::vector<AskedPair> askedPairs() const;
+  std::vector<PendingPair> pendingPairs() const;
   void askBlock();
-  void judgePair(const AskedPair& asked, const OtherOpinion& other);
-  PlacedPieces piecesOf(const scene::ShapeRef& ref, const AskedState& state) const;
+  void judgePair(const PendingPair& pending, const OtherOpinion& other);
+  PlacedPieces piecesOf(const scene::ShapeRef& ref, const PendingState& state) const;
   double paddingOf(const scene::ShapeRefPair& pair) const;
-  std::string rowOf(const AskedPair& asked, const OtherOpinion& other, const Judgement& judgement) const;
-  std::string sentenceOf(const AskedPair& asked, const OtherOpinion& other, const Judgement& judgement) const;
+  std::string rowOf(const PendingPair& pending, const OtherOpinion& other, const Judgement& judgement) const;
+  std::string sentenceOf(const PendingPair& pending, const OtherOpinion& other, const Judgement& judgement) const;
 
   SecondOpinionOptions options_;
   std::shared_ptr<const scene::SceneModel> model_;
   std::optional<std::ofstream> list_;
-  std::vector<AskedState> block_;
+  std::vector<PendingState> block_;
   std::size_t pairs_in_block_ = 0;
   std::array<long, 8> counts_{};  ///< by ruling
   double worst_difference_ = 0.0;

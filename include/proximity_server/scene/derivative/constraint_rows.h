@@ -142,9 +142,9 @@ class ConstraintRows {
   void offerKept(Scene& scene, const VelocityDamper& damper);
   void offer(const PairProximity& pair, const VelocityDamper& damper, int row);
   void choose(const Derivatives& derivatives, const VelocityDamper& damper);
-  Need judge(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper);
+  Need decideNeed(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper);
   bool findGradient(const Offer& offer, const Derivatives& derivatives);
-  void giveRows();
+  void assignRows();
   int rowOf(const ShapeRefPair& pair) const;
   void free(int row);
   void fill(const Offer& offer, const Derivatives& derivatives);
