@@ -291,7 +291,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     if (inside.upper + rounding <= contact_distance + narrowphase::usableTolerance(question.tolerance)) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
-      answer.pair = fromWorld(states_.one(moving.asked, {}), 0.0);
+      answer.pair = inPosesFrame(states_.one(moving.asked, {}), 0.0);
     } else if (inside.lower - rounding <= contact_distance ||
                (contact_distance < 0.0 && std::isfinite(contact_distance) && may_get_inside)) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
@@ -312,7 +312,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   // Pairs with contact distances of their own may come before the pair in contact.
   for (const PairProximity& found :
        states_.closest(pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
-    const PairProximity pair = fromWorld(found, 0.0);
+    const PairProximity pair = inPosesFrame(found, 0.0);
     const double contact_distance = pairs_.contactDistanceOf(pair.asked);
     if (pair.result.lower_bound > contact_distance) continue;
     if (!(pair.result.upper_bound <= contact_distance + narrowphase::usableTolerance(question.tolerance))) {
@@ -336,7 +336,7 @@ void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& que
   if (!contact.contact || (answer.contact && !(contact.t_contact < bounds.latest))) return;
   answer.contact = true;
   answer.t_contact = bounds.latest = contact.t_contact;
-  answer.pair = found(visit, contact.at_contact, contact.t_contact);
+  answer.pair = inPosesFrame(visit, contact.at_contact, contact.t_contact);
 }
 
 /// True if there are objects, and the pose of the world is known.
@@ -361,7 +361,7 @@ bool MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
     placeStates(time);
     const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
     if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
-    answer.pair = fromWorld(closest.front(), time);
+    answer.pair = inPosesFrame(closest.front(), time);
     answer.upper_bound = answer.pair.result.upper_bound;
     answer.time = time;
   }
@@ -376,9 +376,10 @@ double MotionSearch::roundingAtStart() {
   return kPoseRounding * (pairs_.poses().pose(pairs_.poses().world(), 0.0).translation().norm() + farthest);
 }
 
-/// Transforms an answer about the state at one time into the frame of the poses, and widens its bounds by the rounding
-/// of the state.
-PairProximity MotionSearch::fromWorld(PairProximity pair, double time) {
+/// Transforms an answer about the state at one time from the world, if there is one, into the frame of the poses, and
+/// widens its bounds by the rounding of the state.
+PairProximity MotionSearch::inPosesFrame(const PairProximity& in_world, double time) {
+  PairProximity pair = in_world;
   found_pieces_ = false;
   const double rounding = pairs_.roundingOf(pair.asked, time);
   pair.result.lower_bound -= rounding;
@@ -436,7 +437,7 @@ double MotionSearch::searchPieces(const MotionQuestion& question, RobotMinimum& 
     if (!(pieces.upper_bound < answer.upper_bound)) continue;
     answer.upper_bound = pieces.upper_bound;
     answer.time = pieces.time;
-    answer.pair = found(visit, pieces.at_minimum, pieces.time);
+    answer.pair = inPosesFrame(visit, pieces.at_minimum, pieces.time);
   }
   return proven;
 }
@@ -452,7 +453,7 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
   const DistanceBounds inside = states_.interiorOf(moving.asked, drift);
   visit.lower_bound = inside.lower - drift;
   if (inside.upper + rounding < answer.upper_bound) {
-    answer.pair = fromWorld(states_.one(moving.asked, {}), middle);
+    answer.pair = inPosesFrame(states_.one(moving.asked, {}), middle);
     takeUpperBound(inside.upper + rounding, answer);
     answer.time = middle;
   }
@@ -485,14 +486,17 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
     answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
 }
 
-/// Turns a result of the narrowphase into an answer about links and objects, in the frame of the poses.
-PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time) {
+/// Turns a result of the narrowphase into an answer about links and objects, and transforms it from the frame
+/// MovingBodies::middle() into that of the poses.
+PairProximity MotionSearch::inPosesFrame(const IntervalVisit& visit, const narrowphase::SignedDistance& in_middle,
+                                         double time) {
   const PairInMotion& moving = movingPairOf(visit);
   const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
+  narrowphase::SignedDistance result = in_middle;
   if (moving.bodies.middle() >= 0) {
-    const Eigen::Isometry3d pose = pairs_.poses().pose(moving.bodies.middle(), time);
-    result.normal = (pose.linear() * result.normal).normalized();
-    result.point_a = pose * result.point_a;
+    const Eigen::Isometry3d poses_T_middle = pairs_.poses().pose(moving.bodies.middle(), time);
+    result.normal = (poses_T_middle.linear() * result.normal).normalized();
+    result.point_a = poses_T_middle * result.point_a;
   }
   PairProximity proximity;
   proximity.asked = moving.asked;
@@ -507,13 +511,13 @@ PairProximity MotionSearch::found(const IntervalVisit& visit, narrowphase::Signe
   return proximity;
 }
 
-/// Widens the bounds of a pair to those of all pieces of its shapes: found() measures two pieces, and others may be
+/// Widens the bounds of a pair to those of all pieces of its shapes: only two pieces were measured, and others may be
 /// nearer.
 PairProximity MotionSearch::ofAllPieces(PairProximity pair, double time) {
   if (!found_pieces_) return pair;
   placeStates(time);
   const PairProximity whole = states_.one(pair.asked, {});
-  return whole.result.status == narrowphase::Status::Unknown ? pair : fromWorld(whole, time);
+  return whole.result.status == narrowphase::Status::Unknown ? pair : inPosesFrame(whole, time);
 }
 
 }  // namespace proximity_server::scene

@@ -101,21 +101,21 @@ class MotionSearch {
   void placeStates(double time);
   bool considerStates(const Pairs& pairs, RobotMinimum& answer);
   double roundingAtStart();
-  PairProximity fromWorld(PairProximity pair, double time);
+  PairProximity inPosesFrame(const PairProximity& in_world, double time);
   narrowphase::TimeOfContact timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, TimeOfContactBounds& bounds,
                RobotTimeOfContact& answer);
   double searchPieces(const MotionQuestion& question, RobotMinimum& answer);
   narrowphase::MinimumOverMotion minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
                                            double upper_bound);
-  PairProximity found(const IntervalVisit& visit, narrowphase::SignedDistance result, double time);
+  PairProximity inPosesFrame(const IntervalVisit& visit, const narrowphase::SignedDistance& in_middle, double time);
   PairProximity ofAllPieces(PairProximity pair, double time);
 
   const std::shared_ptr<const SceneModel> model_;
   const std::shared_ptr<const Volumes> volumes_;
   PairRanking states_;  ///< answers questions about the state at one time
   MovingPairs pairs_;
-  bool found_pieces_ = false;  ///< true if found() made the last pair, from two of several pieces
+  bool found_pieces_ = false;  ///< true if the last pair was measured by two of several pieces
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
   Order order_ = Order::Nearest;
   Heap<IntervalVisit> queue_;

@@ -18,6 +18,20 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+
+/// Transforms a result from one frame into another. The point on b follows from that on a, so that the distance between
+/// the two stays exact.
+narrowphase::SignedDistance transformed(const Matrix3d& to_R_from, const Vector3d& origin_in_to,
+                                        narrowphase::SignedDistance result) {
+  result.normal = (to_R_from * result.normal).normalized();
+  result.point_a = origin_in_to + to_R_from * result.point_a;
+  result.point_b = result.point_a + result.distance * result.normal;
+  return result;
+}
+
+}  // namespace
+
 PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes)
     : model_(model),
       volumes_(std::move(volumes)),
@@ -239,15 +253,15 @@ RelativeMotionBound PlacedRobot::relativeMotion(const Part& a, const Part& b, co
   return {std::min(of_a, of_b) + margin, of_b <= margin};
 }
 
-narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
-                                                  const narrowphase::Options& options,
-                                                  narrowphase::WarmStart& warm_start) {
+narrowphase::SignedDistance PlacedRobot::distanceInBodyA(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
+                                                         const narrowphase::Options& options,
+                                                         narrowphase::WarmStart& warm_start) {
   const Piece &piece_a = a.piece, &piece_b = b.piece;
   const Matrix3d rotation_a = piece_a.body_T_piece.linear();
   const Vector3d origin_a = piece_a.body_T_piece.translation();
-  Isometry3d pose = Isometry3d::Identity();  // the pose of piece b in the frame of piece a
-  pose.linear() = rotation_a.transpose() * (a_T_b.rotation * piece_b.body_T_piece.linear());
-  pose.translation() =
+  Isometry3d piece_a_T_piece_b = Isometry3d::Identity();
+  piece_a_T_piece_b.linear() = rotation_a.transpose() * (a_T_b.rotation * piece_b.body_T_piece.linear());
+  piece_a_T_piece_b.translation() =
       rotation_a.transpose() * (a_T_b.translation + (a_T_b.rotation * piece_b.body_T_piece.translation() - origin_a));
 
   const double margin = rounding(a.volume, b.volume, a_T_b);
@@ -256,24 +270,19 @@ narrowphase::SignedDistance PlacedRobot::distance(const Leaf& a, const Leaf& b, 
   inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 4.0 * margin);
   inner.stop_above += 2.0 * margin;
   inner.stop_below -= 2.0 * margin;
-  narrowphase::SignedDistance result = signedDistance(piece_a.shape, piece_b.shape, pose, inner, warm_start);
-  result.lower_bound -= margin;
-  result.upper_bound += margin;
-  if (result.status == narrowphase::Status::Converged &&
-      result.upper_bound - result.lower_bound > narrowphase::usableTolerance(options.distance_tolerance))
-    result.status = narrowphase::Status::Degenerate;
-  result.normal = (rotation_a * result.normal).normalized();
-  result.point_a = origin_a + rotation_a * result.point_a;
-  result.point_b = result.point_a + result.distance * result.normal;
-  return result;
+  narrowphase::SignedDistance in_piece_a =
+      signedDistance(piece_a.shape, piece_b.shape, piece_a_T_piece_b, inner, warm_start);
+  in_piece_a.lower_bound -= margin;
+  in_piece_a.upper_bound += margin;
+  if (in_piece_a.status == narrowphase::Status::Converged &&
+      in_piece_a.upper_bound - in_piece_a.lower_bound > narrowphase::usableTolerance(options.distance_tolerance))
+    in_piece_a.status = narrowphase::Status::Degenerate;
+  return transformed(rotation_a, origin_a, in_piece_a);
 }
 
-narrowphase::SignedDistance PlacedRobot::inPosesFrame(int a, narrowphase::SignedDistance result) const {
-  const BodyPlace& body = bodyOf(a);
-  result.normal = (body.rotation * result.normal).normalized();
-  result.point_a = body.origin + body.rotation * result.point_a;
-  result.point_b = result.point_a + result.distance * result.normal;
-  return result;
+narrowphase::SignedDistance PlacedRobot::inPosesFrame(int a, const narrowphase::SignedDistance& in_body_a) const {
+  const BodyPlace& poses_T_body = bodyOf(a);
+  return transformed(poses_T_body.rotation, poses_T_body.origin, in_body_a);
 }
 
 }  // namespace proximity_server::scene

@@ -112,16 +112,17 @@ class PlacedRobot {
   static RelativeMotionBound relativeMotion(const Part& a, const Part& b, const RelativePose& before,
                                             const RelativePose& now);
 
-  /// The certified distance of two leaves. The bounds allow for the rounding of the poses, even if they decide a
-  /// threshold.
-  static narrowphase::SignedDistance distance(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
-                                              const narrowphase::Options& options, narrowphase::WarmStart& warm_start);
+  /// The certified distance of two leaves, in the frame of the body of a. The bounds allow for the rounding of the
+  /// poses, even if they decide a threshold.
+  static narrowphase::SignedDistance distanceInBodyA(const Leaf& a, const Leaf& b, const RelativePose& a_T_b,
+                                                     const narrowphase::Options& options,
+                                                     narrowphase::WarmStart& warm_start);
 
   /// [m] An upper bound of the effect of the rounding of poses on a distance.
   static double rounding(const Volume& a, const Volume& b, const RelativePose& a_T_b);
 
   /// Transforms a result from the frame of the body of part a into the frame of the poses.
-  narrowphase::SignedDistance inPosesFrame(int a, narrowphase::SignedDistance result) const;
+  narrowphase::SignedDistance inPosesFrame(int a, const narrowphase::SignedDistance& in_body_a) const;
 
  private:
   struct BodyPlace {

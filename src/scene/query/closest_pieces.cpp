@@ -83,7 +83,7 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   };
   const auto compute = [&](const LeafPair& leaves) {
     const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
-    closest.offer(leaves, distance(leaves, pair, a_T_b, options), limit);
+    closest.offer(leaves, distanceInBodyA(leaves, pair, a_T_b, options), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) {
     compute({a_.root, b_.root});
@@ -110,7 +110,7 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   b_ = robot_[pair.b];
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
   const auto isBeyondIt = [&](const Visit& leaves) {
-    return isBeyond(distance({leaves.a, leaves.b}, pair, a_T_b, options), limit);
+    return isBeyond(distanceInBodyA({leaves.a, leaves.b}, pair, a_T_b, options), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({{a_.root, b_.root}, -kInfinity, 0, pair.padding});
   for (begin(pair, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
@@ -125,12 +125,13 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   return true;
 }
 
-narrowphase::SignedDistance PieceSearch::distance(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
-                                                  const narrowphase::Options& options) {
+narrowphase::SignedDistance PieceSearch::distanceInBodyA(const LeafPair& leaves, const Visit& pair,
+                                                         const RelativePose& a_T_b,
+                                                         const narrowphase::Options& options) {
   narrowphase::WarmStart cold;
   const Leaf a(a_, leaves.a), b(b_, leaves.b);
   narrowphase::WarmStart& start = memory_ == Memory::None ? cold : warm_starts_.of(a.number, b.number);
-  return padded(PlacedRobot::distance(a, b, a_T_b, options, start), pair.padding);
+  return padded(PlacedRobot::distanceInBodyA(a, b, a_T_b, options, start), pair.padding);
 }
 
 Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {

@@ -32,9 +32,9 @@ struct LeafPair {
 
 /// The closest of the pairs of pieces that were computed, and the bounds that all of them prove together.
 struct ClosestPieces {
-  LeafPair leaves;  ///< no leaves if bounds were enough
-  narrowphase::SignedDistance result;
-  bool is_beyond = true;  ///< true if it is beyond the limit
+  LeafPair leaves;                     ///< no leaves if bounds were enough
+  narrowphase::SignedDistance result;  ///< in the frame of the body of a
+  bool is_beyond = true;               ///< true if it is beyond the limit
   /// [m] of the distance of the closest pieces, whether they were computed or not
   double lower_bound = std::numeric_limits<double>::infinity();
   double upper_bound = std::numeric_limits<double>::infinity();
@@ -81,8 +81,8 @@ class PieceSearch {
  private:
   void begin(const Visit& pair, const RelativePose& a_T_b, double limit);
   bool isLeaf(const Visit& visit) const { return a_[visit.a].isLeaf() && b_[visit.b].isLeaf(); }
-  narrowphase::SignedDistance distance(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
-                                       const narrowphase::Options& options);
+  narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
+                                              const narrowphase::Options& options);
   Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
   void split(const Visit& visit, const RelativePose& a_T_b, double limit);
 

@@ -92,7 +92,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) const {
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const KeptAnswer* kept = keptOf(visit)) {
     const RelativeMotionBound motion = PlacedRobot::relativeMotion(a, b, kept->a_T_b, a_T_b);
-    const double bound = kept->proximity.result.lower_bound - motion.distance_change;
+    const double bound = kept->in_body_a.result.lower_bound - motion.distance_change;
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = motion.is_rest ? Visit::Bound::Rest : Visit::Bound::Motion;
@@ -121,15 +121,15 @@ PairProximity PairMeasurement::proof(const Visit& visit) const {
 std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                                            const Question& question) const {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
-  if (!kept || kept->proximity.result.status != narrowphase::Status::Converged) return std::nullopt;
+  if (!kept || kept->in_body_a.result.status != narrowphase::Status::Converged) return std::nullopt;
   const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot_[visit.a], robot_[visit.b], kept->a_T_b, a_T_b);
   if (!motion.is_rest) return std::nullopt;
-  PairProximity proximity = kept->proximity;
-  proximity.result.lower_bound -= motion.distance_change;
-  proximity.result.upper_bound += motion.distance_change;
-  if (proximity.result.upper_bound - proximity.result.lower_bound > narrowphase::usableTolerance(question.tolerance))
+  PairProximity in_body_a = kept->in_body_a;
+  in_body_a.result.lower_bound -= motion.distance_change;
+  in_body_a.result.upper_bound += motion.distance_change;
+  if (in_body_a.result.upper_bound - in_body_a.result.lower_bound > narrowphase::usableTolerance(question.tolerance))
     return std::nullopt;
-  return proximity;
+  return in_body_a;
 }
 
 /// True if no translation shorter than the depth of the closest pieces separates the two parts.
@@ -158,30 +158,32 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
   const LeafPair likely = kept ? kept->leaves : LeafPair();
   const ClosestPieces closest = closestOf(visit, a_T_b, likely, limit, question);
-  PairProximity proximity = proof(visit);
-  proximity.result = closest.result;
-  proximity.result.lower_bound = closest.lower_bound;
-  proximity.result.upper_bound = closest.upper_bound;
+  PairProximity in_body_a = proof(visit);
+  in_body_a.result = closest.result;
+  in_body_a.result.lower_bound = closest.lower_bound;
+  in_body_a.result.upper_bound = closest.upper_bound;
   if (!closest.empty()) {
     const LeafPair& leaves = closest.leaves;
     const bool is_plane = leaves.hasHalfSpace();  // a half-space is exact
     const Part &a = robot_[visit.a], &b = robot_[visit.b];
-    proximity.collision_a = robot_.collisionNumber(a, leaves.a);
-    proximity.collision_b = is_plane ? b.shapeNumber(leaves.half_space) : robot_.collisionNumber(b, leaves.b);
-    proximity.representation = a[leaves.a].representation;
-    if (!is_plane) proximity.representation = std::max(proximity.representation, b[leaves.b].representation);
+    in_body_a.collision_a = robot_.collisionNumber(a, leaves.a);
+    in_body_a.collision_b = is_plane ? b.shapeNumber(leaves.half_space) : robot_.collisionNumber(b, leaves.b);
+    in_body_a.representation = a[leaves.a].representation;
+    if (!is_plane) in_body_a.representation = std::max(in_body_a.representation, b[leaves.b].representation);
     const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);
     if (closest.result.status == narrowphase::Status::Converged && too_wide)
-      proximity.result.status = closest.lower_bound_status;
+      in_body_a.result.status = closest.lower_bound_status;
   }
-  proximity.depth_is_lower_bound = closest.result.distance < 0.0 && !depthIsExact(visit);
-  if (isBeyond(proximity.result, limit)) proximity.result = onlyProof(proximity.result);
+  in_body_a.depth_is_lower_bound = closest.result.distance < 0.0 && !depthIsExact(visit);
+  if (isBeyond(in_body_a.result, limit)) in_body_a.result = onlyProof(in_body_a.result);
   if (skipping_ == Skipping::On && memory_ != Memory::None)
-    kept_.of(visit.a, visit.b) = {a_T_b, proximity, closest.leaves};
-  return proximity;
+    kept_.of(visit.a, visit.b) = {a_T_b, in_body_a, closest.leaves};
+  return in_body_a;
 }
 
-PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const {
+PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& visit,
+                                       const PairProximity& in_body_a) const {
+  PairProximity proximity = in_body_a;
   proximity.asked = pair;
   proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
   if (robot_.numberOf(pair.a) == visit.a) return proximity;
@@ -202,12 +204,12 @@ PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& vi
     ++counts_.unknown;
     return unknown(pair);
   }
-  const PairProximity proximity = compute(visit, a_T_b, limit, question);
-  if (proximity.result.status == narrowphase::Status::Unknown)
+  const PairProximity in_body_a = compute(visit, a_T_b, limit, question);
+  if (in_body_a.result.status == narrowphase::Status::Unknown)
     ++counts_.unknown;  // too far for the narrowphase
   else
-    ++(proximity.collision_a > 0 ? counts_.computed : counts_.by_bounds);
-  return asAsked(pair, visit, proximity);
+    ++(in_body_a.collision_a > 0 ? counts_.computed : counts_.by_bounds);
+  return asAsked(pair, visit, in_body_a);
 }
 
 PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& question) {
@@ -252,7 +254,7 @@ bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const 
   if (!kept) return false;
   const RelativeMotionBound motion =
       PlacedRobot::relativeMotion(robot_[visit.a], robot_[visit.b], kept->a_T_b, robot_.relative(visit.a, visit.b));
-  return kept->proximity.result.upper_bound + motion.distance_change <= threshold;
+  return kept->in_body_a.result.upper_bound + motion.distance_change <= threshold;
 }
 
 }  // namespace proximity_server::scene

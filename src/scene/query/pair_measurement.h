@@ -86,7 +86,7 @@ class PairMeasurement {
   /// The last computed answer about a pair.
   struct KeptAnswer {
     RelativePose a_T_b;
-    PairProximity proximity;  ///< in the frame of a
+    PairProximity in_body_a;
     LeafPair leaves;
   };
 
@@ -97,10 +97,12 @@ class PairMeasurement {
   ClosestPieces closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                           const Question& question);
   PairProximity proof(const Visit& visit) const;
+  // PairProximity has the frame of the body of a in the following functions; asAsked() transforms it into that of the
+  // poses.
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                             const Question& question) const;
   PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question);
-  PairProximity asAsked(const ShapeRefPair& pair, const Visit& visit, PairProximity proximity) const;
+  PairProximity asAsked(const ShapeRefPair& pair, const Visit& visit, const PairProximity& in_body_a) const;
 
   const SceneModel& model_;
   const Skipping skipping_;
