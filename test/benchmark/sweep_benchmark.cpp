@@ -221,7 +221,8 @@ void runOn(int core) {
   sched_setaffinity(0, sizeof cores, &cores);  // a wish: where it fails, the thread runs anywhere
 }
 
-/// Returns the seconds until each of so many threads, on a core of its own, has answered all states with a batch of its own.
+/// Returns the seconds until each of so many threads, on a core of its own, has answered all states with a batch of its
+/// own.
 double secondsOf(int threads, SceneQuestion question, const PositionTable& states, const SceneBatch& batch) {
   std::vector<std::unique_ptr<SweepBatch>> batches;
   for (int i = 0; i < threads; ++i) {

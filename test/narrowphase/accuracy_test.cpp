@@ -1,5 +1,5 @@
-// The accuracy table of the README.md beside this file, measured. It fails when a pair gets worse, and when it gets much
-// better than stated.
+// The accuracy table of the README.md beside this file, measured. It fails when a pair gets worse, and when it gets
+// much better than stated.
 #include <gtest/gtest.h>
 
 #include <algorithm>

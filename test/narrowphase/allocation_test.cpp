@@ -52,8 +52,7 @@ TEST(Allocation, QueryOfAHullFarFromItsOriginTakesNoMemory) {
 }
 
 // Regression: nearly all vertices are the farthest within the rounding of their place, in each direction, and each cell
-//             of
-// the table had its own list of them: 88 MB.
+// of the table had its own list of them: 88 MB.
 TEST(Allocation, HullHardlyLargerThanTheRoundingOfItsPlaceTakesLittleMemory) {
   std::mt19937 random(34);
   std::vector<Eigen::Vector3d> points;

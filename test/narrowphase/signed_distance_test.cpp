@@ -430,8 +430,7 @@ TEST(SignedDistance, ShapesTooFarToComputeWithAreUnknown) {
 }
 
 // Regression: from 1e38 m on, the square of a direction overflowed, and a lower bound was above the upper one; from
-//             1e-40 m
-// on it underflowed, and the lower bound was NaN.
+// 1e-40 m on it underflowed, and the lower bound was NaN.
 TEST(SignedDistance, BoundsOfAnyComputableSizeAreThoseOfTheSameShapesInMetres) {
   const Vector3d radii(1.8, 0.6, 1.4), sizes(1.2, 0.8, 1.0);
   const auto distanceAt = [&](double scale) {

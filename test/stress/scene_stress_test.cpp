@@ -21,9 +21,9 @@ TEST(SceneStress, ScenesOfEveryFamilyKeepEveryPromise) {
   EXPECT_LT(all["motions_open"], all["motions"]);
 }
 
-// Regression: the pair of a minimum that had converged had the bounds of the piece that was measured last, where another
-// one was nearer by less than the tolerance: l_shoulder_pan_link and r_shoulder_pan_link of a PR2, by 37 nm. Found in 1 of
-// 1,000,000 scenes.
+// Regression: the pair of a minimum that had converged had the bounds of the piece that was measured last, where
+// another one was nearer by less than the tolerance: l_shoulder_pan_link and r_shoulder_pan_link of a PR2, by 37 nm.
+// Found in 1 of 1,000,000 scenes.
 TEST(SceneStress, MinimumOfSeveralPiecesHasTheBoundsOfAll) {
   if (!findsExampleRobots(exampleRobotsResolver())) GTEST_SKIP() << kExampleRobotsMissing;
   if (kIsSanitized) return;

@@ -45,8 +45,8 @@ TEST(WholeFile, LeavesWhatWasThereIfItIsNotCompleted) {
   EXPECT_EQ(filesIn(files), 1U);
 }
 
-// Regression: the second one emptied the temporary file of the first, where both have the same name of the process: it waited for
-// ever here, and for the first one to end in containers that count their processes alike.
+// Regression: the second one emptied the temporary file of the first, where both have the same name of the process: it
+// waited for ever here, and for the first one to end in containers that count their processes alike.
 TEST(WholeFile, IsNotDisturbedByAnotherOneOfTheSameProcess) {
   const TemporaryFiles files;
   WholeFile first(files.path("a")), second(files.path("a"));

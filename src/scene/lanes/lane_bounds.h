@@ -54,8 +54,8 @@ class LaneBounds {
   /// number.
   int keepNear(int pair, double threshold, int* states, int count) const;
 
-  /// The states whose balls do not prove a distance above the threshold [m] of the state. Writes their numbers to `states`,
-  /// ascending, and returns how many they are. Both arrays have kBlock entries.
+  /// The states whose balls do not prove a distance above the threshold [m] of the state. Writes their numbers to
+  /// `states`, ascending, and returns how many they are. Both arrays have kBlock entries.
   int findNear(int pair, const double* thresholds, int* states) const;
 
   /// The side of the threshold on which a pair is proven to be in one state.

@@ -146,8 +146,7 @@ TEST(MotionWithinLimits, TakesTheTurnFromAStatedPosition) {
 }
 
 // Regression: of a joint stated more than 0.05 rad beyond a limit, which moves back in, the pose a turn away was taken,
-//             whose
-// other limit is near: it stopped there, and what it would meet on its way was missed.
+// whose other limit is near: it stopped there, and what it would meet on its way was missed.
 TEST(MotionWithinLimits, TakesAStatedPositionBeyondALimitForTheTurn) {
   const std::string joint = oneJoint("revolute", limits(-3.2, 3.2));
   for (const double beyond : {0.04, 0.06, 1.0, 3.1}) {

@@ -447,7 +447,7 @@ class PairsOfSeveralPieces : public testing::Test {
 };
 
 // Regression: where the pose of the world is not known, the lower bounds of pairs with held objects were those of two
-//             pieces.
+// pieces.
 TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemInTheWorldAndWithoutIt) {
   for (int i = 0; i < repeats(60); ++i) {
     for (const bool with_half_space : {false, true}) {

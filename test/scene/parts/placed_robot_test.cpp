@@ -187,8 +187,7 @@ TEST(MotionBoundOfPlacedRobot, CountsFromTheCentreOfTheSphere) {
 }
 
 // Regression: seen from b, a ball of 1 mm that b goes round turns about its centre, and its points move by less than
-//             the
-// rounding. But the point on b, which is kept in the frame of a, was 2e-9 m off its shape.
+// the rounding. But the point on b, which is kept in the frame of a, was 2e-9 m off its shape.
 TEST(MotionBoundOfPlacedRobot, OfWhatGoesRoundASmallBallIsNoRest) {
   const Placed placed({ball("0.001"), ball("1")});
   const Isometry3d before = at(100, 0, 0), now = turned(2e-11, {0, 0, 1}) * before;

@@ -1,5 +1,5 @@
-// The executable with --objects from end to end, on the two sliders: the sled reaches from 1.5 + slide to 2.5 + slide, the ball
-// is a sphere of radius 0.25 about 5 + 2 slide.
+// The executable with --objects from end to end, on the two sliders: the sled reaches from 1.5 + slide to 2.5 + slide,
+// the ball is a sphere of radius 0.25 about 5 + 2 slide.
 #include <cmath>
 #include <map>
 #include <string>
@@ -126,8 +126,8 @@ TEST_F(ClearanceObjects, WhereAPartWasPutDownItStays) {
 objects: [{id: part, link: "sled, left", pose: {position: [1, 0, 0]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}]
 changes: [{at: {time: 1.5}, operation: DETACH, id: part}]
 )";
-  // Held, the part is at 3 + slide; the first row at 1.5 s or later is that at 2 s, where it is put down at 3.5. The ball is at
-  // 5 + 2 slide: at -0.5 it is at 4, and 0.15 from the part.
+  // Held, the part is at 3 + slide; the first row at 1.5 s or later is that at 2 s, where it is put down at 3.5. The
+  // ball is at 5 + 2 slide: at -0.5 it is at 4, and 0.15 from the part.
   const auto answers = rows(objects, "time,slide\n1,0\n2,0.5\n3,-0.5\n");
   EXPECT_EQ(pairOf(answers.at(2)), "ball|part");
   EXPECT_NEAR(number(answers.at(2), "distance"), 0.15, 1e-9);

@@ -92,7 +92,8 @@ TEST_F(ClearanceSecondOpinion, AWideToleranceFindsNoDifference) {
   EXPECT_FALSE(says(result.errors, "the worst")) << result.errors;
 }
 
-// A ball of radius 0.1 is fixed in the world at (0, 3, 0), one moves with the ball of the robot, and a floor has no shape in FCL.
+// A ball of radius 0.1 is fixed in the world at (0, 3, 0), one moves with the ball of the robot, and a floor has no
+// shape in FCL.
 TEST_F(ClearanceSecondOpinion, ObjectsAreAskedToo) {
   const std::string objects = files_.write("objects.yaml", R"(objects:
 - {id: stands, pose: {position: [0, 3, 0]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}

@@ -314,7 +314,8 @@ TEST_F(SweepTool, ABadStateLeavesNoPart) {
   EXPECT_FALSE(fs::exists(in("x.npy")));
 }
 
-/// Three spheres of radius 0.1 on the x axis: a at cart + a, b at b and c at c. The sum of the first two overflows where each is finite.
+/// Three spheres of radius 0.1 on the x axis: a at cart + a, b at b and c at c. The sum of the first two overflows
+/// where each is finite.
 const char* const kOnACart = R"(<robot name="on a cart">
   <link name="base"/><link name="cart"/>
   <link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
@@ -350,8 +351,8 @@ class UnknownStates : public SweepTool {
                                           " --objects " + files_.write("cell.yaml", "objects: []")};
 };
 
-// Regression: lists had no row for such a state, which reads as "nothing is near"; those by Scene had the pairs that are known, as if
-// they were all.
+// Regression: lists had no row for such a state, which reads as "nothing is near"; those by Scene had the pairs that
+// are known, as if they were all.
 TEST_F(UnknownStates, HaveOneRowWithoutAPairInEveryList) {
   for (const std::string pairs : {"minimum", "k:2", "below:0.9", "below:0.01"}) {
     for (const std::string& way : ways_) {
