@@ -33,7 +33,7 @@ class Chance : public std::mt19937 {
 
   template <class List>
   const auto& oneOf(const List& list) {
-    return list[static_cast<std::size_t>(below(static_cast<int>(std::size(list))))];
+    return list[below(static_cast<int>(std::size(list)))];
   }
 
   Eigen::Vector3d direction() {

@@ -84,8 +84,8 @@ JointPositions::Block JointPositions::block(Eigen::Index first, Eigen::Index cou
 }
 
 void positionsOf(const JointPositions::Block& block, Eigen::Index state, std::vector<double>& positions) {
-  positions.resize(static_cast<std::size_t>(block.cols()));
-  for (Eigen::Index j = 0; j < block.cols(); ++j) positions[static_cast<std::size_t>(j)] = block(state, j);
+  positions.resize(block.cols());
+  for (Eigen::Index j = 0; j < block.cols(); ++j) positions[j] = block(state, j);
 }
 
 }  // namespace proximity_server::python

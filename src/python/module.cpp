@@ -47,7 +47,7 @@ std::vector<JointInfo> jointsOf(const Robot& robot) {
   std::vector<JointInfo> list;
   for (const scene::Joint& joint : joints) {
     std::optional<std::string> mimic;
-    if (joint.mimic) mimic = joints[static_cast<std::size_t>(joint.mimic->joint)].name;
+    if (joint.mimic) mimic = joints[joint.mimic->joint].name;
     list.push_back({joint.name, toString(joint.type), joint.lower, joint.upper, mimic});
   }
   return list;
@@ -82,8 +82,7 @@ std::vector<std::tuple<std::string, std::string, std::string>> uncheckedOf(const
   std::vector<std::tuple<std::string, std::string, std::string>> list;
   for (const scene::LinkPair& pair : robot.model().pairs.pairs) {
     if (pair.reason == scene::PairReason::Checked) continue;
-    list.emplace_back(model.links[static_cast<std::size_t>(pair.link_a)].name,
-                      model.links[static_cast<std::size_t>(pair.link_b)].name, scene::toString(pair.reason));
+    list.emplace_back(model.links[pair.link_a].name, model.links[pair.link_b].name, scene::toString(pair.reason));
   }
   return list;
 }

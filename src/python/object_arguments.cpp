@@ -76,7 +76,7 @@ Geometry meshOf(const py::object& shape) {
         throw std::invalid_argument("triangle " + std::to_string(i) + " names vertex " +
                                     std::to_string(static_cast<long long>(vertex)) + " of " +
                                     std::to_string(mesh.vertices.size()));
-      triangle[static_cast<std::size_t>(j)] = static_cast<int>(vertex);
+      triangle[j] = static_cast<int>(vertex);
     }
     mesh.triangles.push_back(triangle);
   }

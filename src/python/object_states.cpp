@@ -25,8 +25,8 @@ scene::Question questionOf(double distance) {
 /// Moves the scene to a state. Returns false if a position of the state is not finite.
 bool ObjectStates::setState(const scene::States& states, Eigen::Index state) {
   if (!states.row(state).allFinite()) return false;
-  positions_.resize(static_cast<std::size_t>(states.cols()));
-  for (Eigen::Index j = 0; j < states.cols(); ++j) positions_[static_cast<std::size_t>(j)] = states(state, j);
+  positions_.resize(states.cols());
+  for (Eigen::Index j = 0; j < states.cols(); ++j) positions_[j] = states(state, j);
   const scene::BodyPoses poses = scene::forwardKinematics(scene_.model().robot, positions_);
   scene_.update(poses, scene::framePoses(*scene_.objects(), poses));
   return true;
@@ -39,7 +39,7 @@ const std::vector<PairProximity>& ObjectStates::answerEach(const scene::States& 
   for (Eigen::Index state = 0; state < states.rows(); ++state) {
     if (!setState(states, state)) continue;
     const PairProximity* const pair = ask();
-    if (pair && isComplete()) answers_[static_cast<std::size_t>(state)] = *pair;
+    if (pair && isComplete()) answers_[state] = *pair;
   }
   return answers_;
 }
@@ -98,7 +98,7 @@ const std::vector<scene::StateVerdict>& ObjectStates::anyBelow(const scene::Stat
     if (!setState(states, state)) continue;
     const PairProximity* const first = scene_.first(scene_.candidates(), question);
     if (!isComplete()) continue;
-    verdicts_[static_cast<std::size_t>(state)] =
+    verdicts_[state] =
         first ? scene::StateVerdict{Kind::Below, numbers_.of(first->asked)} : scene::StateVerdict{Kind::Above, -1};
   }
   return verdicts_;

@@ -215,7 +215,7 @@ AnsweredPairs pairsOf(const scene::StatePairs& lists, Eigen::Index state) {
 }
 
 AnsweredPairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::Index state) {
-  const scene::PairProximity& minimum = minima[static_cast<std::size_t>(state)];
+  const scene::PairProximity& minimum = minima[state];
   return {&minimum, minimum.result.status == narrowphase::Status::Unknown ? 0 : 1};
 }
 
@@ -249,7 +249,7 @@ std::vector<LevelRow> listedRows(const scene::StatePairs& lists, Eigen::Index fi
   std::vector<LevelRow> rows;
   rows.reserve(lists.pairs.size());
   for (Eigen::Index state = 0; state < static_cast<Eigen::Index>(lists.unknown.size()); ++state) {
-    const bool is_unknown = lists.unknown[static_cast<std::size_t>(state)] != 0;
+    const bool is_unknown = lists.unknown[state] != 0;
     const AnsweredPairs pairs = pairsOf(lists, state);
     for (Eigen::Index i = 0; i < (is_unknown ? 1 : pairs.count); ++i)
       rows.push_back(rowOf(first + state, pairOf(pairs, i), numbers, thresholds));
@@ -276,7 +276,7 @@ void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Sc
     scratch.derivatives.emplace(scratch.loaded->model);
     scene::ObjectCarriers carriers;
     for (const std::string& frame : objects.frames())
-      carriers.of_frames.push_back(robot.links[static_cast<std::size_t>(robot.findLink(frame))].body);
+      carriers.of_frames.push_back(robot.links[robot.findLink(frame)].body);
     scratch.derivatives->use(scratch.objects, carriers);
   }
   positionsOf(block, state, scratch.positions);
@@ -446,7 +446,7 @@ void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& a
     const auto work = [&](Eigen::Index first, int thread) {
       if (thread == 0) may_continue = signals.mayContinue();
       if (!may_continue) return;
-      std::shared_ptr<Scratch>& own = scratch[static_cast<std::size_t>(thread)];
+      std::shared_ptr<Scratch>& own = scratch[thread];
       if (!own) own = borrow();
       answer(*own, first, std::min(block, count - first));
     };

@@ -23,21 +23,20 @@ constexpr int kMaxJudged = 20;  // the time of the oracle grows with the vertice
 /// Returns the distances by candidate pair; infinity if there is no answer.
 std::vector<double> byPair(const std::vector<PairDistance>& answer, std::size_t pairs) {
   std::vector<double> distances(pairs, kInfinity);
-  for (const PairDistance& pair : answer) distances[static_cast<std::size_t>(pair.pair)] = pair.distance;
+  for (const PairDistance& pair : answer) distances[pair.pair] = pair.distance;
   return distances;
 }
 
 /// Returns the pose of a piece in the frame of the poses.
 Isometry3d poseOf(const Piece& piece, const Link& link, const BodyPoses& poses) {
-  return *poses[static_cast<std::size_t>(link.body)] * piece.body_T_piece;
+  return *poses[link.body] * piece.body_T_piece;
 }
 
 double reachOf(const Shape& shape) { return shape.coreRadius() + shape.margin(); }
 
 /// Returns the distance of the closest pieces of two links, or `enough` if no piece is nearer.
 double trueDistance(const RobotModel& robot, const LinkPair& pair, const BodyPoses& poses, double enough) {
-  const Link &link_a = robot.links[static_cast<std::size_t>(pair.link_a)],
-             &link_b = robot.links[static_cast<std::size_t>(pair.link_b)];
+  const Link &link_a = robot.links[pair.link_a], &link_b = robot.links[pair.link_b];
   double closest = enough;
   for (const Piece* a : piecesOfLink(robot, pair.link_a))
     for (const Piece* b : piecesOfLink(robot, pair.link_b)) {
@@ -124,8 +123,8 @@ void Agreement::compareDistances(const BodyPoses& poses, const std::vector<int>&
 void Agreement::judge(const BodyPoses& poses, const std::vector<int>& pairs, double ours, double other) {
   double truth = question_ == SceneQuestion::Below ? kBelow : kInfinity;
   for (const int pair : pairs) {
-    const int index = model_.pairs.checked[static_cast<std::size_t>(pair)];
-    truth = trueDistance(model_.robot, model_.pairs.pairs[static_cast<std::size_t>(index)], poses, truth);
+    const int index = model_.pairs.checked[pair];
+    truth = trueDistance(model_.robot, model_.pairs.pairs[index], poses, truth);
   }
   ++judged_;
   if (std::abs(ours - truth) <= kAgreement) ++ours_right_;

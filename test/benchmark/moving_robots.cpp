@@ -164,7 +164,7 @@ class Contest {
   double reachOf(const Body& body) const {
     double reach = 0.0;
     for (const int index : body.pieces) {
-      const Piece& piece = model_->robot.pieces[static_cast<std::size_t>(index)];
+      const Piece& piece = model_->robot.pieces[index];
       const double radius = piece.shape.coreRadius() + piece.shape.margin();
       reach = std::max(reach, (piece.body_T_piece * piece.shape.centre()).norm() + radius);
     }

@@ -344,7 +344,7 @@ json supportTimes(const HullSupport& support, int vertices) {
     int best = 0;
     double farthest = -std::numeric_limits<double>::infinity();
     for (int i = 0; i < hull.size(); ++i) {
-      const double height = hull.vertices()[static_cast<std::size_t>(i)].dot(d);
+      const double height = hull.vertices()[i].dot(d);
       if (height > farthest) farthest = height, best = i;
     }
     return best;

@@ -59,7 +59,7 @@ struct NamedRequest {
   RawRequest request;
 };
 
-std::string nameOf(const RobotModel& robot, int link) { return robot.links[static_cast<std::size_t>(link)].name; }
+std::string nameOf(const RobotModel& robot, int link) { return robot.links[link].name; }
 
 proximity_server::ShapeRef shape(const RobotModel& robot, int link) {
   proximity_server::ShapeRef ref;
@@ -71,7 +71,7 @@ proximity_server::ShapeRef shape(const RobotModel& robot, int link) {
 template <class Request>
 Request onePair(const SceneModel& model) {
   const std::size_t middle = model.pairs.checked.size() / 2;
-  const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(model.pairs.checked[middle])];
+  const LinkPair& pair = model.pairs.pairs[model.pairs.checked[middle]];
   Request request;
   request.a = shape(model.robot, pair.link_a);
   request.b = shape(model.robot, pair.link_b);
@@ -123,7 +123,7 @@ std::vector<ShapeRefPair> batchOfPairs(const SceneModel& model) {
   std::vector<ShapeRefPair> pairs;
   for (std::size_t i = 0; i < kBatch; ++i) {
     const int row = model.pairs.checked[i % model.pairs.checked.size()];
-    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(row)];
+    const LinkPair& pair = model.pairs.pairs[row];
     pairs.push_back({{pair.link_a}, {pair.link_b}});
   }
   return pairs;

@@ -466,7 +466,7 @@ class ControllerCycles {
     for (const FclScene::PairWithPoints& found :
          fcl_.closest(states_[state], kConstraintRows, damper_.influence_distance)) {
       if (!(found.distance > 0.0)) continue;
-      PairProximity pair{scene_.candidates()[static_cast<std::size_t>(found.candidate)], 0, 0, {}};
+      PairProximity pair{scene_.candidates()[found.candidate], 0, 0, {}};
       pair.result.status = narrowphase::Status::Converged;
       pair.result.has_points = true;
       pair.result.point_a = found.point_a;

@@ -32,7 +32,7 @@ const NamedRobot& demo() {
 /// Returns the pose of a body in its parent.
 Isometry3d acrossJoint(const Body& body, const BodyPoses& poses, const RobotModel& robot) {
   const auto index = static_cast<std::size_t>(&body - robot.bodies.data());
-  return poses[static_cast<std::size_t>(body.parent)]->inverse() * *poses[index];
+  return poses[body.parent]->inverse() * *poses[index];
 }
 
 TEST(CoherentMotion, StepsOfAMillisecondTurnNoJointFasterThanARadianPerSecond) {

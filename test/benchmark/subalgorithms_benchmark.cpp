@@ -109,8 +109,7 @@ const Vector3d& farthest(const Points& points, const Vector3d& direction) {
 void keepMembers(PointSet& set, unsigned members) {
   int kept = 0;
   for (int i = 0; i < set.size; ++i)
-    if ((members >> i & 1u) != 0)
-      set.points[static_cast<std::size_t>(kept++)] = set.points[static_cast<std::size_t>(i)];
+    if ((members >> i & 1u) != 0) set.points[kept++] = set.points[i];
   set.size = kept;
 }
 
@@ -130,7 +129,7 @@ GjkRun gjk(const HullPair& pair, Subalgorithm subalgorithm, const Visit& visit) 
   for (run.iterations = 1; run.iterations < 100; ++run.iterations) {
     const Vector3d w = farthest(pair.a, -v) - farthest(pair.b, v);
     if (run.distance - v.dot(w) / v.norm() <= rounding) break;
-    set.points[static_cast<std::size_t>(set.size++)] = w;
+    set.points[set.size++] = w;
     visit(set);
     const NearestInSet nearest = subalgorithm(set);
     const double distance = nearest.point.norm();
@@ -156,7 +155,7 @@ std::vector<PointSet> recordedSimplices(const Family& family) {
 double errorOn(const PointSet& set, Subalgorithm subalgorithm) {
   const long double truth = exactDistanceToOrigin({set.points.begin(), set.points.begin() + set.size});
   double largest = 0.0;
-  for (int i = 0; i < set.size; ++i) largest = std::max(largest, set.points[static_cast<std::size_t>(i)].norm());
+  for (int i = 0; i < set.size; ++i) largest = std::max(largest, set.points[i].norm());
   const double error = static_cast<double>(std::abs(subalgorithm(set).point.norm() - truth)) / largest;
   return std::isfinite(error) ? error : std::numeric_limits<double>::max();
 }

@@ -20,7 +20,7 @@ PointSet randomSet(int size, std::mt19937& random) {
   const auto vector = [&] { return Vector3d(normal(random), normal(random), normal(random)); };
   PointSet set;
   const Vector3d centre = 0.5 * vector();
-  for (; set.size < size; ++set.size) set.points[static_cast<std::size_t>(set.size)] = centre + vector();
+  for (; set.size < size; ++set.size) set.points[set.size] = centre + vector();
   return set;
 }
 

@@ -234,7 +234,7 @@ double secondsOf(int threads, SceneQuestion question, const PositionTable& state
     for (int i = 0; i < threads; ++i)
       running.emplace_back([&, i] {
         runOn(i);
-        SweepBatch& own = *batches[static_cast<std::size_t>(i)];
+        SweepBatch& own = *batches[i];
         forBatches(states, states.rows(), [&](const States& some) { own.ask(some, question); });
       });
     for (std::thread& thread : running) thread.join();

@@ -113,9 +113,7 @@ TEST(SphereScene, CoversTheCornersOfHulls) {
 double distanceOfSpheres(const SphereScene& spheres, const RobotModel& robot, const BodyPoses& poses,
                          const ShapeRefPair& pair) {
   double nearest = std::numeric_limits<double>::infinity();
-  const auto poseOf = [&](int link) {
-    return *poses[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(link)].body)];
-  };
+  const auto poseOf = [&](int link) { return *poses[robot.links[link].body]; };
   for (const auto& a : spheres.spheresOf(pair.a.link()))
     for (const auto& b : spheres.spheresOf(pair.b.link()))
       nearest = std::min(
@@ -136,7 +134,7 @@ TEST(SphereScene, FindsWhatAllPairsOfItsSpheresSay) {
     for (const ShapeRefPair& pair : candidates) expected.push_back(distanceOfSpheres(spheres, robot, poses, pair));
     spheres.place(positions.data(), 1);
     const PairDistance minimum = spheres.minimum();
-    EXPECT_NEAR(minimum.distance, expected[static_cast<std::size_t>(minimum.pair)], 1e-9);
+    EXPECT_NEAR(minimum.distance, expected[minimum.pair], 1e-9);
     std::sort(expected.begin(), expected.end());
     EXPECT_NEAR(minimum.distance, expected.front(), 1e-9);
     EXPECT_NEAR(spheres.closest(kClosest).back().distance, expected[kClosest - 1], 1e-9);

@@ -370,8 +370,7 @@ TEST(Families, NearDuplicateVertices) {
   for (const double offset : {1e-16, 1e-13, 1e-10, 1e-7})
     for (int i = 0; i < 10; ++i) {
       Points points = boxCorners({1, 1, 1});
-      for (int k = 0; k < 8; ++k)
-        points.push_back(points[static_cast<std::size_t>(k)] + offset * randomDirection(random));
+      for (int k = 0; k < 8; ++k) points.push_back(points[k] + offset * randomDirection(random));
       const PairCase c{"near duplicates", hullOf(points), hullOf(points), randomPose(random, 1.2)};
       expectExact(c);
       expectExact(movedTo(1e-9, c));

@@ -18,8 +18,7 @@ inline Eigen::Vector3d vectorFrom(const nlohmann::json& j) {
 inline Eigen::Isometry3d poseFrom(const nlohmann::json& rows) {
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
   for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 4; ++column)
-      result.matrix()(row, column) = rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(column)];
+    for (int column = 0; column < 4; ++column) result.matrix()(row, column) = rows[row][column];
   return result;
 }
 

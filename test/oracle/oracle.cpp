@@ -197,7 +197,7 @@ long double distanceToTriangle(const Vector3l& p, const std::array<Vector3l, 3>&
 /// Distance of p to the nearest triangle of the hull, or to all there is of a segment or point. The corners are
 /// vertices of the hull, so whatever triangles there are, p lies no farther from the hull than this.
 long double distanceToTriangles(const ConvexHull& hull, const Vector3l& p) {
-  const auto corner = [&](int i) -> const Eigen::Vector3d& { return hull.vertices()[static_cast<std::size_t>(i)]; };
+  const auto corner = [&](int i) -> const Eigen::Vector3d& { return hull.vertices()[i]; };
   const auto distance = [&](int i, int j, int k) {
     return distanceToTriangle(
         p, {corner(i).cast<long double>(), corner(j).cast<long double>(), corner(k).cast<long double>()});
@@ -218,7 +218,7 @@ long double distanceToTriangles(const ConvexHull& hull, const Vector3l& p) {
 
 /// Whether p sees every triangle of a solid hull from inside: then it lies in what they enclose.
 bool seesAllFromInside(const ConvexHull& hull, const Vector3l& p) {
-  const auto corner = [&](int i) { return hull.vertices()[static_cast<std::size_t>(i)].cast<long double>(); };
+  const auto corner = [&](int i) { return hull.vertices()[i].cast<long double>(); };
   return hull.dimension() == 3 && std::all_of(hull.triangles().begin(), hull.triangles().end(), [&](const auto& t) {
            const Vector3l a = corner(t[0]) - p, b = corner(t[1]) - p, c = corner(t[2]) - p;
            return a.dot(b.cross(c)) > 8 * kRounding * a.norm() * b.norm() * c.norm();

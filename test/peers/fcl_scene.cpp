@@ -85,10 +85,9 @@ bool FclScene::goesAsTriangles(const Shape& shape) const {
 
 void FclScene::addLink(const RobotModel& robot, int link) {
   try {
-    addPieces(piecesOfLink(robot, link), link, robot.links[static_cast<std::size_t>(link)].body,
-              Isometry3d::Identity());
+    addPieces(piecesOfLink(robot, link), link, robot.links[link].body, Isometry3d::Identity());
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("link " + robot.links[static_cast<std::size_t>(link)].name + ": " + error.what());
+    throw std::invalid_argument("link " + robot.links[link].name + ": " + error.what());
   }
 }
 
@@ -112,14 +111,14 @@ void FclScene::addPieces(const std::vector<const Piece*>& pieces, int link, int 
 
 void FclScene::addPart(int link, int body, const Isometry3d& body_T_part,
                        const std::shared_ptr<fcl::CollisionGeometryd>& geometry) {
-  parts_of_link_[static_cast<std::size_t>(link)].push_back(parts_.size());
+  parts_of_link_[link].push_back(parts_.size());
   parts_.push_back({link, body, body_T_part, std::make_unique<fcl::CollisionObjectd>(geometry)});
 }
 
 void FclScene::update(const BodyPoses& poses) {
   for (Part& part : parts_) {
     if (part.body < 0) continue;
-    part.object->setTransform(*poses[static_cast<std::size_t>(part.body)] * part.body_T_part);
+    part.object->setTransform(*poses[part.body] * part.body_T_part);
     part.object->computeAABB();
   }
   manager_.update();
@@ -176,7 +175,7 @@ void FclScene::offer(std::size_t a, std::size_t b) {
   if (question_ == SceneQuestion::AnyBelow) {
     is_any_below_ = measure(a, b, kBelow) < kBelow;
   } else if (question_ == SceneQuestion::Below) {
-    double& within = within_[static_cast<std::size_t>(candidate)];
+    double& within = within_[candidate];
     const double bound = std::min(within, kBelow), distance = measure(a, b, bound);
     if (distance < bound) within = distance;
   } else {
@@ -204,8 +203,8 @@ void FclScene::offerToClosest(int candidate, std::size_t a, std::size_t b) {
 template <typename Visit>
 void FclScene::forParts(std::size_t candidate, const Visit& visit) const {
   const auto [link_a, link_b] = candidates_[candidate];
-  for (const std::size_t a : parts_of_link_[static_cast<std::size_t>(link_a)])
-    for (const std::size_t b : parts_of_link_[static_cast<std::size_t>(link_b)])
+  for (const std::size_t a : parts_of_link_[link_a])
+    for (const std::size_t b : parts_of_link_[link_b])
       visit(a, b, parts_[a].object->getAABB().distance(parts_[b].object->getAABB()));
 }
 

@@ -176,7 +176,7 @@ Lowest lowestOf(const MovingSolidPair& pair, int samples) {
                     [](const Lowest& one, const Lowest& other) { return one.distance < other.distance; });
   Lowest lowest = sampled.front();
   for (int i = 0; i < 3; ++i) {
-    const double time = sampled[static_cast<std::size_t>(i)].time;
+    const double time = sampled[i].time;
     const Lowest valley = goldenSection(pair, std::max(0.0, time - step), std::min(1.0, time + step));
     if (valley.distance < lowest.distance) lowest = valley;
   }

@@ -103,10 +103,10 @@ std::string rootOf(const std::string& prefix, const std::string& root, const std
 
 std::vector<const Piece*> piecesOfLink(const RobotModel& robot, int link) {
   std::vector<const Piece*> pieces;
-  const int body = robot.links[static_cast<std::size_t>(link)].body;
-  for (const int index : robot.bodies[static_cast<std::size_t>(body)].pieces) {
-    const Piece& piece = robot.pieces[static_cast<std::size_t>(index)];
-    if (robot.collisions[static_cast<std::size_t>(piece.collision)].link == link) pieces.push_back(&piece);
+  const int body = robot.links[link].body;
+  for (const int index : robot.bodies[body].pieces) {
+    const Piece& piece = robot.pieces[index];
+    if (robot.collisions[piece.collision].link == link) pieces.push_back(&piece);
   }
   return pieces;
 }

@@ -32,7 +32,7 @@ int numberOf(const ShapeRefPair& pair, const Candidates& candidates, const Objec
 std::vector<std::pair<int, int>> linksOfCandidates(const PairTable& table) {
   std::vector<std::pair<int, int>> links;
   for (const int index : table.checked) {
-    const LinkPair& pair = table.pairs[static_cast<std::size_t>(index)];
+    const LinkPair& pair = table.pairs[index];
     links.emplace_back(pair.link_a, pair.link_b);
   }
   return links;

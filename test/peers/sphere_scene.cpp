@@ -36,9 +36,8 @@ double rayLength(const Shape& shape, const Vector3d& direction) {
   if (shape.kind() == Shape::Kind::Hull && shape.margin() == 0.0 && shape.hull().dimension() == 3) {
     const std::vector<Vector3d>& vertices = shape.hull().vertices();
     for (const auto& [i, j, k] : shape.hull().triangles()) {
-      const Vector3d& p = vertices[static_cast<std::size_t>(i)];
-      const Vector3d normal =
-          (vertices[static_cast<std::size_t>(j)] - p).cross(vertices[static_cast<std::size_t>(k)] - p);
+      const Vector3d& p = vertices[i];
+      const Vector3d normal = (vertices[j] - p).cross(vertices[k] - p);
       const double speed = normal.dot(direction);
       if (speed > 0.0) outside = std::min(outside, normal.dot(p - shape.centre()) / speed);
     }
@@ -84,7 +83,7 @@ std::vector<Sphere> spheresAround(const std::vector<Vector3d>& samples, int coun
   while (static_cast<int>(centres.size()) < count) {
     for (std::size_t i = 0; i < samples.size(); ++i)
       gaps[i] = std::min(gaps[i], (samples[i] - centres.back()).squaredNorm());
-    centres.push_back(samples[static_cast<std::size_t>(std::max_element(gaps.begin(), gaps.end()) - gaps.begin())]);
+    centres.push_back(samples[std::max_element(gaps.begin(), gaps.end()) - gaps.begin()]);
   }
   std::vector<std::vector<Vector3d>> clusters;
   for (int round = 0; round < kRounds; ++round) {
@@ -93,7 +92,7 @@ std::vector<Sphere> spheresAround(const std::vector<Vector3d>& samples, int coun
       const auto nearest = std::min_element(centres.begin(), centres.end(), [&](const Vector3d& p, const Vector3d& q) {
         return (p - sample).squaredNorm() < (q - sample).squaredNorm();
       });
-      clusters[static_cast<std::size_t>(nearest - centres.begin())].push_back(sample);
+      clusters[nearest - centres.begin()].push_back(sample);
     }
     for (std::size_t i = 0; i < centres.size(); ++i) {
       if (clusters[i].empty()) continue;
@@ -158,10 +157,9 @@ void SphereScene::addSteps(const RobotModel& robot) {
         body.parent,      -1,   1.0, 0.0, Matrix3d::Identity(), Matrix3d::Zero(), Matrix3d::Zero(), Vector3d::Zero(),
         Vector3d::Zero(), false};
     if (body.joint >= 0) {
-      const Joint& joint = robot.joints[static_cast<std::size_t>(body.joint)];
+      const Joint& joint = robot.joints[body.joint];
       if (!hasOnePosition(joint)) throw std::invalid_argument("joint " + joint.name + " has more than one position");
-      const Eigen::Isometry3d fixed =
-          robot.links[static_cast<std::size_t>(joint.parent_link)].body_T_link * joint.parent_T_joint;
+      const Eigen::Isometry3d fixed = robot.links[joint.parent_link].body_T_link * joint.parent_T_joint;
       const Joint::Mimic leader = robot.leaderOf(body.joint);
       step.joint = leader.joint;
       step.multiplier = leader.multiplier;
@@ -191,8 +189,8 @@ void SphereScene::addLinks(const RobotModel& robot) {
   std::sort(needed.begin(), needed.end());
   needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
   for (const Fit& fit : fitted(robot, needed)) {
-    LinkSpheres& link = links_[static_cast<std::size_t>(fit.link)];
-    link.body = robot.links[static_cast<std::size_t>(fit.link)].body;
+    LinkSpheres& link = links_[fit.link];
+    link.body = robot.links[fit.link].body;
     link.around = spheresAround(fit.samples, 1).front();
     for (const Sphere& sphere : fit.spheres)  // the spheres stick out of the samples
       link.around.radius = std::max(link.around.radius, (sphere.centre - link.around.centre).norm() + sphere.radius);
@@ -204,7 +202,7 @@ void SphereScene::addLinks(const RobotModel& robot) {
 }
 
 std::vector<SphereScene::Sphere> SphereScene::spheresOf(int link) const {
-  const LinkSpheres& found = links_[static_cast<std::size_t>(link)];
+  const LinkSpheres& found = links_[link];
   return {spheres_.begin() + static_cast<std::ptrdiff_t>(found.begin),
           spheres_.begin() + static_cast<std::ptrdiff_t>(found.end)};
 }
@@ -242,15 +240,15 @@ void SphereScene::placeSpheres(LinkSpheres& link) {
 
 /// Returns the gap [m] between the spheres around two links.
 double SphereScene::gapAround(int pair) const {
-  const auto [a, b] = candidates_[static_cast<std::size_t>(pair)];
-  const LinkSpheres &link_a = links_[static_cast<std::size_t>(a)], &link_b = links_[static_cast<std::size_t>(b)];
+  const auto [a, b] = candidates_[pair];
+  const LinkSpheres &link_a = links_[a], &link_b = links_[b];
   return (link_a.centre - link_b.centre).norm() - link_a.around.radius - link_b.around.radius;
 }
 
 /// Returns the distance [m] of all spheres of two links; the search ends at a distance below `enough`.
 double SphereScene::distanceOf(int pair, double enough) {
-  const auto [a, b] = candidates_[static_cast<std::size_t>(pair)];
-  LinkSpheres &link_a = links_[static_cast<std::size_t>(a)], &link_b = links_[static_cast<std::size_t>(b)];
+  const auto [a, b] = candidates_[pair];
+  LinkSpheres &link_a = links_[a], &link_b = links_[b];
   placeSpheres(link_a);
   placeSpheres(link_b);
   double nearest = kInfinity;
@@ -268,7 +266,7 @@ double SphereScene::distanceOf(int pair, double enough) {
 bool SphereScene::anyBelow(double within) {
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const auto [a, b] = candidates_[i];
-    const LinkSpheres &link_a = links_[static_cast<std::size_t>(a)], &link_b = links_[static_cast<std::size_t>(b)];
+    const LinkSpheres &link_a = links_[a], &link_b = links_[b];
     const double reach = link_a.around.radius + link_b.around.radius + within;
     if ((link_a.centre - link_b.centre).squaredNorm() > reach * reach) continue;
     if (distanceOf(static_cast<int>(i), within) < within) return true;

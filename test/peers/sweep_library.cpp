@@ -51,12 +51,12 @@ std::vector<SceneAnswer> SweepBatch::answers() const {
 }
 
 void SweepStates::ask(const States& states, SceneQuestion question) {
-  positions_.resize(static_cast<std::size_t>(states.cols()));
+  positions_.resize(states.cols());
   count_ = states.rows();
-  if (answers_.size() < static_cast<std::size_t>(count_)) answers_.resize(static_cast<std::size_t>(count_));
+  if (answers_.size() < static_cast<std::size_t>(count_)) answers_.resize(count_);
   for (Eigen::Index i = 0; i < states.rows(); ++i) {
     for (std::size_t j = 0; j < positions_.size(); ++j) positions_[j] = states(i, static_cast<Eigen::Index>(j));
-    SceneAnswer& place = answers_[static_cast<std::size_t>(i)];
+    SceneAnswer& place = answers_[i];
     place.pairs.clear();
     answer(positions_, question, place);
   }

@@ -67,7 +67,7 @@ BodyPoses posesOf(const RobotModel& robot, const DegreesOfFreedom& columns, cons
   std::vector<double> positions(robot.joints.size(), 0.0);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Joint::Mimic leader = robot.leaderOf(static_cast<int>(i));
-    if (hasOnePosition(robot.joints[static_cast<std::size_t>(leader.joint)]))
+    if (hasOnePosition(robot.joints[leader.joint]))
       positions[i] = leader.offset + leader.multiplier * state[columns.columnsOf(leader.joint).first];
   }
   return forwardKinematics(robot, positions);
@@ -306,7 +306,7 @@ class Drive {
     std::map<std::pair<int, int>, RememberedRows::Place> places;
     std::map<std::pair<int, int>, int> index;
     for (int i = 0; i < rows_.capacity(); ++i) {
-      const ConstraintRows::Row& row = rows_.rows()[static_cast<std::size_t>(i)];
+      const ConstraintRows::Row& row = rows_.rows()[i];
       if (!row.is_used) continue;
       index[keyOf(row.pair)] = i;
       places.emplace(keyOf(row.pair), RememberedRows::Place{rows_.matrix().row(i).transpose(), row.distance, state_});

@@ -142,7 +142,7 @@ class Cell : public ControlledCell {
       const Joint& joint = model_->robot.joints[i];
       if (!hasOnePosition(joint)) continue;
       const Joint::Mimic leader = model_->robot.leaderOf(static_cast<int>(i));
-      const double speed = std::abs(leader.multiplier * state_.velocities[static_cast<std::size_t>(leader.joint)]);
+      const double speed = std::abs(leader.multiplier * state_.velocities[leader.joint]);
       result.braking = std::max(result.braking, speed / braking_.deceleration[i]);
     }
     return result;

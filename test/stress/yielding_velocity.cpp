@@ -92,13 +92,13 @@ std::optional<YieldingVelocity> yieldingVelocity(const VelocityProgram& program)
   MatrixXd matrix = MatrixXd::Zero(all, joints + slacks);
   VectorXd bounds(all);
   for (Eigen::Index i = 0; i < hard; ++i) {
-    matrix.row(i).head(joints) = program.matrix.row(used[static_cast<std::size_t>(i)]);
-    bounds[i] = std::min(program.lower_bounds[used[static_cast<std::size_t>(i)]], 0.0);
+    matrix.row(i).head(joints) = program.matrix.row(used[i]);
+    bounds[i] = std::min(program.lower_bounds[used[i]], 0.0);
   }
   for (Eigen::Index i = 0; i < slacks; ++i) {
-    matrix.row(hard + i).head(joints) = program.matrix.row(parting[static_cast<std::size_t>(i)]);
+    matrix.row(hard + i).head(joints) = program.matrix.row(parting[i]);
     matrix(hard + i, joints + i) = kSlack;
-    bounds[hard + i] = program.lower_bounds[parting[static_cast<std::size_t>(i)]];
+    bounds[hard + i] = program.lower_bounds[parting[i]];
   }
   matrix.block(hard + slacks, 0, joints, joints).setIdentity();
   matrix.block(hard + slacks + joints, 0, joints, joints) = -MatrixXd::Identity(joints, joints);
@@ -132,8 +132,8 @@ std::optional<YieldingVelocity> yieldingVelocity(const VelocityProgram& program)
     const Eigen::Index i = counts[k];
     if (!(bounds[i] - matrix.row(i).dot(velocity) <= kFeasible)) return std::nullopt;
     const double push = -(*multipliers)[static_cast<Eigen::Index>(k)] / residual[joints + slacks];
-    if (i < hard) result.pushes[used[static_cast<std::size_t>(i)]] += push;
-    if (i >= hard && i < hard + slacks) result.pushes[parting[static_cast<std::size_t>(i - hard)]] += push;
+    if (i < hard) result.pushes[used[i]] += push;
+    if (i >= hard && i < hard + slacks) result.pushes[parting[i - hard]] += push;
   }
   result.velocity = velocity.head(joints);
   return result;

@@ -111,9 +111,7 @@ TEST(Pipeline, OneStepOfReadingAndOneOfWritingAtATimeAndNoTwoOfOneThread) {
     alone(reading, block.number);
     return next(block);
   };
-  const auto work = [&](Block& block, int thread) {
-    alone(working.at(static_cast<std::size_t>(thread)), block.number);
-  };
+  const auto work = [&](Block& block, int thread) { alone(working.at(thread), block.number); };
   runPipeline<Block>({read, work, [&](Block& block) { alone(writing, block.number); }}, {kThreads});
 }
 

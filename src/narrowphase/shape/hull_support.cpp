@@ -194,7 +194,7 @@ int HullSupport::farthestVertex(const Vector3d& direction) const {
   if (candidates[0] == kCrowded) return searchCrowded(direction, candidates);
   const Vector3d* const vertices = hull_.vertices().data();
   const auto height = [&](std::size_t i) { return vertices[candidates[i]].dot(direction); };
-  return candidates[static_cast<std::size_t>(greatest(height(0), height(1), height(2), height(3)))];
+  return candidates[greatest(height(0), height(1), height(2), height(3))];
 }
 
 int HullSupport::searchCrowded(const Vector3d& direction, const Candidates& cell) const {

@@ -44,7 +44,7 @@ bool isClosed(const ConvexHull& hull) {
   std::vector<int> passed(static_cast<std::size_t>(hull.neighbours(hull.size() - 1).end() - first), 0);
   const auto edge = [&](int from, int to) -> int& {
     const ConvexHull::Range ends = hull.neighbours(from);
-    return passed[static_cast<std::size_t>(std::lower_bound(ends.begin(), ends.end(), to) - first)];
+    return passed[std::lower_bound(ends.begin(), ends.end(), to) - first];
   };
   for (const auto& t : hull.triangles())
     for (std::size_t i = 0; i < 3; ++i) {
@@ -77,7 +77,7 @@ double smallestDepth(const ConvexHull& hull, const Vector3d& point) {
   if (hull.dimension() < 3 || hull.triangles().empty() || !isClosed(hull)) return 0.0;
   double smallest = std::numeric_limits<double>::infinity();
   for (const auto& t : hull.triangles()) {
-    const auto corner = [&](std::size_t i) { return hull.vertices()[static_cast<std::size_t>(t[i])]; };
+    const auto corner = [&](std::size_t i) { return hull.vertices()[t[i]]; };
     const double depth = depthBelow(corner(0), corner(1), corner(2), point);
     if (!(depth > 0.0)) return 0.0;
     smallest = std::min(smallest, depth);

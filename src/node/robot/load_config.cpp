@@ -173,7 +173,7 @@ class Parameters {
   std::vector<XmlRpcValue*> entries(XmlRpcValue& value, const std::string& name) const {
     require(value.getType() == XmlRpcValue::TypeArray, name, "must be a list");
     std::vector<XmlRpcValue*> result;
-    result.reserve(static_cast<std::size_t>(value.size()));
+    result.reserve(value.size());
     for (int i = 0; i < value.size(); ++i) result.push_back(&value[i]);
     return result;
   }
@@ -196,7 +196,7 @@ class Parameters {
   std::vector<std::string> texts(XmlRpcValue& value, const std::string& name) const {
     require(value.getType() == XmlRpcValue::TypeArray, name, "must be a list of texts");
     std::vector<std::string> result;
-    result.reserve(static_cast<std::size_t>(value.size()));
+    result.reserve(value.size());
     for (int i = 0; i < value.size(); ++i) result.push_back(text(value[i], name));
     return result;
   }

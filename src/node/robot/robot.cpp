@@ -186,7 +186,7 @@ std::vector<int> constraintColumnsOf(const scene::RobotModel& robot, const std::
   }
   std::vector<int> columns;
   for (int column = 0; column < all.size(); ++column)
-    if (moves[static_cast<std::size_t>(column)]) columns.push_back(column);
+    if (moves[column]) columns.push_back(column);
   return columns;
 }
 

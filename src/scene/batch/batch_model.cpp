@@ -47,14 +47,12 @@ std::vector<int> pairOrder(const RobotModel& robot, const std::shared_ptr<const 
         if (bounds.isPlaced(i)) states.push_back(i);
       const int count = bounds.keepNear(pair, kNear, states.data(), static_cast<int>(states.size()));
       for (const LaneBounds::Side side : bounds.sides(pair, kNear, states.data(), count))
-        near_count[static_cast<std::size_t>(pair)] += side == LaneBounds::Side::Below ? 1 : 0;
+        near_count[pair] += side == LaneBounds::Side::Below ? 1 : 0;
     }
   }
   std::vector<int> order(static_cast<std::size_t>(pairs));
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return near_count[static_cast<std::size_t>(a)] > near_count[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return near_count[a] > near_count[b]; });
   return order;
 }
 

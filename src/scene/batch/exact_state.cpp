@@ -29,7 +29,7 @@ void ExactState::place(const States& states, Eigen::Index state) {
 // --- poses
 
 double ExactState::positionOf(int joint) const {
-  const Joint::Mimic& leader = batch_->leaders[static_cast<std::size_t>(joint)];
+  const Joint::Mimic& leader = batch_->leaders[joint];
   return followedPosition(leader, positions_[leader.joint * stride_]);
 }
 
@@ -45,7 +45,7 @@ const Isometry3d& ExactState::poseOf(int body) {
 }
 
 void ExactState::placeBody(int body) {
-  std::uint64_t& state = body_of_[static_cast<std::size_t>(body)];
+  std::uint64_t& state = body_of_[body];
   if (state == state_) return;
   measurement_->robot().place(body, poseOf(body));
   state = state_;
@@ -66,7 +66,7 @@ void ExactState::placeOrigin() {
 }
 
 void ExactState::placeSphere(int root) {
-  std::uint64_t& state = sphere_of_[static_cast<std::size_t>(root)];
+  std::uint64_t& state = sphere_of_[root];
   if (state == state_) return;
   placeBody(measurement_->robot()[root].body);
   measurement_->robot().placeSphere(root);

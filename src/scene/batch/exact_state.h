@@ -54,8 +54,8 @@ class ExactState {
   PairProximity measure(const Visit& visit, double limit);
 
  private:
-  const ShapeRefPair& candidate(int pair) const { return batch_->candidates[static_cast<std::size_t>(pair)]; }
-  const Visit& visitOf(int pair) const { return batch_->visits[static_cast<std::size_t>(pair)]; }
+  const ShapeRefPair& candidate(int pair) const { return batch_->candidates[pair]; }
+  const Visit& visitOf(int pair) const { return batch_->visits[pair]; }
   void placePair(int pair);
   void placeSphere(int root);
   void placeOrigin();

@@ -70,7 +70,7 @@ void NearestPairs::takeBounds(const LaneBounds& lanes, double limit) {
   for (int state = 0; state < lanes.count(); ++state) {
     if (has_limit && lanes.isPlaced(state)) continue;
     for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep(state, {pair, -kNothing});
-    limits_[static_cast<std::size_t>(state)] = -kInfinity;  // so that the lanes find no pair near in this state
+    limits_[state] = -kInfinity;  // so that the lanes find no pair near in this state
   }
   if (has_limit)
     for (const int pair : batch_->order) keepNear(lanes, pair);
@@ -101,7 +101,7 @@ void NearestPairs::keepNear(const LaneBounds& lanes, int pair) {
 
 /// Puts it before those that are kept for the state.
 void NearestPairs::keep(int state, Kept kept) {
-  int& first = first_[static_cast<std::size_t>(state)];
+  int& first = first_[state];
   kept.next = first;
   kept_.push_back(kept);
   first = static_cast<int>(kept_.size()) - 1;
@@ -113,7 +113,7 @@ void NearestPairs::lowerLimit(int state, float upper_bound) {
   for (; place > 0 && upper_bound < smallest[place - 1]; --place)
     if (place < k_) smallest[place] = smallest[place - 1];
   if (place < k_) smallest[place] = upper_bound;
-  double& limit = limits_[static_cast<std::size_t>(state)];
+  double& limit = limits_[state];
   limit = std::min(limit, static_cast<double>(smallest[k_ - 1]) + kSettledFor);
 }
 
@@ -127,9 +127,9 @@ double NearestPairs::limit() const {
 
 void NearestPairs::enter(int state) {
   queue_.clear();
-  for (int i = first_[static_cast<std::size_t>(state)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
-    const Kept& kept = kept_[static_cast<std::size_t>(i)];
-    Visit visit = batch_->visits[static_cast<std::size_t>(kept.pair)];
+  for (int i = first_[state]; i >= 0; i = kept_[i].next) {
+    const Kept& kept = kept_[i];
+    Visit visit = batch_->visits[kept.pair];
     visit.lower_bound = kept.lower_bound;
     visit.threshold = thresholdOf(kept.pair);
     if (visit.excess() > first_limit_) continue;
@@ -143,7 +143,7 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
   measured_.clear();
   found_.clear();
   if (k_ == 0) return sorted();
-  first_limit_ = limits_[static_cast<std::size_t>(state)];
+  first_limit_ = limits_[state];
   enter(state);
   while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
     Visit visit = queue_.pop();
@@ -177,8 +177,8 @@ void NearestPairs::rank(int pair, const PairProximity& proximity) {
 const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int state) {
   measured_.clear();
   found_.clear();
-  for (int i = first_[static_cast<std::size_t>(state)]; i >= 0; i = kept_[static_cast<std::size_t>(i)].next) {
-    const int pair = kept_[static_cast<std::size_t>(i)].pair;
+  for (int i = first_[state]; i >= 0; i = kept_[i].next) {
+    const int pair = kept_[i].pair;
     const PairProximity proximity = exact.proximity(pair, distance_);
     if (!(proximity.result.lower_bound > distance_)) rank(pair, proximity);
   }

@@ -64,7 +64,7 @@ class NearestPairs {
   std::size_t pairs() const { return batch_->candidates.size(); }
   void takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit);
   void takeBounds(const LaneBounds& lanes, double limit);
-  double& thresholdOf(int pair) { return thresholds_[static_cast<std::size_t>(pair)]; }
+  double& thresholdOf(int pair) { return thresholds_[pair]; }
   void forgetThresholds() { thresholds_.assign(pairs(), 0.0); }
   const double* limitsOf(int pair);
   void keepNear(const LaneBounds& lanes, int pair);

@@ -68,7 +68,7 @@ class SceneBatch::Impl {
     const auto count_of_open = static_cast<Eigen::Index>(open.size());
     if (open_states.rows() < count_of_open) open_states.resize(states.rows(), states.cols());
     for (Eigen::Index i = 0; i < count_of_open; ++i)
-      open_states.row(i) = states.row(static_cast<Eigen::Index>(open[static_cast<std::size_t>(i)]));
+      open_states.row(i) = states.row(static_cast<Eigen::Index>(open[i]));
     closestOfEach(
         open_states.topRows(count_of_open), [&] { nearest.prepareClosest(lanes, threshold, 0.0); }, found_in_open);
     std::size_t still_open = 0;

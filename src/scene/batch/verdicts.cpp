@@ -38,7 +38,7 @@ void Verdicts::decideInLanes(double distance) {
   std::fill_n(first_leftover_.begin(), lanes_.count(), -1);
   int open = 0;
   for (int i = 0; i < lanes_.count(); ++i)
-    if (lanes_.isPlaced(i)) open_[static_cast<std::size_t>(open++)] = i;
+    if (lanes_.isPlaced(i)) open_[open++] = i;
   for (const int pair : batch_->order) {
     std::copy_n(open_.begin(), open, near_.begin());
     const int near = lanes_.keepNear(pair, distance, near_.data(), open);
@@ -47,18 +47,18 @@ void Verdicts::decideInLanes(double distance) {
     const std::vector<LaneBounds::Side>& sides = lanes_.sides(pair, distance, near_.data(), near);
     bool is_finished = false;
     for (int i = 0; i < near; ++i) {
-      const int state = near_[static_cast<std::size_t>(i)];
+      const int state = near_[i];
       const auto index = static_cast<std::size_t>(state);
-      if (sides[static_cast<std::size_t>(i)] == LaneBounds::Side::Below) {
+      if (sides[i] == LaneBounds::Side::Below) {
         block_[state] = {Kind::Below, pair};
         is_finished = true;
-      } else if (sides[static_cast<std::size_t>(i)] == LaneBounds::Side::Unknown) {
+      } else if (sides[i] == LaneBounds::Side::Unknown) {
         const int number = static_cast<int>(leftovers_.size());
         leftovers_.push_back({pair});
         if (first_leftover_[index] < 0)
           first_leftover_[index] = number;
         else
-          leftovers_[static_cast<std::size_t>(last_leftover_[index])].next = number;
+          leftovers_[last_leftover_[index]].next = number;
         last_leftover_[index] = number;
       }
     }
@@ -76,12 +76,12 @@ void Verdicts::decideExactly(const States& block, double distance) {
     if (verdict.kind == Kind::Below) continue;
     if (lanes_.isPlaced(i)) {
       verdict.kind = Kind::Above;
-      int leftover = first_leftover_[static_cast<std::size_t>(i)];
+      int leftover = first_leftover_[i];
       if (leftover < 0) continue;
       exact_.place(block, i);
       ++counts_.exact_states;
-      for (; leftover >= 0; leftover = leftovers_[static_cast<std::size_t>(leftover)].next) {
-        const int pair = leftovers_[static_cast<std::size_t>(leftover)].pair;
+      for (; leftover >= 0; leftover = leftovers_[leftover].next) {
+        const int pair = leftovers_[leftover].pair;
         ++counts_.exact_pairs;
         if (!exact_.isBelow(pair, distance)) continue;
         verdict = {Kind::Below, pair};

@@ -18,7 +18,7 @@ double boxGap(const AlignedBox3d& a, const AlignedBox3d& b) {
 BoxTree::BoxTree(const std::vector<AlignedBox3d>& boxes) {
   if (boxes.empty()) return;
   const auto twiceTheCentre = [&](int item) -> Eigen::Vector3d {
-    const AlignedBox3d& box = boxes[static_cast<std::size_t>(item)];
+    const AlignedBox3d& box = boxes[item];
     return box.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.min() + box.max());
   };
   std::vector<int> items(boxes.size());

@@ -52,7 +52,7 @@ class BoxTree {
   static BoxTree inOrder(std::vector<int> items);
 
   bool empty() const { return nodes_.empty(); }
-  const Node& operator[](int node) const { return nodes_[static_cast<std::size_t>(node)]; }
+  const Node& operator[](int node) const { return nodes_[node]; }
 
   /// Takes the boxes boxOf(item). An item whose box is empty is infinitely far from everything.
   template <typename BoxOf>
@@ -63,7 +63,7 @@ class BoxTree {
     }
   }
   void refit(const std::vector<Eigen::AlignedBox3d>& boxes) {
-    refit([&](int item) -> const Eigen::AlignedBox3d& { return boxes[static_cast<std::size_t>(item)]; });
+    refit([&](int item) -> const Eigen::AlignedBox3d& { return boxes[item]; });
   }
 
   /// The sum of the diagonals of all boxes, divided by that sum when the tree was built; at least 1.

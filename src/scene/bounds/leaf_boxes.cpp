@@ -27,7 +27,7 @@ Point centreOf(const Pack& pack) { return {pack.centre[0], pack.centre[1], pack.
 Point axisOf(const Pack& pack, int k) { return {pack.axes[k], pack.axes[3 + k], pack.axes[6 + k]}; }
 
 void collect(const std::vector<Volume>& volumes, int volume, std::vector<int>& leaves) {
-  const Volume& here = volumes[static_cast<std::size_t>(volume)];
+  const Volume& here = volumes[volume];
   if (here.isEmpty() || static_cast<int>(leaves.size()) > LeafBoxes::kMostLeaves) return;
   if (here.isLeaf())
     leaves.push_back(volume);
@@ -90,7 +90,7 @@ LeafBoxes::LeafBoxes(const std::vector<Volume>& volumes, int root) {
   packs_.resize(packsFor(leaves_.size()));
   for (std::size_t i = 0; i < kLanes * packs_.size(); ++i) {
     const int leaf = leaves_[std::min(i, leaves_.size() - 1)];
-    const Bounds& bounds = volumes[static_cast<std::size_t>(leaf)].bounds;
+    const Bounds& bounds = volumes[leaf].bounds;
     setLane(bounds, static_cast<int>(i % kLanes), packs_[i / kLanes]);
     reach_ = std::max(reach_, bounds.centre.norm() + std::max(bounds.radius, bounds.half.norm()));
   }

@@ -137,7 +137,7 @@ void ConstraintRows::offerNear(Scene& scene, const VelocityDamper& damper) {
 void ConstraintRows::offerKept(Scene& scene, const VelocityDamper& damper) {
   const std::size_t near = offers_.size();
   for (int row = 0; row < capacity(); ++row) {
-    const Row& kept = rows_[static_cast<std::size_t>(row)];
+    const Row& kept = rows_[row];
     const auto is_offered = [&](const Offer& offer) { return offer.row == row; };
     if (!kept.is_used || std::any_of(offers_.begin(), offers_.begin() + static_cast<std::ptrdiff_t>(near), is_offered))
       continue;
@@ -221,14 +221,14 @@ int ConstraintRows::rowOf(const ShapeRefPair& pair) const {
 void ConstraintRows::free(int row) {
   matrix_.row(row).setZero();
   bounds_[row] = -kInfinity;
-  rows_[static_cast<std::size_t>(row)] = {};
+  rows_[row] = {};
 }
 
 void ConstraintRows::fill(const Offer& offer, const Derivatives& derivatives) {
   findGradient(offer, derivatives);
   matrix_.row(offer.row) = gradient_.transpose();
   bounds_[offer.row] = offer.bound;
-  rows_[static_cast<std::size_t>(offer.row)] = {offer.pair, offer.result.lower_bound, true, offer.result.unique};
+  rows_[offer.row] = {offer.pair, offer.result.lower_bound, true, offer.result.unique};
 }
 
 }  // namespace proximity_server::scene

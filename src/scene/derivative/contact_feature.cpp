@@ -189,11 +189,11 @@ std::optional<ContactFeatures::Side> ContactFeatures::sideOf(const ShapeRef& ref
   const Part part = volumes_.part(ref, objects_.get());
   std::optional<Isometry3d> pose;
   if (!part.isFree())
-    pose = poses[static_cast<std::size_t>(part.body)];
+    pose = poses[part.body];
   else if (part.object->kind == PlacedObject::Kind::Fixed)
     pose = part.object->world_T_object;
   else
-    pose = frames[static_cast<std::size_t>(objects_->frameOf(ref.object()))];
+    pose = frames[objects_->frameOf(ref.object())];
   if (!pose) return std::nullopt;
   return Side{part, *pose};
 }

@@ -42,7 +42,7 @@ DegreesOfFreedom::DegreesOfFreedom(const RobotModel& model) : of_joint_(model.jo
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     if (!model.joints[i].mimic) continue;
     const Joint::Mimic leader = model.leaderOf(static_cast<int>(i));
-    of_joint_[i] = of_joint_[static_cast<std::size_t>(leader.joint)];
+    of_joint_[i] = of_joint_[leader.joint];
     of_joint_[i].multiplier = leader.multiplier;
   }
 }

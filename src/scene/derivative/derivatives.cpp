@@ -70,10 +70,9 @@ bool Derivatives::gradient(const PairProximity& pair, Eigen::Ref<Eigen::VectorXd
     const Eigen::Vector3d point = carries_a ? result.point_a : result.point_b;
     const Eigen::Vector3d away = carries_a ? Eigen::Vector3d(-result.normal) : result.normal;
     const JointTwists twists = joints_->twistsOf(body);
-    const auto& own = columns.columnsOf(joints_->robot().bodies[static_cast<std::size_t>(body)].joint);
+    const auto& own = columns.columnsOf(joints_->robot().bodies[body].joint);
     for (int i = 0; i < twists.count; ++i)
-      gradient[own.first + i] +=
-          own.multiplier * away.dot(twists.twists[static_cast<std::size_t>(i)].velocityAt(point));
+      gradient[own.first + i] += own.multiplier * away.dot(twists.twists[i].velocityAt(point));
   });
   return true;
 }

@@ -96,7 +96,7 @@ bool FreeMotion::addWeights(const ShapeRef& ref, int body, int other_body, Eigen
     const DegreesOfFreedom::Columns& own = degreesOfFreedom().columnsOf(joint);
     const SeenBounds seen(bounds, *joints_->poses()[body], joints_->poses()[carried]->translation());
     for (int i = 0; i < twists.count; ++i) {
-      const Vector3d& axis = twists.twists[static_cast<std::size_t>(i)].angular;
+      const Vector3d& axis = twists.twists[i].angular;
       double weight = 1.0 + kPoseRounding;  // of a translation
       if (!axis.isZero(0.0))
         weight = robot.joints[joint].type == Joint::Type::Floating ? radiusAboutOrigin(seen) : radiusAbout(axis, seen);
@@ -143,7 +143,7 @@ bool FreeMotion::findLargestWeights(VectorXd& weights) {
 
 Bubble& FreeMotion::next() {
   if (size_ == static_cast<int>(bubbles_.size())) bubbles_.push_back({{}, 0.0, VectorXd(degreesOfFreedom().size())});
-  return bubbles_[static_cast<std::size_t>(size_++)];
+  return bubbles_[size_++];
 }
 
 void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {

@@ -56,7 +56,7 @@ void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers ca
 }
 
 int PlacedJoints::bodyOf(const ShapeRef& ref) const {
-  if (ref.isLink()) return robot().links[static_cast<std::size_t>(ref.link())].body;
+  if (ref.isLink()) return robot().links[ref.link()].body;
   const PlacedObject* object = objects_ ? objects_->placed(ref.object()) : nullptr;
   if (!object) throw std::invalid_argument("there is no object of number " + std::to_string(ref.object()));
   switch (object->kind) {
@@ -67,11 +67,11 @@ int PlacedJoints::bodyOf(const ShapeRef& ref) const {
     case PlacedObject::Kind::Moving:
       break;
   }
-  return carriers_.of_frames[static_cast<std::size_t>(objects_->frameOf(ref.object()))];
+  return carriers_.of_frames[objects_->frameOf(ref.object())];
 }
 
 bool PlacedJoints::knowsJointOf(int body) const {
-  const Body& moved = robot().bodies[static_cast<std::size_t>(body)];
+  const Body& moved = robot().bodies[body];
   return poses_[body] && (!needsParent(robot().joints[moved.joint]) || poses_[moved.parent]);
 }
 
@@ -84,13 +84,13 @@ bool PlacedJoints::knowsBetween(int a, int b) const {
 JointTwists PlacedJoints::twistsOf(int body) const {
   PROXIMITY_ASSERT(narrowphase::isPlace(body, poses_.size()) && knowsJointOf(body),
                    "The pose of the body or of its parent is not known: ask knowsBetween() first.");
-  const Body& moved = robot().bodies[static_cast<std::size_t>(body)];
+  const Body& moved = robot().bodies[body];
   const Joint& joint = robot().joints[moved.joint];
   const Vector3d origin = poses_[body]->translation();
   const Vector3d axis = poses_[body]->linear() * joint.axis;  // the joint does not move its own axis
   JointTwists result;
   const auto add = [&](const Vector3d& linear, const Vector3d& angular) {
-    result.twists[static_cast<std::size_t>(result.count++)] = {linear, angular, origin};
+    result.twists[result.count++] = {linear, angular, origin};
   };
   switch (joint.type) {
     case Joint::Type::Revolute:
@@ -122,10 +122,9 @@ Vector3d PlacedJoints::relativeTurn(int a, int b, const Eigen::Ref<const Eigen::
   Vector3d turn = Vector3d::Zero();
   forEachBetween(a, b, [&](int body, Side side) {
     const JointTwists twists = twistsOf(body);
-    const auto& own = degrees_of_freedom_.columnsOf(robot().bodies[static_cast<std::size_t>(body)].joint);
+    const auto& own = degrees_of_freedom_.columnsOf(robot().bodies[body].joint);
     const double sign = side == Side::B ? own.multiplier : -own.multiplier;
-    for (int i = 0; i < twists.count; ++i)
-      turn += sign * velocity[own.first + i] * twists.twists[static_cast<std::size_t>(i)].angular;
+    for (int i = 0; i < twists.count; ++i) turn += sign * velocity[own.first + i] * twists.twists[i].angular;
   });
   return turn;
 }

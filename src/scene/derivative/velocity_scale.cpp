@@ -62,7 +62,7 @@ Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, cons
   Stop stop{braking.latency, 0.0};
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const Joint::Mimic leader = model.leaderOf(static_cast<int>(i));
-    const double own = std::abs(leader.multiplier * velocities[static_cast<std::size_t>(leader.joint)]);
+    const double own = std::abs(leader.multiplier * velocities[leader.joint]);
     stop.braking = std::max(stop.braking, own / braking.deceleration[i]);
   }
   return stop;

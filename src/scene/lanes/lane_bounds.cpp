@@ -57,8 +57,8 @@ void LaneBounds::takePositions(const States& states, const LaneModel::Column& co
   for (int i = 0; i < count_; ++i, position += states.rowStride()) {
     const double value = column.offset + column.multiplier * *position;
     const bool is_legal = std::abs(value) <= column.limit;
-    column_[static_cast<std::size_t>(i)] = is_legal ? value : 0.0;
-    is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(is_legal);
+    column_[i] = is_legal ? value : 0.0;
+    is_placed_[i] &= static_cast<unsigned char>(is_legal);
   }
 }
 
@@ -73,11 +73,10 @@ void LaneBounds::place(const States& states) {
   }
   for (std::size_t row = 0; row < model_->slides.size(); ++row) {
     takePositions(states, model_->slides[row]);
-    for (int i = 0; i < count_; ++i) positions_[row].row[i] = static_cast<float>(column_[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < count_; ++i) positions_[row].row[i] = static_cast<float>(column_[i]);
   }
   for (const int joint : model_->unread)
-    for (int i = 0; i < count_; ++i)
-      is_placed_[static_cast<std::size_t>(i)] &= static_cast<unsigned char>(std::isfinite(states(i, joint)));
+    for (int i = 0; i < count_; ++i) is_placed_[i] &= static_cast<unsigned char>(std::isfinite(states(i, joint)));
   kernels_->placeBodiesAndLinks({model_->bodies.data(), static_cast<int>(model_->bodies.size()), tilesOf(body_poses_)},
                                 {model_->links.data(), static_cast<int>(model_->links.size()), tilesOf(link_poses_)},
                                 count_, rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_));
@@ -99,8 +98,7 @@ std::vector<Eigen::Isometry3d> LaneBounds::bodyPoses(int state) const {
 
 /// Of a pair with geometry.
 lanes::PairPoses LaneBounds::posesOf(const LaneModel::Pair& pair) const {
-  return {&link_poses_[static_cast<std::size_t>(pair.a)].tile, &link_poses_[static_cast<std::size_t>(pair.b)].tile,
-          static_cast<int>(model_->links.size())};
+  return {&link_poses_[pair.a].tile, &link_poses_[pair.b].tile, static_cast<int>(model_->links.size())};
 }
 
 int LaneBounds::keepNear(int pair, double threshold, int* states, int count) const {
@@ -116,7 +114,7 @@ int LaneBounds::keepNear(int pair, double threshold, int* states, int count) con
   int kept = 0;
   for (int i = 0; i < count; ++i) {
     states[kept] = states[i];
-    kept += near_[static_cast<std::size_t>(states[i])];
+    kept += near_[states[i]];
   }
   return kept;
 }
@@ -134,13 +132,13 @@ int LaneBounds::findNear(int pair, const double* thresholds, int* states) const 
       const double within = reach + thresholds[first + i];
       // The same rounding as in keepNear(). Written so that NaN counts as near.
       const bool is_far = (distance2 > within * within * (1.0 + 0x1p-20)) | (within < 0.0);
-      near_[static_cast<std::size_t>(first + i)] = static_cast<unsigned char>(!is_far);
+      near_[first + i] = static_cast<unsigned char>(!is_far);
     }
   }
   int found = 0;
   for (int i = 0; i < count_; ++i) {
     states[found] = i;
-    found += near_[static_cast<std::size_t>(i)];
+    found += near_[i];
   }
   return found;
 }
@@ -167,7 +165,7 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
 int LaneBounds::keepUndecided(const lanes::SearchLimits& limits, int count) const {
   int kept = 0;
   for (int i = 0; i < count; ++i) {
-    const auto place = static_cast<std::size_t>(places_[static_cast<std::size_t>(i)]);
+    const auto place = static_cast<std::size_t>(places_[i]);
     if (items_->lower[i] > limits.above) {
       sides_[place] = Side::Above;
     } else if (items_->upper[i] <= limits.below) {
@@ -178,7 +176,7 @@ int LaneBounds::keepUndecided(const lanes::SearchLimits& limits, int count) cons
         for (Row& row : items_->cso_point) row[kept] = row[i];
         items_->lower[kept] = items_->lower[i];
         items_->upper[kept] = items_->upper[i];
-        places_[static_cast<std::size_t>(kept)] = places_[static_cast<std::size_t>(i)];
+        places_[kept] = places_[i];
       }
       ++kept;
     }

@@ -43,7 +43,7 @@ class LaneBounds {
   int count() const { return count_; }
 
   /// False if a position is not finite, or beyond the range in which the errors hold. Then the state has no bounds.
-  bool isPlaced(int state) const { return is_placed_[static_cast<std::size_t>(state)] != 0; }
+  bool isPlaced(int state) const { return is_placed_[state] != 0; }
 
   /// Bounds a candidate pair in each of the listed, placed states: lower[i] <= signed distance <= upper[i] [m].
   void bounds(int pair, const int* states, int count, float* lower, float* upper) const;
@@ -79,7 +79,7 @@ class LaneBounds {
   };
   using Tiles = std::vector<AlignedTile>;
   static lanes::Tile* tilesOf(Tiles& tiles) { return tiles.empty() ? nullptr : &tiles.front().tile; }
-  const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[static_cast<std::size_t>(pair)]; }
+  const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[pair]; }
   lanes::PairPoses posesOf(const LaneModel::Pair& pair) const;
   void takePositions(const States& states, const LaneModel::Column& column);
   int keepUndecided(const lanes::SearchLimits& limits, int count) const;

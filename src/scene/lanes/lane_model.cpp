@@ -99,7 +99,7 @@ std::array<std::vector<float>, 4> rowsOf(const std::vector<Ball>& balls, const B
   std::array<std::vector<float>, 4> rows;
   for (const Ball& ball : balls) {
     const Vector3d centre = bounds.axes.transpose() * (ball.centre - bounds.centre);
-    for (int k = 0; k < 3; ++k) rows[static_cast<std::size_t>(k)].push_back(static_cast<float>(centre[k]));
+    for (int k = 0; k < 3; ++k) rows[k].push_back(static_cast<float>(centre[k]));
     rows[3].push_back(static_cast<float>(ball.radius));
   }
   return rows;
@@ -116,8 +116,7 @@ LaneModel::LaneModel(const SceneModel& model, const Volumes& volumes) {
   for (const ShapeRefPair& candidate : candidates) {
     const int link_a = candidate.a.link(), link_b = candidate.b.link();
     for (const int link : {link_a, link_b}) addLink(model.robot, link, volumes[link].bounds);
-    const Link *a = outlines_[static_cast<std::size_t>(link_a)].get(),
-               *b = outlines_[static_cast<std::size_t>(link_b)].get();
+    const Link *a = outlines_[link_a].get(), *b = outlines_[link_b].get();
     pairs.push_back(a && b ? pairOf(*a, *b, paddings.of(candidate)) : Pair{});
   }
 }
@@ -125,18 +124,17 @@ LaneModel::LaneModel(const SceneModel& model, const Volumes& volumes) {
 /// Adds a column for the position of a joint and returns its row.
 int LaneModel::rowOf(const RobotModel& robot, int joint, std::vector<Column>& columns) {
   const Joint::Mimic leader = robot.leaderOf(joint);
-  const double limit =
-      &columns == &turns ? lanes::kMostAngle : mostOf(robot.joints[static_cast<std::size_t>(leader.joint)], leader);
+  const double limit = &columns == &turns ? lanes::kMostAngle : mostOf(robot.joints[leader.joint], leader);
   columns.push_back({leader.joint, leader.multiplier, leader.offset, limit});
   return static_cast<int>(columns.size()) - 1;
 }
 
 void LaneModel::findUnread(int joints) {
   std::vector<bool> is_read(static_cast<std::size_t>(joints), false);
-  for (const Column& column : turns) is_read[static_cast<std::size_t>(column.joint)] = true;
-  for (const Column& column : slides) is_read[static_cast<std::size_t>(column.joint)] = true;
+  for (const Column& column : turns) is_read[column.joint] = true;
+  for (const Column& column : slides) is_read[column.joint] = true;
   for (int joint = 0; joint < joints; ++joint)
-    if (!is_read[static_cast<std::size_t>(joint)]) unread.push_back(joint);
+    if (!is_read[joint]) unread.push_back(joint);
 }
 
 void LaneModel::addBodies(const RobotModel& robot) {
@@ -158,9 +156,8 @@ void LaneModel::addRoot() {
 
 /// Adds a body that a joint carries.
 void LaneModel::addCarried(const RobotModel& robot, const Body& body) {
-  const Joint& joint = robot.joints[static_cast<std::size_t>(body.joint)];
-  const Eigen::Isometry3d parent_T_joint =
-      robot.links[static_cast<std::size_t>(joint.parent_link)].body_T_link * joint.parent_T_joint;
+  const Joint& joint = robot.joints[body.joint];
+  const Eigen::Isometry3d parent_T_joint = robot.links[joint.parent_link].body_T_link * joint.parent_T_joint;
   const JointMatrices matrices = matricesOf(joint, parent_T_joint.linear());
   lanes::BodyPlan plan{};
   plan.parent = body.parent;
@@ -176,11 +173,11 @@ void LaneModel::addCarried(const RobotModel& robot, const Body& body) {
   const double length = parent_T_joint.translation().norm() + (plan.position_row >= 0 ? slides.back().limit : 0.0);
   const Stand stand{4.0 * kUnit * (matrices.fixed.norm() + moving) + lanes::kSineError * moving, 4.0 * kUnit * length,
                     length};
-  body_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(body.parent)], stand));
+  body_errors.push_back(errorOn(body_errors[body.parent], stand));
 }
 
 void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds) {
-  std::unique_ptr<Link>& added = outlines_[static_cast<std::size_t>(link)];
+  std::unique_ptr<Link>& added = outlines_[link];
   if (added || !robot.hasGeometry(link)) return;
   added = std::make_unique<Link>();
   added->outline = outlineOf(robot, link, bounds);
@@ -191,12 +188,12 @@ void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds)
   added->corners = rowsOf(added->outline.corners, bounds);
   added->inner = rowsOf(added->outline.inner, bounds);
   lanes::LinkPlan plan{};
-  plan.body = robot.links[static_cast<std::size_t>(link)].body;
+  plan.body = robot.links[link].body;
   assign(bounds.axes, plan.rotation);
   assign(bounds.centre, plan.origin);
   links.push_back(plan);
   const Stand stand{kUnit * kNormOfRotation, kUnit * bounds.centre.norm(), bounds.centre.norm()};
-  link_errors.push_back(errorOn(body_errors[static_cast<std::size_t>(plan.body)], stand));
+  link_errors.push_back(errorOn(body_errors[plan.body], stand));
 }
 
 /// Let C and x be the rotation and origin of b in the frame of a, with errors as in LaneError, and n a direction that
@@ -209,8 +206,7 @@ void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds)
 /// * Boxes: 6 u for each width, 12 u with the sums. The distance from three gaps has sqrt(3) times their error, and 4
 ///   u.
 LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) const {
-  const LaneError &error_a = link_errors[static_cast<std::size_t>(a.number)],
-                  &error_b = link_errors[static_cast<std::size_t>(b.number)];
+  const LaneError &error_a = link_errors[a.number], &error_b = link_errors[b.number];
   const double apart = error_a.reach + error_b.reach;
   const double of_origins = error_a.origin + error_b.origin;
   const double rotation = kSecondOrder * (error_a.rotation + error_b.rotation + 9.0 * kUnit);

@@ -104,7 +104,7 @@ class Depth {
   explicit Depth(const Piece& piece) : piece_(&piece), piece_T_body_(piece.body_T_piece.inverse(Eigen::Isometry)) {
     if (piece.shape.kind() != Shape::Kind::Hull) return;
     const narrowphase::ConvexHull& hull = piece.shape.hull();
-    const auto vertex = [&](int i) -> const Vector3d& { return hull.vertices()[static_cast<std::size_t>(i)]; };
+    const auto vertex = [&](int i) -> const Vector3d& { return hull.vertices()[i]; };
     if (hull.dimension() < 3) return;
     for (const auto& [i, j, k] : hull.triangles()) {
       const Vector3d normal = (vertex(j) - vertex(i)).cross(vertex(k) - vertex(i)).stableNormalized();
@@ -182,8 +182,7 @@ std::vector<SurfacePoint> surfacePoints(const std::vector<Depth>& pieces) {
     const Piece& piece = depth.piece();
     const Surface surface = surfaceOf(piece.shape);
     for (const auto& [i, j, k] : surface.triangles) {
-      const Vector3d a = surface.points[static_cast<std::size_t>(i)], b = surface.points[static_cast<std::size_t>(j)],
-                     c = surface.points[static_cast<std::size_t>(k)];
+      const Vector3d a = surface.points[i], b = surface.points[j], c = surface.points[k];
       Vector3d inwards = (b - a).cross(c - a).stableNormalized();
       if (inwards.dot(surface.centre - a) < 0.0) inwards = -inwards;
       for (const Vector3d& weights : {Vector3d(1, 1, 1), Vector3d(4, 1, 1), Vector3d(1, 4, 1), Vector3d(1, 1, 4),

@@ -31,12 +31,12 @@ class RulesByIndex {
     }
     for (const auto& [link, distance] : rules.of_links) {
       const int index = requireGeometry(link, "link_" + name);
-      keepLarger(of_links_[static_cast<std::size_t>(index)], usable("link_" + name + "/" + link, distance));
+      keepLarger(of_links_[index], usable("link_" + name + "/" + link, distance));
     }
     for (const auto& [group, distance] : rules.of_groups) {
       const std::vector<bool> moves = movedBy(model, srdf_xmls, group, "group_" + name);
       for (std::size_t link = 0; link < model.links.size(); ++link)
-        if (moves[static_cast<std::size_t>(model.links[link].body)])
+        if (moves[model.links[link].body])
           keepLarger(of_groups_[link], usable("group_" + name + "/" + group, distance));
     }
   }
@@ -48,9 +48,8 @@ class RulesByIndex {
       if (own != of_pairs_.end()) return own->second;
     }
     for (const auto* list : {&of_links_, &of_groups_}) {
-      std::optional<double> larger = (*list)[static_cast<std::size_t>(link_a)];
-      if (link_b >= 0)
-        larger = std::max(larger, (*list)[static_cast<std::size_t>(link_b)]);  // nullopt is smaller than any number
+      std::optional<double> larger = (*list)[link_a];
+      if (link_b >= 0) larger = std::max(larger, (*list)[link_b]);  // nullopt is smaller than any number
       if (larger) return larger;
     }
     return std::nullopt;
@@ -114,12 +113,11 @@ void requireOrder(const RobotModel& model, const LevelThresholds& thresholds) {
   requireOrder("pairs with objects", thresholds.stop.objects, thresholds.warn.objects);
   const int size = static_cast<int>(model.links.size());
   for (int a = 0; a < size; ++a) {
-    const std::string& name = model.links[static_cast<std::size_t>(a)].name;
+    const std::string& name = model.links[a].name;
     const ShapeRefPair with_object{{a}, ShapeRef::ofObject(0)};
     requireOrder(name + " and objects", thresholds.stop.of(with_object), thresholds.warn.of(with_object));
     for (int b = a + 1; b < size; ++b)
-      requireOrder(name + " - " + model.links[static_cast<std::size_t>(b)].name, thresholds.stop.of({{a}, {b}}),
-                   thresholds.warn.of({{a}, {b}}));
+      requireOrder(name + " - " + model.links[b].name, thresholds.stop.of({{a}, {b}}), thresholds.warn.of({{a}, {b}}));
   }
 }
 

@@ -123,7 +123,7 @@ void warnOfNearPairs(SceneModel& model, const LevelThresholds& thresholds) {
   }
   std::vector<std::string> names;
   for (const DisabledPair& disabled : disabledPairsBelow(model, thresholds.stop)) {
-    const LinkPair& pair = model.pairs.pairs[static_cast<std::size_t>(disabled.pair)];
+    const LinkPair& pair = model.pairs.pairs[disabled.pair];
     char distance[32];
     std::snprintf(distance, sizeof distance, " (%.1f mm)", 1e3 * disabled.smallest);
     names.push_back(LinkTable(model.robot).names({pair.link_a, pair.link_b}) +

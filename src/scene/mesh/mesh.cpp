@@ -47,7 +47,7 @@ std::string bytesOf(const std::string& path, std::size_t begin, std::size_t coun
   std::ifstream stream(path, std::ios::binary);
   stream.seekg(static_cast<std::streamoff>(begin));
   stream.read(bytes.data(), static_cast<std::streamsize>(count));
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  bytes.resize(stream.gcount());
   return bytes;
 }
 

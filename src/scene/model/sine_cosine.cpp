@@ -79,9 +79,8 @@ SineCosine ofLarge(double angle) {
   const int first = 64 + (exponent - 53) - 2, word = first / 32, within = first % 32;
   Bits192 bits;
   for (int i = 0; i < 6; ++i) {
-    const std::uint64_t two = static_cast<std::uint64_t>(kTwoOverPi[static_cast<std::size_t>(word + i)]) << 32 |
-                              kTwoOverPi[static_cast<std::size_t>(word + i + 1)];
-    bits[static_cast<std::size_t>(5 - i)] = static_cast<std::uint32_t>(two << within >> 32);
+    const std::uint64_t two = static_cast<std::uint64_t>(kTwoOverPi[word + i]) << 32 | kTwoOverPi[word + i + 1];
+    bits[5 - i] = static_cast<std::uint32_t>(two << within >> 32);
   }
   Bits192 quarters = times(bits, mantissa);  // the upper two bits are whole quarters
   const bool is_rounded_up = (quarters[5] >> 29 & 1u) != 0;

@@ -241,7 +241,7 @@ int MovingPairs::pairAt(int with_all, const BoxTree::Node& leaf) {
   const PlacedObject* object = objects_->placed(entry.number);
   if (!object || object->serial != entry.serial) return -1;
   const int before = size();
-  addIfChecked(participant(pairs_[static_cast<std::size_t>(with_all)].asked.a), entry.number);
+  addIfChecked(participant(pairs_[with_all].asked.a), entry.number);
   if (size() > before) found->second = before;
   return found->second;
 }

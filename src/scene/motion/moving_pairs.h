@@ -78,7 +78,7 @@ class MovingPairs {
   void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact = nullptr);
 
   int size() const { return static_cast<int>(pairs_.size()); }
-  PairInMotion& operator[](int pair) { return pairs_[static_cast<std::size_t>(pair)]; }
+  PairInMotion& operator[](int pair) { return pairs_[pair]; }
   PosesInTime& poses() { return *poses_; }
 
   /// unknownOfList(): the number of pairs of the list without a pose or geometry. tooFar(): the number of candidates

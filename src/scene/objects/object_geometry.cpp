@@ -44,9 +44,9 @@ ObjectGeometry::ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::
 
 /// Adds the chain lengths to the bounds of a volume. Returns the largest one in it [m].
 double ObjectGeometry::addChainLengths(Volume& volume) {
-  const auto ofPart = [&](int part) { return addChainLengths(volumes_[static_cast<std::size_t>(part)]); };
-  const double chain_length = volume.isLeaf() ? chain_lengths_[static_cast<std::size_t>(volume.piece)]
-                                              : std::max(ofPart(volume.parts[0]), ofPart(volume.parts[1]));
+  const auto ofPart = [&](int part) { return addChainLengths(volumes_[part]); };
+  const double chain_length =
+      volume.isLeaf() ? chain_lengths_[volume.piece] : std::max(ofPart(volume.parts[0]), ofPart(volume.parts[1]));
   Bounds& bounds = volume.bounds;
   const double more = std::max(0.0, chain_length - bounds.reach);
   if (volume.isLeaf()) excess_ = std::max(excess_, more);

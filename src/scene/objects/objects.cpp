@@ -149,7 +149,7 @@ void Objects::apply(const RemoveObject& change) {
   const int number = require(change.id);
   removeFromLists(number);
   by_id_.erase(std::find(by_id_.begin(), by_id_.end(), number));
-  slots_[static_cast<std::size_t>(number)] = nullptr;
+  slots_[number] = nullptr;
   free_.push_back(number);
 }
 
@@ -166,7 +166,7 @@ void Objects::insert(int number, const Object& object) {
   if (!object.geometry) refuseObject(object.id, "it has no geometry");
   auto placed = std::make_shared<PlacedObject>(std::visit(Placing(model_->robot, object), object.placement));
   placed->serial = next_serial_++;
-  slots_[static_cast<std::size_t>(number)] = std::move(placed);
+  slots_[number] = std::move(placed);
   addToLists(number);
 }
 
@@ -202,7 +202,7 @@ void Objects::findFrames() {
   frame_of_.assign(slots_.size(), -1);
   for (const int number : moving_) {
     const auto place = std::lower_bound(frames_.begin(), frames_.end(), placed(number)->frame);
-    frame_of_[static_cast<std::size_t>(number)] = static_cast<int>(place - frames_.begin());
+    frame_of_[number] = static_cast<int>(place - frames_.begin());
   }
 }
 
@@ -216,7 +216,7 @@ int Objects::find(const std::string& id) const {
 }
 
 const PlacedObject* Objects::placed(int number) const {
-  return number >= 0 && number < numberLimit() ? slots_[static_cast<std::size_t>(number)].get() : nullptr;
+  return number >= 0 && number < numberLimit() ? slots_[number].get() : nullptr;
 }
 
 const Object* Objects::object(int number) const {
@@ -296,7 +296,7 @@ PairReason Objects::objectReason(int number_a, int number_b) const {
 
 const std::string& nameOf(const ShapeRef& ref, const RobotModel& robot, const Objects* objects) {
   static const std::string none;
-  if (ref.isLink()) return robot.links[static_cast<std::size_t>(ref.link())].name;
+  if (ref.isLink()) return robot.links[ref.link()].name;
   const Object* object = objects ? objects->object(ref.object()) : nullptr;
   return object ? object->id : none;
 }

@@ -48,7 +48,7 @@ class FixedObjects {
   };
 
   const BoxTree& tree() const { return *tree_; }
-  const Item& item(int index) const { return (*items_)[static_cast<std::size_t>(index)]; }
+  const Item& item(int index) const { return (*items_)[index]; }
   const std::vector<int>& loose() const { return loose_; }
 
   void add(int number) { loose_.push_back(number); }

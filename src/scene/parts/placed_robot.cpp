@@ -80,7 +80,7 @@ std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
       occupy(number, *next);
     else
       bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
-    parts_[static_cast<std::size_t>(part)].object = next;
+    parts_[part].object = next;
   }
   objects_ = std::move(objects);
   return changed;
@@ -88,7 +88,7 @@ std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
 
 /// Puts an object into the place of its number. There may have been another object before.
 void PlacedRobot::occupy(int number, const PlacedObject& object) {
-  Part& part = parts_[static_cast<std::size_t>(volumes_->rootCount() + number)];
+  Part& part = parts_[volumes_->rootCount() + number];
   const PlacedObject* before = part.object;
   const auto own_body = model_.bodies.size() + static_cast<std::size_t>(number);
   BodyPlace& body = bodies_[own_body];
@@ -123,7 +123,7 @@ void PlacedRobot::updateFrames(const std::vector<std::optional<Isometry3d>>& pos
   if (!objects_) return;
   for (const int number : objects_->moving()) {
     const auto body = model_.bodies.size() + static_cast<std::size_t>(number);
-    placeBody(poses[static_cast<std::size_t>(objects_->frameOf(number))], bodies_[body]);
+    placeBody(poses[objects_->frameOf(number)], bodies_[body]);
   }
 }
 
@@ -139,7 +139,7 @@ ShapeRef PlacedRobot::refOf(int part) const {
   const int links = static_cast<int>(model_.links.size());
   if (isObject(part)) return ShapeRef::ofObject(part - volumes_->rootCount());
   if (part < links) return ShapeRef(part);
-  const Collision& collision = model_.collisions[static_cast<std::size_t>(part - links)];
+  const Collision& collision = model_.collisions[part - links];
   return {collision.link, collision.number};
 }
 

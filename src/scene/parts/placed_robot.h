@@ -86,7 +86,7 @@ class PlacedRobot {
     return isObject(part) ? bodies_[existing(part).body].known : spheres_[part].is_placed;
   }
 
-  const Part& operator[](int part) const { return parts_[static_cast<std::size_t>(part)]; }
+  const Part& operator[](int part) const { return parts_[part]; }
 
   /// The <collision> of the link, or the shape of the object, that a leaf belongs to; counted from 1.
   int collisionNumber(const Part& part, int leaf) const;

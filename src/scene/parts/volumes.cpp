@@ -20,7 +20,7 @@ Volumes::Volumes(const RobotModel& model)
       link_count_(static_cast<int>(model.links.size())),
       root_count_(static_cast<int>(model.links.size() + model.collisions.size())) {
   const VolumeBuilder builder = builderFor(model);
-  volumes_.resize(static_cast<std::size_t>(root_count_));
+  volumes_.resize(root_count_);
   const auto add = [&](const Link& link, std::vector<int> pieces) {
     const Volume root = builder.over(std::move(pieces), volumes_);
     volumes_[bodies_.size()] = root;
@@ -28,7 +28,7 @@ Volumes::Volumes(const RobotModel& model)
   };
   for (int link = 0; link < link_count_; ++link) add(model.links[link], model.piecesOf(link));
   for (const Collision& collision : model.collisions) add(model.links[collision.link], collision.pieces);
-  leaves_.reserve(static_cast<std::size_t>(root_count_));
+  leaves_.reserve(root_count_);
   for (int root = 0; root < root_count_; ++root) leaves_.emplace_back(volumes_, root);
 }
 

@@ -31,7 +31,7 @@ class Volumes {
   Part part(const ShapeRef& ref, const Objects* objects) const;
 
   /// The leaves of the volume of a part of the robot.
-  const LeafBoxes& leavesOf(int root) const { return leaves_[static_cast<std::size_t>(root)]; }
+  const LeafBoxes& leavesOf(int root) const { return leaves_[root]; }
 
  private:
   int ofOther(const ShapeRef& ref) const;

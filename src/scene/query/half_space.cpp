@@ -42,7 +42,7 @@ class HalfSpaceSearch {
   }
 
  private:
-  const PlacedHalfSpace& halfSpace() const { return half_spaces_[static_cast<std::size_t>(half_space_)]; }
+  const PlacedHalfSpace& halfSpace() const { return half_spaces_[half_space_]; }
   double gap(int volume) const { return halfSpaceGap(a_[volume], halfSpace(), a_T_b_, rounding_) - padding_; }
 
   void visit(int volume, double lower_bound) {

@@ -82,7 +82,7 @@ void ObjectVisits::countUnknown(const PlacedRobot& robot) {
 
 /// The number of the object of an item of a tree; -1 if the object is gone or has changed.
 int ObjectVisits::objectOf(Tree tree, int item, const PlacedRobot& robot) const {
-  if (tree == Tree::Moving) return moving_[static_cast<std::size_t>(item)];
+  if (tree == Tree::Moving) return moving_[item];
   const FixedObjects::Item& entry = robot.objects()->fixed().item(item);
   const PlacedObject* object = robot.objects()->placed(entry.number);
   return object && object->serial == entry.serial ? entry.number : -1;

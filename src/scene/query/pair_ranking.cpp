@@ -99,12 +99,12 @@ double PairRanking::limit(const Search& search) const {
 }
 
 PairRanking::QueriedPair PairRanking::inList(int number, const Search& search) const {
-  const ShapeRefPair& pair = search.pairs.list()[static_cast<std::size_t>(number)];
+  const ShapeRefPair& pair = search.pairs.list()[number];
   return {{measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)}, number};
 }
 
 ShapeRefPair PairRanking::refsOf(const QueriedPair& pair, const Search& search) const {
-  if (pair.isInList()) return search.pairs.list()[static_cast<std::size_t>(pair.number)];
+  if (pair.isInList()) return search.pairs.list()[pair.number];
   const PlacedRobot& robot = measurement_.robot();
   return {robot.refOf(std::min(pair.a, pair.b)), robot.refOf(std::max(pair.a, pair.b))};
 }

@@ -230,7 +230,7 @@ void StateRows::addVerdict(std::uint64_t state, Verdict verdict, const scene::Sh
   } else if (!is_below) {
     addVerdictText(state, verdict == Verdict::Above ? above_ : unknown_, to);
   } else if (number >= 0) {
-    addVerdictText(state, below_[static_cast<std::size_t>(number)], to);
+    addVerdictText(state, below_[number], to);
   } else {
     addVerdictText(state, restOf(verdict, nameOf(pair.a, robot, objects), nameOf(pair.b, robot, objects)), to);
   }

@@ -118,7 +118,7 @@ class StateSweep {
     constexpr int kLists = 1, kStates = 4;  // blocks for each thread: lists of all pairs are large
     system::runPipeline<StateBlock>(
         {[&](StateBlock& block) { return read(block); },
-         [&](StateBlock& block, int thread) { answer(block, workers_[static_cast<std::size_t>(thread)]); },
+         [&](StateBlock& block, int thread) { answer(block, workers_[thread]); },
          [&](StateBlock& block) { write(block); }},
         {question_.threads, system::PipelineThreads::TooFew::Refused, fresh_ ? kLists : kStates});
     SweepSummary summary;
@@ -212,15 +212,15 @@ class StateSweep {
     scene::PairProximity below;
     below.result.status = narrowphase::Status::Converged;
     for (int i = 0; i < block.size; ++i) {
-      const scene::StateVerdict& found = verdicts[static_cast<std::size_t>(i)];
+      const scene::StateVerdict& found = verdicts[i];
       const bool is_below = found.kind == Verdict::Below;
-      if (is_below) below.asked = question_.pairs[static_cast<std::size_t>(found.pair)];
+      if (is_below) below.asked = question_.pairs[found.pair];
       add(i, {&below, &below + (is_below ? 1 : 0), found.kind == Verdict::Unknown ? allPairs() : 0}, block, worker);
     }
   }
 
   void addMinima(const std::vector<scene::PairProximity>& minima, StateBlock& block, Worker& worker) const {
-    for (int i = 0; i < block.size; ++i) add(i, ofMinimum(minima[static_cast<std::size_t>(i)]), block, worker);
+    for (int i = 0; i < block.size; ++i) add(i, ofMinimum(minima[i]), block, worker);
   }
 
   void addLists(const scene::StatePairs& lists, StateBlock& block, Worker& worker) const {
@@ -246,7 +246,7 @@ class StateSweep {
       if (block.objects.empty()) {
         scene.update(poses);
       } else {
-        const auto& objects = block.objects[static_cast<std::size_t>(i)];
+        const auto& objects = block.objects[i];
         pairs.use(objects, scene);
         scene.update(poses, framePoses(*objects, poses));
       }
@@ -286,8 +286,7 @@ class StateSweep {
   void add(int i, const Listed& listed, StateBlock& block, Worker& worker) const {
     const std::uint64_t state = block.first + static_cast<std::uint64_t>(i);
     if (state < range_.begin) return;
-    const scene::Objects* const objects =
-        block.objects.empty() ? nullptr : block.objects[static_cast<std::size_t>(i)].get();
+    const scene::Objects* const objects = block.objects.empty() ? nullptr : block.objects[i].get();
     addRows(state, listed, objects, block);
     count(i, state, listed, objects, block, worker);
     if (!output_.assertion && !output_.second_opinion) return;
@@ -296,7 +295,7 @@ class StateSweep {
     if (output_.second_opinion && !isOpen(listed)) answer.pairs.assign(listed.begin, listed.end);
     if (output_.assertion && listsSmallest()) answer.smallest = smallestOf(listed);
     answer.positions = positionsOf(block, i);
-    if (objects) answer.objects = block.objects[static_cast<std::size_t>(i)];
+    if (objects) answer.objects = block.objects[i];
   }
 
   /// Whether unknown pairs leave open what is to be listed.
@@ -359,8 +358,8 @@ class StateSweep {
   }
 
   SweepSummary::Names namesOf(int number, const Worker& worker) const {
-    if (number >= allPairs()) return worker.object_names[static_cast<std::size_t>(number - allPairs())];
-    const scene::ShapeRefPair& pair = question_.pairs[static_cast<std::size_t>(number)];
+    if (number >= allPairs()) return worker.object_names[number - allPairs()];
+    const scene::ShapeRefPair& pair = question_.pairs[number];
     const scene::RobotModel& robot = question_.model->robot;
     return {nameOf(pair.a, robot), nameOf(pair.b, robot)};
   }

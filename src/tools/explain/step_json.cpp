@@ -70,7 +70,7 @@ class StepsJson {
 
   Json faceJson(const std::array<int, 3>& face) {
     Json corners = Json::array();
-    for (const int v : face) corners.push_back(vertexJson(explanation_.trace.polytope[static_cast<std::size_t>(v)]));
+    for (const int v : face) corners.push_back(vertexJson(explanation_.trace.polytope[v]));
     return corners;
   }
 
@@ -125,7 +125,7 @@ void addMissedVertices(narrowphase::Cso& cso, std::vector<Vector3d>& points) {
     const narrowphase::ConvexHull hull(points);
     const std::size_t before = points.size();
     for (const std::array<int, 3>& triangle : hull.triangles()) {
-      const auto corner = [&](int i) { return hull.vertices()[static_cast<std::size_t>(triangle[i])]; };
+      const auto corner = [&](int i) { return hull.vertices()[triangle[i]]; };
       const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
       const Vector3d w = cso.vertex(normal).point;
       if (normal.dot(w - corner(0)) > 16.0 * cso.rounding()) points.push_back(w);

@@ -112,8 +112,7 @@ class Table {
         {"step", "faces", "closest face", "normal", "vertex", "point of a", "point of b", "lower", "upper"}};
     for (const QueryTrace::EpaStep& step : trace.epa) {
       std::string face;
-      for (const int v : step.closest)
-        face += (face.empty() ? "" : " ") + names_.nameOf(trace.polytope[static_cast<std::size_t>(v)]);
+      for (const int v : step.closest) face += (face.empty() ? "" : " ") + names_.nameOf(trace.polytope[v]);
       rows.push_back({std::to_string(rows.size()), std::to_string(step.faces.size()), face, pointText(step.normal, 1.0),
                       names_.nameOf(step.w), point(step.w.on_a), point(step.w.onB()), bound(-step.depth),
                       bound(-step.lower_bound)});

@@ -38,7 +38,7 @@ int indexOf(const ExplainedShape& shape, int number) {
     default:
       break;
   }
-  const Vector3d& vertex = shape.shape.hull().vertices()[static_cast<std::size_t>(number)];
+  const Vector3d& vertex = shape.shape.hull().vertices()[number];
   return static_cast<int>(std::find(shape.points.begin(), shape.points.end(), vertex) - shape.points.begin());
 }
 

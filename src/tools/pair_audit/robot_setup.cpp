@@ -170,7 +170,7 @@ RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const
   for (std::size_t joint = 0; joint < positions.size(); ++joint) {
     positions[joint] = states(best, static_cast<Eigen::Index>(joint));
   }
-  return {positions, levels[static_cast<std::size_t>(best)]};
+  return {positions, levels[best]};
 }
 
 void requireEmpty(const std::string& folder) {

@@ -36,8 +36,8 @@ PlacedPieces placedPieces(const scene::ShapeRef& ref, const RobotModel& robot, c
     placed.has_half_space = scene::hasHalfSpace(object);
     return placed;
   }
-  const Isometry3d& pose = *poses[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(ref.link())].body)];
-  for (const int piece : robot.piecesOf(ref.link())) add(robot.pieces[static_cast<std::size_t>(piece)], pose, placed);
+  const Isometry3d& pose = *poses[robot.links[ref.link()].body];
+  for (const int piece : robot.piecesOf(ref.link())) add(robot.pieces[piece], pose, placed);
   return placed;
 }
 

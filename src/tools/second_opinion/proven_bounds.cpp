@@ -42,9 +42,8 @@ Vector3d insideHull(const ConvexHull& hull, const Vector3d& point) {
   for (const Vector3d& vertex : vertices) middle += vertex / static_cast<double>(vertices.size());
   double share = 1.0;  // the part of the way from the middle to the point
   for (const auto& [i, j, k] : hull.triangles()) {
-    const Vector3d& corner = vertices[static_cast<std::size_t>(i)];
-    const Vector3d normal =
-        (vertices[static_cast<std::size_t>(j)] - corner).cross(vertices[static_cast<std::size_t>(k)] - corner);
+    const Vector3d& corner = vertices[i];
+    const Vector3d normal = (vertices[j] - corner).cross(vertices[k] - corner);
     const double room = normal.dot(corner - middle), way = normal.dot(point - middle);
     if (way > room && room >= 0.0) share = std::min(share, room / way);
   }
@@ -123,8 +122,7 @@ struct Face {
 Face nearestFace(const ConvexHull& hull) {
   Face nearest;
   for (const auto& [i, j, k] : hull.triangles()) {
-    const Vector3d &p = hull.vertices()[static_cast<std::size_t>(i)], &q = hull.vertices()[static_cast<std::size_t>(j)],
-                   &r = hull.vertices()[static_cast<std::size_t>(k)];
+    const Vector3d &p = hull.vertices()[i], &q = hull.vertices()[j], &r = hull.vertices()[k];
     const Vector3d normal = (q - p).cross(r - p).normalized();
     const double offset = std::min({normal.dot(p), normal.dot(q), normal.dot(r)});
     if (offset < nearest.offset) nearest = {normal, offset};

@@ -129,7 +129,7 @@ PlacedPieces SecondOpinion::piecesOf(const scene::ShapeRef& ref, const PendingSt
 double SecondOpinion::paddingOf(const scene::ShapeRefPair& pair) const {
   if (!pair.areLinks()) return 0.0;
   const int index = model_->pairs.find(pair.a.link(), pair.b.link());
-  return index < 0 ? 0.0 : model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
+  return index < 0 ? 0.0 : model_->pairs.pairs[index].padding;
 }
 
 std::string SecondOpinion::rowOf(const PendingPair& pending, const OtherOpinion& other,

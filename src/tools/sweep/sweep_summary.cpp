@@ -161,7 +161,7 @@ void SummaryCounter::count(const Closest& closest) {
   const bool is_verdict = counts_.kind == SummaryKind::Verdicts;
   if (is_verdict || !(closest.lower > 0.0)) ++counts_.below;
   if (is_verdict) return;
-  ++bins_[static_cast<std::size_t>(binOf(closest.distance) + kOutermost + 1)];
+  ++bins_[binOf(closest.distance) + kOutermost + 1];
 }
 
 bool SummaryCounter::isNotable(const Closest& closest) const {

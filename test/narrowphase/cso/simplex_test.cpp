@@ -79,7 +79,7 @@ std::vector<std::vector<int>> placings(std::size_t count) {
 
 unsigned bitsOf(const std::vector<int>& members, const std::vector<int>& placing) {
   unsigned bits = 0;
-  for (const int member : members) bits |= 1u << placing[static_cast<std::size_t>(member)];
+  for (const int member : members) bits |= 1u << placing[member];
   return bits;
 }
 
@@ -100,7 +100,7 @@ TEST(NearestToOrigin, FindsTheVoronoiRegionForAllOrdersOfTheVertices) {
     for (const std::vector<int>& placing : placings(region.vertices.size()))
       for (const int member : region.members) {
         SCOPED_TRACE(region.name + (", newest " + std::to_string(member)));
-        const int newest = placing[static_cast<std::size_t>(member)];
+        const int newest = placing[member];
         const Nearest nearest = nearestToOrigin(placed(region.vertices, region.query, placing, newest), newest);
         const double distance = (region.query - region.nearest).norm();
         ASSERT_FALSE(nearest.encloses_origin);
@@ -145,7 +145,7 @@ TEST(NearestToOrigin, DoesNotEncloseAnOriginOnAFace) {
   for (const auto& [query, face] : cases)
     for (const std::vector<int>& placing : placings(4))
       for (const int member : face) {
-        const int newest = placing[static_cast<std::size_t>(member)];
+        const int newest = placing[member];
         const Nearest nearest = nearestToOrigin(placed(kTetrahedron, query, placing, newest), newest);
         ASSERT_FALSE(nearest.encloses_origin);
         ASSERT_EQ(nearest.distance, 0.0);
@@ -246,7 +246,7 @@ TEST(WitnessPoints, StayOnATriangleWhoseWeightRoundingMadeNegative) {
   Vector3d query(0, 0, 0);
   for (std::size_t i = 0; i < 3; ++i) query += weights[i] * kTriangle[i];
   Simplex simplex;
-  for (int i = 0; i < 3; ++i) simplex[i] = vertexAt(kTriangle[static_cast<std::size_t>(i)] - query);
+  for (int i = 0; i < 3; ++i) simplex[i] = vertexAt(kTriangle[i] - query);
   simplex.members = 0b0111;
   const Vector3d expected = (0.6 * kTriangle[0] + 0.5 * kTriangle[1]) / 1.1 - query;
   EXPECT_TRUE(isNear(witnessPoints(simplex).on_a, expected, 1e-14));

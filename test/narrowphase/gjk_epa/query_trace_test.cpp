@@ -362,7 +362,7 @@ TEST(WorkedExample, EpaExpandsToTheFaceOfLeastDepth) {
   EXPECT_EQ(trace.final_faces.size(), 8U);
   const QueryTrace::EpaStep& last = trace.epa.back();
   std::vector<Vector3d> closest;
-  for (const int v : last.closest) closest.push_back(trace.polytope.at(static_cast<std::size_t>(v)).point);
+  for (const int v : last.closest) closest.push_back(trace.polytope.at(v).point);
   for (const std::size_t corner : {1U, 2U, 4U})
     EXPECT_EQ(std::count(closest.begin(), closest.end(), Vector3d(corners[corner] - centre)), 1);
 }

@@ -465,7 +465,7 @@ TEST(WarmPolytope, AnswersWithoutGjkWhileTheShapesOverlap) {
 double worstNormal(const QueryTrace& trace) {
   double worst = 0.0;
   for (const QueryTrace::EpaStep& step : trace.epa) {
-    const auto corner = [&](std::size_t i) { return trace.polytope[static_cast<std::size_t>(step.closest[i])].point; };
+    const auto corner = [&](std::size_t i) { return trace.polytope[step.closest[i]].point; };
     const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
     worst = std::max(worst, (normal - step.normal).norm());
   }

@@ -283,7 +283,7 @@ TEST(SweptShape, OfATranslatedBoxIsTheHullOfBothEnds) {
   std::mt19937 random(70);
   const Vector3d size(0.6, 0.4, 0.3), way(0.5, -0.7, 0.2);
   std::vector<Vector3d> corners = boxCorners(size);
-  for (int i = 0; i < 8; ++i) corners.push_back(corners[static_cast<std::size_t>(i)] + way);
+  for (int i = 0; i < 8; ++i) corners.push_back(corners[i] + way);
   const Shape swept = sweptShape(Box{size}, {at(7, 8, 9), way, Vector3d::Zero()}), hull = hullOf(corners);
   EXPECT_EQ(swept.margin(), 0.0);
   for (const NamedShape& other : solidShapes())
@@ -606,7 +606,7 @@ TEST(TimeOfContact, OfAMotionThatIsNotFiniteIsUnknown) {
     for (int what = 0; what < 4; ++what) {
       Case c = approachingSpheres();
       c.b_motion.push_back({});
-      ScrewMotion& screw = c.b_motion[static_cast<std::size_t>(what % 2)];
+      ScrewMotion& screw = c.b_motion[what % 2];
       if (what == 0) screw.linear.y() = bad;
       if (what == 1) screw.angular.z() = bad;
       if (what == 2) screw.start.translation().x() = bad;

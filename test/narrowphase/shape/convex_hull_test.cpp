@@ -191,9 +191,7 @@ TEST(ConvexHull, LocalMaximaOverTheAdjacencyAreGlobal) {
   std::mt19937 random(11);
   for (const Cloud& cloud : allClouds()) {
     const ConvexHull hull(cloud.points);
-    const auto height = [&hull](int vertex, const Vector3d& n) {
-      return n.dot(hull.vertices()[static_cast<std::size_t>(vertex)]);
-    };
+    const auto height = [&hull](int vertex, const Vector3d& n) { return n.dot(hull.vertices()[vertex]); };
     for (int i = 0; i < 200; ++i) {
       const Vector3d n = randomDirection(random);
       const double top = highest(hull.vertices(), n);
@@ -245,7 +243,7 @@ TEST(ConvexHull, TrianglesOfASolidSatisfyEuler) {
 TEST(ConvexHull, NoVertexLiesOutsideOfATriangle) {
   for (const Cloud& cloud : solidClouds()) {
     const ConvexHull hull(cloud.points);
-    const auto corner = [&hull](int i) { return hull.vertices()[static_cast<std::size_t>(i)]; };
+    const auto corner = [&hull](int i) { return hull.vertices()[i]; };
     for (const auto& [i, j, k] : hull.triangles()) {
       const Vector3d normal = (corner(j) - corner(i)).cross(corner(k) - corner(i));
       // Triangles that cut a flat face may be slivers; their normal says nothing beyond their rounding.

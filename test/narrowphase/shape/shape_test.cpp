@@ -142,7 +142,7 @@ std::vector<Vector3d> directionsOf(const Shape& shape, std::mt19937& random) {
   if (shape.kind() != Shape::Kind::Hull) return directions;
   const std::vector<Vector3d>& corners = shape.hull().vertices();
   for (const auto& t : shape.hull().triangles()) {
-    const auto corner = [&](std::size_t i) { return corners[static_cast<std::size_t>(t[i])]; };
+    const auto corner = [&](std::size_t i) { return corners[t[i]]; };
     const Vector3d area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
     if (area.norm() > 0.0) directions.push_back(area.normalized());
   }

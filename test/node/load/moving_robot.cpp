@@ -50,12 +50,12 @@ std::vector<double> MovingRobot::positionsAt(const ros::Time& time) const {
 
 std::vector<geometry_msgs::TransformStamped> MovingRobot::transformsAt(const ros::Time& time) const {
   const std::vector<double> positions = positionsAt(time);
-  const auto name = [this](int link) { return robot_.links[static_cast<std::size_t>(link)].name; };
+  const auto name = [this](int link) { return robot_.links[link].name; };
   std::vector<geometry_msgs::TransformStamped> transforms;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Joint& joint = robot_.joints[i];
     const Joint::Mimic leader = robot_.leaderOf(static_cast<int>(i));
-    const double position = leader.offset + leader.multiplier * positions[static_cast<std::size_t>(leader.joint)];
+    const double position = leader.offset + leader.multiplier * positions[leader.joint];
     transforms.push_back(toMessage(joint.parent_T_joint * jointMotion(joint, position)));
     transforms.back().header.stamp = time;
     transforms.back().header.frame_id = name(joint.parent_link);

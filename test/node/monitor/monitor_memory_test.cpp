@@ -234,7 +234,7 @@ TEST(MonitorMemory, CyclesWithGradientsAndConstraintsTakeNothing) {
     const Clearance& clearance = gantry.cycle();
     ASSERT_EQ(clearance.joint_names.size(), 3u);
     ASSERT_EQ(clearance.minimum.gradient.size(), 3u);
-    ++cycles_with_so_many_rows[static_cast<std::size_t>(gantry.rowsInUse())];
+    ++cycles_with_so_many_rows[gantry.rowsInUse()];
   }
   EXPECT_EQ(gantry.allocationsOfCycles(), allocations_before);
   EXPECT_GT(cycles_with_so_many_rows[2], 100);

@@ -197,7 +197,7 @@ TEST(ReferenceFrames, OfAnyLinkSeeBothRobotsWhereTheyStand) {
     const State asked = randomState(random);
     const scene::BodyPoses poses = posesIn(cell, tf, asked);
     for (const scene::Link& link : cell.robot.robotModel().links) {
-      const auto& pose = poses[static_cast<std::size_t>(link.body)];
+      const auto& pose = poses[link.body];
       ASSERT_TRUE(pose) << link.name;
       const Isometry3d expected = cell.poseOf(link.name, cell.reference, asked);
       ASSERT_TRUE((*pose * link.body_T_link).matrix().isApprox(expected.matrix(), kRounding))
@@ -266,7 +266,7 @@ TEST(ReferenceFrames, OfAnyLinkDoNotCarryTheOtherRobotAlongATrajectory) {
     }
     complete += found.status == narrowphase::Status::Converged ? 1 : 0;
     const int link = cell.robot.referenceLink();
-    if (link >= 0 && model.links[static_cast<std::size_t>(link)].parent >= 0) ++moving_references;
+    if (link >= 0 && model.links[link].parent >= 0) ++moving_references;
   }
   EXPECT_GT(moving_references, cells / 2);
   EXPECT_GT(contacts, cells / 4);

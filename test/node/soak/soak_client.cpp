@@ -177,7 +177,7 @@ QueryConfigurationRequest SoakClient::configuration() {
   request.mode = asked.mode;
   request.k = asked.k;
   request.threshold = asked.threshold;
-  request.states.resize(static_cast<std::size_t>(1 + chance_.below(8)));
+  request.states.resize(1 + chance_.below(8));
   for (sensor_msgs::JointState& state : request.states) state = randomState();
   return request;
 }

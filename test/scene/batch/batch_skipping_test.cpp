@@ -172,12 +172,12 @@ TEST_P(BatchOf, AnswersAsANewSceneDoes) {
     Scene for_minimum = newScene(), for_closest = newScene(), for_below = newScene(), for_first = newScene();
     const std::vector<PairProximity> minimum{*for_minimum.minimum(for_minimum.candidates())};
     const auto& expected = for_closest.closest(for_closest.candidates(), kClosest);
-    if (!areSameLists({minima[static_cast<std::size_t>(i)]}, minimum) || !areSameLists(ofState(closest, i), expected)) {
+    if (!areSameLists({minima[i]}, minimum) || !areSameLists(ofState(closest, i), expected)) {
       // A Scene may have left out pairs or pieces that are as near as the tolerance; the smallest distance of all
       // counts.
       ++ties;
       everything.place(states, i);
-      ASSERT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));
+      ASSERT_TRUE(areSameLists({minima[i]}, everything.closest(1)));
       ASSERT_TRUE(areSameLists(ofState(closest, i), everything.closest(kClosest)));
       for (std::size_t j = 0; j < expected.size(); ++j)
         ASSERT_NEAR(ofState(closest, i)[j].result.distance, expected[j].result.distance, 1e-9);
@@ -186,7 +186,7 @@ TEST_P(BatchOf, AnswersAsANewSceneDoes) {
     question.threshold = kDistance;
     ASSERT_TRUE(areSameLists(ofState(below, i), for_below.below(for_below.candidates(), question)));
     const bool is_below = for_first.first(for_first.candidates(), question) != nullptr;
-    ASSERT_EQ(verdicts[static_cast<std::size_t>(i)].kind, is_below ? Kind::Below : Kind::Above);
+    ASSERT_EQ(verdicts[i].kind, is_below ? Kind::Below : Kind::Above);
   }
   EXPECT_LE(ties, states.rows() / 50);
   RecordProperty("ties", ties);
@@ -211,7 +211,7 @@ TEST_P(BatchOf, AnswersAsAllPairsOneByOneDo) {
     for (Index i = 0; i < states.rows(); ++i, ++compared) {
       SCOPED_TRACE("state " + std::to_string(i) + " of part " + std::to_string(part));
       everything.place(states, i);
-      ASSERT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));
+      ASSERT_TRUE(areSameLists({minima[i]}, everything.closest(1)));
       ASSERT_TRUE(areSameLists(ofState(closest, i), everything.closest(static_cast<std::size_t>(k))));
       const std::size_t near = random() % 2 == 0 ? 0 : random() % std::min<std::size_t>(8, everything.sorted().size());
       const double distance = everything.sorted()[near].result.distance + kBeside[random() % std::size(kBeside)];
@@ -219,7 +219,7 @@ TEST_P(BatchOf, AnswersAsAllPairsOneByOneDo) {
       ASSERT_TRUE(areSameLists(one.below(states.row(i), distance).pairs, below)) << distance;
       const StateVerdict verdict = one.anyBelow(states.row(i), distance).front();
       ASSERT_TRUE(everything.agrees(verdict, distance)) << distance << ", pair " << verdict.pair;
-      overlaps += minima[static_cast<std::size_t>(i)].result.distance < 0.0;
+      overlaps += minima[i].result.distance < 0.0;
       listed += static_cast<std::int64_t>(below.size());
     }
   }
@@ -274,10 +274,10 @@ TEST_P(BatchOf, DecidesAsANewSceneDoes) {
     scene.update(forwardKinematics(robot(), positionsOf(states, i)));
     const PairProximity closest = *scene.minimum(scene.candidates());
     const DecidingPair expected = decidingPair(scene, scene.candidates(), closest, thresholds);
-    const DistanceLevel found = levelOf(deciding[static_cast<std::size_t>(i)], thresholds);
+    const DistanceLevel found = levelOf(deciding[i], thresholds);
     ASSERT_EQ(found.level, expected.level.level) << "state " << i;
-    ASSERT_NEAR(deciding[static_cast<std::size_t>(i)].result.distance - found.threshold,
-                expected.pair.result.distance - expected.level.threshold, 1e-9)
+    ASSERT_NEAR(deciding[i].result.distance - found.threshold, expected.pair.result.distance - expected.level.threshold,
+                1e-9)
         << "state " << i;
   }
 }
@@ -348,7 +348,7 @@ TEST_P(Many, AnAnswerDoesNotDependOnTheOrderOfTheStates) {
   std::vector<Index> order = numbers(0, states_.rows());
   std::shuffle(order.begin(), order.end(), std::mt19937(4));
   MatrixXd shuffled(states_.rows(), states_.cols());
-  for (Index i = 0; i < states_.rows(); ++i) shuffled.row(i) = states_.row(order[static_cast<std::size_t>(i)]);
+  for (Index i = 0; i < states_.rows(); ++i) shuffled.row(i) = states_.row(order[i]);
   SceneBatch batch(model_);
   expectSame(answersOf(batch, shuffled), whole_, order);
 }
@@ -444,22 +444,22 @@ TEST(BatchOfBeads, HugePositionsHaveTheAnswersOfANewScene) {
     everything.place(states, i);
     const bool is_unknown = !everything.isPlaced();
     unknown += is_unknown ? 1 : 0;
-    EXPECT_EQ(closest.unknown[static_cast<std::size_t>(i)], is_unknown);
-    EXPECT_EQ(below.unknown[static_cast<std::size_t>(i)], is_unknown);
+    EXPECT_EQ(closest.unknown[i], is_unknown);
+    EXPECT_EQ(below.unknown[i], is_unknown);
     if (is_unknown) {
-      EXPECT_EQ(minima[static_cast<std::size_t>(i)].result.status, Status::Unknown);
-      EXPECT_EQ(verdicts[static_cast<std::size_t>(i)].kind, Kind::Unknown);
+      EXPECT_EQ(minima[i].result.status, Status::Unknown);
+      EXPECT_EQ(verdicts[i].kind, Kind::Unknown);
       EXPECT_TRUE(ofState(closest, i).empty() && ofState(below, i).empty());
       continue;
     }
     if (!everything.sorted().empty()) {
-      EXPECT_TRUE(areSameLists({minima[static_cast<std::size_t>(i)]}, everything.closest(1)));
+      EXPECT_TRUE(areSameLists({minima[i]}, everything.closest(1)));
     } else {
-      EXPECT_EQ(minima[static_cast<std::size_t>(i)].result.status, Status::Unknown);
+      EXPECT_EQ(minima[i].result.status, Status::Unknown);
     }
     EXPECT_TRUE(areSameLists(ofState(closest, i), everything.closest(5)));
     EXPECT_TRUE(areSameLists(ofState(below, i), everything.below(0.3)));
-    EXPECT_TRUE(everything.agrees(verdicts[static_cast<std::size_t>(i)], 0.3));
+    EXPECT_TRUE(everything.agrees(verdicts[i], 0.3));
   }
   EXPECT_GE(unknown, 1);  // at 1e300
   EXPECT_LE(unknown, 2);

@@ -43,8 +43,7 @@ TEST_F(ExactStateOfTwoArms, EveryPairHasTheAnswerOfANewScene) {
       question.threshold = threshold;
       Scene again = freshAt(states, i);
       for (int pair = pairs() - 1; pair >= 0; --pair)  // in another order than all()
-        ASSERT_TRUE(areSame(exact_.proximity(pair, threshold),
-                            again.proximity(batch_->candidates[static_cast<std::size_t>(pair)], question)))
+        ASSERT_TRUE(areSame(exact_.proximity(pair, threshold), again.proximity(batch_->candidates[pair], question)))
             << "state " << i << ", pair " << pair << ", threshold " << threshold;
     }
   }
@@ -62,7 +61,7 @@ TEST_F(ExactStateOfTwoArms, AVerdictIsThatOfTheBoundsThatSceneFinds) {
         Question question;
         question.threshold = distance;
         Scene scene = freshAt(states, i);
-        const PairProximity expected = scene.proximity(batch_->candidates[static_cast<std::size_t>(pair)], question);
+        const PairProximity expected = scene.proximity(batch_->candidates[pair], question);
         const bool is_below = exact_.isBelow(pair, distance);
         ASSERT_EQ(is_below, !(expected.result.lower_bound > distance))
             << "state " << i << ", pair " << pair << ", distance " << distance << " of " << truth;

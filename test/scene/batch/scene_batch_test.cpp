@@ -33,7 +33,7 @@ TEST(SceneBatch, AnswersAboutEachState) {
   const auto& verdicts = batch.anyBelow(states, 0.1);
   EXPECT_EQ(verdicts[0].kind, StateVerdict::Kind::Above);
   EXPECT_EQ(verdicts[1].kind, StateVerdict::Kind::Below);
-  EXPECT_EQ(batch.candidates()[static_cast<std::size_t>(verdicts[1].pair)].a.link(), minima[1].asked.a.link());
+  EXPECT_EQ(batch.candidates()[verdicts[1].pair].a.link(), minima[1].asked.a.link());
   EXPECT_EQ(verdicts[2].kind, StateVerdict::Kind::Unknown);
 
   const StatePairs& below = batch.below(states, 0.9);

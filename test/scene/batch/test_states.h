@@ -16,7 +16,7 @@ inline Eigen::MatrixXd randomStates(const RobotModel& robot, int count, unsigned
   Eigen::MatrixXd states(count, static_cast<Eigen::Index>(robot.joints.size()));
   for (Eigen::Index i = 0; i < states.rows(); ++i) {
     for (Eigen::Index j = 0; j < states.cols(); ++j) {
-      const Joint& joint = robot.joints[static_cast<std::size_t>(j)];
+      const Joint& joint = robot.joints[j];
       const double lower = std::max(joint.lower, -M_PI), upper = std::min(joint.upper, M_PI);
       states(i, j) = lower < upper ? std::uniform_real_distribution<double>(lower, upper)(random) : lower;
     }

@@ -34,7 +34,7 @@ std::vector<int> itemsOf(const BoxTree& tree, int node, const std::vector<Aligne
       items.insert(items.end(), of_part.begin(), of_part.end());
     }
   }
-  for (const int item : items) EXPECT_TRUE(here.box.contains(boxes[static_cast<std::size_t>(item)]));
+  for (const int item : items) EXPECT_TRUE(here.box.contains(boxes[item]));
   return items;
 }
 
@@ -42,7 +42,7 @@ void expectHoldsAll(const BoxTree& tree, const std::vector<AlignedBox3d>& boxes)
   std::vector<int> items = itemsOf(tree, 0, boxes);
   std::sort(items.begin(), items.end());
   ASSERT_EQ(items.size(), boxes.size());
-  for (int i = 0; i < static_cast<int>(items.size()); ++i) EXPECT_EQ(items[static_cast<std::size_t>(i)], i);
+  for (int i = 0; i < static_cast<int>(items.size()); ++i) EXPECT_EQ(items[i], i);
 }
 
 AlignedBox3d cube(double x, double y, double z) { return {Vector3d(x, y, z), Vector3d(x + 1, y + 1, z + 1)}; }

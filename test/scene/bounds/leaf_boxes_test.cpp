@@ -38,8 +38,8 @@ class Boxes {
     volumes_.push_back(root);
   }
   LeafBoxes leaves() const { return {volumes_, static_cast<int>(volumes_.size()) - 1}; }
-  const Volume& at(int leaf) const { return volumes_[static_cast<std::size_t>(leaf)]; }
-  const Piece& pieceOf(int leaf) const { return pieces_[static_cast<std::size_t>(at(leaf).piece)]; }
+  const Volume& at(int leaf) const { return volumes_[leaf]; }
+  const Piece& pieceOf(int leaf) const { return pieces_[at(leaf).piece]; }
 
  private:
   std::vector<Piece> pieces_;

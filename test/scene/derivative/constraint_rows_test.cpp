@@ -94,7 +94,7 @@ struct Controlled {
   int rowOf(const std::string& link_a, const std::string& link_b) const {
     const int a = model->robot.findLink(link_a), b = model->robot.findLink(link_b);
     for (int i = 0; i < rows.capacity(); ++i) {
-      const ConstraintRows::Row& row = rows.rows()[static_cast<std::size_t>(i)];
+      const ConstraintRows::Row& row = rows.rows()[i];
       if (row.is_used && std::minmax(row.pair.a.link(), row.pair.b.link()) == std::minmax(a, b)) return i;
     }
     return -1;
@@ -112,8 +112,7 @@ std::shared_ptr<const Objects> withBall(const Model& model, const std::string& i
 }
 
 bool isEmpty(const ConstraintRows& rows, int row) {
-  return rows.matrix().row(row).isZero(0.0) && rows.bounds()[row] == -kInfinity &&
-         !rows.rows()[static_cast<std::size_t>(row)].is_used;
+  return rows.matrix().row(row).isZero(0.0) && rows.bounds()[row] == -kInfinity && !rows.rows()[row].is_used;
 }
 
 int usedRows(const ConstraintRows& rows) {
@@ -274,7 +273,7 @@ TEST(ConstraintRows, APairWithoutAPoseIsUnknown) {
   BodyPoses poses = forwardKinematics(robot.model->robot, std::vector<double>{0.0, 0.25, 0.5});
   robot.update(poses);
   ASSERT_EQ(usedRows(robot.rows), 2);
-  poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "2"))].reset();
+  poses[bodyOf(robot.model->robot, "2")].reset();
   robot.update(poses);
   EXPECT_EQ(robot.rows.unknown(), 2);
   EXPECT_EQ(usedRows(robot.rows), 1);
@@ -287,10 +286,10 @@ TEST(ConstraintRows, APairWithADistanceButWithoutAGradientIsUnknown) {
     parts += link(type, ball("0.1")) + joint("to " + type, type, "frame", type, axis("0 0 1"));
   Controlled robot(modelOf(parts, {{"planar", "floating"}}), 2);
   BodyPoses poses(robot.model->robot.bodies.size(), at(0, 0, 0));
-  poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "floating"))] = at(0.3, 0, 0);
+  poses[bodyOf(robot.model->robot, "floating")] = at(0.3, 0, 0);
   robot.update(poses);
   ASSERT_EQ(usedRows(robot.rows), 1);
-  poses[static_cast<std::size_t>(bodyOf(robot.model->robot, "frame"))].reset();  // along which axes, nobody knows
+  poses[bodyOf(robot.model->robot, "frame")].reset();  // along which axes, nobody knows
   robot.update(poses);
   EXPECT_EQ(robot.rows.unknown(), 1);
   EXPECT_EQ(robot.rows.leftOut(), 0);

@@ -163,7 +163,7 @@ TEST_F(TwoBalls, AMissingPoseBetweenThemLeavesNoGradient) {
   const PairProximity answer = asked.scene.proximity(pair);
   for (const std::string link : {"frame", "0", "1"}) {
     BodyPoses some = poses;
-    some[static_cast<std::size_t>(bodyOf(model->robot, link))].reset();
+    some[bodyOf(model->robot, link)].reset();
     asked.derivatives.update(some);
     EXPECT_FALSE(asked.derivatives.gradient(answer, gradient)) << link;
     EXPECT_TRUE(gradient.array().isNaN().all());

@@ -36,10 +36,10 @@ class Posture {
     return posture;
   }
 
-  void placeRoot(int robot, const Eigen::Isometry3d& pose) { roots_[static_cast<std::size_t>(robot)] = pose; }
+  void placeRoot(int robot, const Eigen::Isometry3d& pose) { roots_[robot] = pose; }
 
   /// Sets the motion of a planar or floating joint.
-  void setMotion(int joint, const Eigen::Isometry3d& motion) { motions_[static_cast<std::size_t>(joint)] = motion; }
+  void setMotion(int joint, const Eigen::Isometry3d& motion) { motions_[joint] = motion; }
 
   /// The posture that a velocity leads to after the time `step` [s].
   Posture moved(const DegreesOfFreedom& columns, const Eigen::VectorXd& velocity, double step) const {
@@ -57,12 +57,11 @@ class Posture {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const Body& body = robot_->bodies[i];
       if (body.joint < 0) {
-        poses[i] = roots_[static_cast<std::size_t>(body.robot)];
+        poses[i] = roots_[body.robot];
         continue;
       }
-      const Joint& joint = robot_->joints[static_cast<std::size_t>(body.joint)];
-      poses[i] = *poses[static_cast<std::size_t>(body.parent)] *
-                 robot_->links[static_cast<std::size_t>(joint.parent_link)].body_T_link * joint.parent_T_joint *
+      const Joint& joint = robot_->joints[body.joint];
+      poses[i] = *poses[body.parent] * robot_->links[joint.parent_link].body_T_link * joint.parent_T_joint *
                  motionOf(body.joint);
     }
     return poses;
@@ -70,12 +69,12 @@ class Posture {
 
  private:
   Eigen::Isometry3d motionOf(int joint) const {
-    const Joint& moving = robot_->joints[static_cast<std::size_t>(joint)];
-    if (!hasOnePosition(moving)) return motions_[static_cast<std::size_t>(joint)];
-    double position = positions_[static_cast<std::size_t>(joint)];
+    const Joint& moving = robot_->joints[joint];
+    if (!hasOnePosition(moving)) return motions_[joint];
+    double position = positions_[joint];
     if (moving.mimic) {  // a mimic joint may follow another one
       const Joint::Mimic leader = robot_->leaderOf(joint);
-      position = leader.offset + leader.multiplier * positions_[static_cast<std::size_t>(leader.joint)];
+      position = leader.offset + leader.multiplier * positions_[leader.joint];
     }
     return jointMotion(moving, position);
   }

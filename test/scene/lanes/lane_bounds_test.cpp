@@ -127,11 +127,11 @@ TEST(LaneKernels, SineAndCosineAreWithinTheirError) {
       if (i % 4 == 0) angle = std::remainder(angle, 2.0 * std::acos(-1.0));
       if (i % 16 == 1)
         angle = std::nextafter(std::acos(-1.0) / 4.0 * static_cast<double>(random() % 1000), sign(random));
-      angles[static_cast<std::size_t>(i)] = angle;
+      angles[i] = angle;
     }
     lanes::kernels().sinesAndCosines(angles.data(), lanes::kBlock, sines, cosines);
     for (int i = 0; i < lanes::kBlock; ++i) {
-      const double angle = angles[static_cast<std::size_t>(i)];
+      const double angle = angles[i];
       most = std::max({most, std::abs(static_cast<double>(sines[i]) - std::sin(angle)),
                        std::abs(static_cast<double>(cosines[i]) - std::cos(angle))});
     }
@@ -290,8 +290,8 @@ TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
         ASSERT_EQ(upper, other_upper);
         ASSERT_EQ(expected.sides(pair, 0.05, all.data(), count), other.sides(pair, 0.05, all.data(), count));
         std::vector<int> near = all, other_near = all;
-        near.resize(static_cast<std::size_t>(expected.keepNear(pair, 0.05, near.data(), count)));
-        other_near.resize(static_cast<std::size_t>(other.keepNear(pair, 0.05, other_near.data(), count)));
+        near.resize(expected.keepNear(pair, 0.05, near.data(), count));
+        other_near.resize(other.keepNear(pair, 0.05, other_near.data(), count));
         ASSERT_EQ(near, other_near);
       }
     }
@@ -313,12 +313,11 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
     for (int i = 0; i < count; ++i) {
       scene.update(forwardKinematics(robot.model->robot, positionsOf(states, i)));
       for (int pair = 0; pair < static_cast<int>(scene.candidates().size()); ++pair) {
-        const narrowphase::SignedDistance truth =
-            scene.proximity(scene.candidates()[static_cast<std::size_t>(pair)]).result;
+        const narrowphase::SignedDistance truth = scene.proximity(scene.candidates()[pair]).result;
         const double not_above = truth.upper_bound, not_below = truth.lower_bound - 1e-12;
         int state = i;
         ASSERT_EQ(bounds.keepNear(pair, not_above, &state, 1), 1);
-        thresholds[static_cast<std::size_t>(i)] = not_above;
+        thresholds[i] = not_above;
         ASSERT_EQ(bounds.findNear(pair, thresholds.data(), near.data()), 1);
         ASSERT_EQ(near.front(), i);
         ASSERT_NE(bounds.sides(pair, not_above, &i, 1).front(), LaneBounds::Side::Above);
@@ -326,7 +325,7 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
         above += bounds.sides(pair, not_below - 0.01, &i, 1).front() == LaneBounds::Side::Above ? 1 : 0;
         below += bounds.sides(pair, not_above + 0.05, &i, 1).front() == LaneBounds::Side::Below ? 1 : 0;
       }
-      thresholds[static_cast<std::size_t>(i)] = -kInfinity;
+      thresholds[i] = -kInfinity;
     }
   }
   if (!kIsSanitized) {
@@ -359,12 +358,12 @@ TEST(Verdicts, AreThoseOfAScene) {
       exact += verdicts.counts().exact_states;
       for (int i = 0; i < count; ++i) {
         const std::vector<double> positions = positionsOf(states, i);
-        const StateVerdict& verdict = found[static_cast<std::size_t>(i)];
+        const StateVerdict& verdict = found[i];
         ASSERT_EQ(verdict.kind, kindByScene(scene, robot.model->robot, positions, distance)) << i << " at " << distance;
         if (verdict.kind == Kind::Below) {
           Question question;
           question.threshold = distance;
-          const ShapeRefPair& pair = scene.candidates()[static_cast<std::size_t>(verdict.pair)];
+          const ShapeRefPair& pair = scene.candidates()[verdict.pair];
           ASSERT_FALSE(scene.proximity(pair, question).result.lower_bound > distance);
         } else {
           ASSERT_EQ(verdict.pair, -1);
@@ -394,15 +393,15 @@ TEST(Verdicts, DependOnTheStateAlone) {
     std::vector<int> order = numbers(count);
     std::shuffle(order.begin(), order.end(), random);
     MatrixXd shuffled(states.rows(), states.cols());
-    for (int i = 0; i < count; ++i) shuffled.row(i) = states.row(order[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < count; ++i) shuffled.row(i) = states.row(order[i]);
     for (int first = 0, size = 1; first < count; first += size, size = size * 3 % 401 + 1) {
       size = std::min(size, count - first);
       const MatrixXd part = shuffled.middleRows(first, size);
       const std::vector<StateVerdict>& found = in_other_order.anyBelow(part, 0.05);
       for (int i = 0; i < size; ++i) {
-        const StateVerdict& other = expected[static_cast<std::size_t>(order[static_cast<std::size_t>(first + i)])];
-        ASSERT_EQ(found[static_cast<std::size_t>(i)].kind, other.kind);
-        ASSERT_EQ(found[static_cast<std::size_t>(i)].pair, other.pair);
+        const StateVerdict& other = expected[order[first + i]];
+        ASSERT_EQ(found[i].kind, other.kind);
+        ASSERT_EQ(found[i].pair, other.pair);
       }
     }
   }
@@ -419,7 +418,7 @@ TEST(Verdicts, StatesBeyondTheLanesAreDecidedExactly) {
   EXPECT_EQ(verdicts.counts().unplaced_states, 20);
   Scene scene(model);
   for (int i = 0; i < 40; ++i) {
-    const Kind kind = found[static_cast<std::size_t>(i)].kind;
+    const Kind kind = found[i].kind;
     if (i == 30 || i == 31) {
       EXPECT_EQ(kind, Kind::Unknown);
     } else {

@@ -36,7 +36,7 @@ TEST(RobotBox, HoldsAllBodiesWhereTheyStand) {
 TEST(RobotBox, LeavesOutBodiesWithoutAPose) {
   const RobotModel robot = robotOf(kBar);
   BodyPoses poses = forwardKinematics(robot, std::vector<double>{0.0, 0.0});
-  poses[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(robot.findLink("bar"))].body)].reset();
+  poses[robot.links[robot.findLink("bar")].body].reset();
   expectBox(RobotBox(robot).at(poses), {-1.0, -2.0, 0.0}, {1.0, 2.0, 1.0});
   poses.assign(poses.size(), std::nullopt);
   EXPECT_TRUE(RobotBox(robot).at(poses).isEmpty());

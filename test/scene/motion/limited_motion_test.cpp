@@ -53,8 +53,8 @@ struct Positions {
     const BodyPoses poses = limited.motion.at(time);
     const auto carried = [&](const Body& body) { return body.joint == static_cast<int>(joint); };
     const auto body = std::find_if(robot.bodies.begin(), robot.bodies.end(), carried);
-    const auto& pose = poses[static_cast<std::size_t>(body - robot.bodies.begin())];
-    return jointPosition(robot, robot.joints[joint], poses[static_cast<std::size_t>(body->parent)]->inverse() * *pose);
+    const auto& pose = poses[body - robot.bodies.begin()];
+    return jointPosition(robot, robot.joints[joint], poses[body->parent]->inverse() * *pose);
   }
 };
 
@@ -194,7 +194,7 @@ TEST(MotionWithinLimits, StopsAFollowerWithItsLeader) {
 TEST(MotionWithinLimits, ReadsALeaderOffItsFollowerWhereItsOwnPoseIsMissing) {
   const RobotModel robot = robotOf(kFollowers);
   BodyPoses start = forwardKinematics(robot, byJoint(robot, {{"lead", 0.5}}));
-  start[static_cast<std::size_t>(robot.links[static_cast<std::size_t>(robot.findLink("l"))].body)].reset();
+  start[robot.links[robot.findLink("l")].body].reset();
   const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"lead", 2.0}}));
   ASSERT_EQ(limited.stops.size(), 1u);
   EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);

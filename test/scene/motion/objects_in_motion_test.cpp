@@ -380,7 +380,7 @@ class PairsOfSeveralPieces : public testing::Test {
     const std::vector<ShapeRefPair> asked{pair};
     RobotMotion motion = RobotMotion::between(model_->robot, {real(-3, 3), real(-3, 3)}, {real(-3, 3), real(-3, 3)});
     RobotMotion::ObjectFrames frames;
-    const Link& left = model_->robot.links[static_cast<std::size_t>(model_->robot.findLink("left"))];
+    const Link& left = model_->robot.links[model_->robot.findLink("left")];
     if (!objects_->frames().empty()) frames.moving = {RobotMotion::atRest(left.body_T_link, left.body)};
     if (world == World::Unknown) frames.world = RobotMotion::atRest(std::nullopt);
     motion.carryObjects(frames);

@@ -101,7 +101,7 @@ TEST(TriangleTree, FindsWhetherATriangleMayMeetAnyOfThem) {
     Effort effort = endless();
     Chance chance(11);
     for (int i = 0; i < 200; ++i) {
-      Triangle other = all[static_cast<std::size_t>(i % count)];
+      Triangle other = all[i % count];
       const Vector3d offset = chance.between(0, 0.8) * chance.direction();
       for (Vector3d& corner : other) corner += offset + 0.3 * chance.direction();
       bool meets = false;

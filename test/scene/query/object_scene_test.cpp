@@ -304,7 +304,7 @@ TEST(ObjectsInRandomScenes, HaveTheDistanceOfTheirClosestPieces) {
       const int kind = i < 2 ? i : chance.below(3);
       const Isometry3d place = chance.pose(0.5);
       Known object{"object " + std::to_string(i), {}, kind == 2 ? i % 2 : -1};
-      const Isometry3d world = kind == 0 ? place : (kind == 1 ? frame : links[static_cast<std::size_t>(i % 2)]) * place;
+      const Isometry3d world = kind == 0 ? place : (kind == 1 ? frame : links[i % 2]) * place;
       std::vector<ObjectShape> shapes;
       for (int shape = 1 + chance.below(3); shape-- > 0;) {
         const Shape some = shape == 0   ? Shape(Box{{0.2, 0.1, 0.3}})
@@ -330,7 +330,7 @@ TEST(ObjectsInRandomScenes, HaveTheDistanceOfTheirClosestPieces) {
         for (const int index : robot.bodies[bodyOf(robot, std::to_string(link))].pieces) {
           const Piece& piece = robot.pieces[index];
           for (const auto& [shape, pose] : object.pieces) {
-            const Isometry3d world = links[static_cast<std::size_t>(link)] * piece.body_T_piece;
+            const Isometry3d world = links[link] * piece.body_T_piece;
             const SignedDistance truth = signedDistance(piece.shape, shape, world.inverse(Eigen::Isometry) * pose);
             closest = std::min(closest, truth.distance);
           }

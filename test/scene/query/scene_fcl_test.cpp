@@ -70,8 +70,7 @@ struct Solid {
     const Vector3d p = body_T_hull.inverse() * point;
     const std::vector<Vector3d>& vertices = hull.vertices();
     for (const auto& [i, j, k] : hull.triangles()) {
-      const Vector3d &a = vertices[static_cast<std::size_t>(i)], &b = vertices[static_cast<std::size_t>(j)],
-                     &c = vertices[static_cast<std::size_t>(k)];
+      const Vector3d &a = vertices[i], &b = vertices[j], &c = vertices[k];
       if ((b - a).cross(c - a).dot(p - a) > 0.0) return false;
     }
     return hull.dimension() == 3;
@@ -84,11 +83,10 @@ struct LinkMesh {
   std::vector<Solid> solids;
   FclMesh mesh;
 
-  LinkMesh(const RobotModel& robot, int link) : body(robot.links[static_cast<std::size_t>(link)].body) {
-    for (const int index : robot.bodies[static_cast<std::size_t>(body)].pieces) {
-      const Piece& piece = robot.pieces[static_cast<std::size_t>(index)];
-      if (robot.collisions[static_cast<std::size_t>(piece.collision)].link == link)
-        solids.push_back({polytope(piece.shape), piece.body_T_piece});
+  LinkMesh(const RobotModel& robot, int link) : body(robot.links[link].body) {
+    for (const int index : robot.bodies[body].pieces) {
+      const Piece& piece = robot.pieces[index];
+      if (robot.collisions[piece.collision].link == link) solids.push_back({polytope(piece.shape), piece.body_T_piece});
     }
     if (solids.empty()) return;
     mesh.beginModel();
@@ -117,8 +115,7 @@ bool holdsSolidOf(const LinkMesh& a, const LinkMesh& b, const Isometry3d& a_T_b)
 
 /// Distance of the surfaces; 0 where they meet or one solid holds another.
 double fclDistance(const LinkMesh& a, const LinkMesh& b, const BodyPoses& poses) {
-  const Isometry3d &pose_a = *poses[static_cast<std::size_t>(a.body)],
-                   &pose_b = *poses[static_cast<std::size_t>(b.body)];
+  const Isometry3d &pose_a = *poses[a.body], &pose_b = *poses[b.body];
   const Isometry3d a_T_b = pose_a.inverse() * pose_b;
   if (holdsSolidOf(a, b, a_T_b) || holdsSolidOf(b, a, a_T_b.inverse())) return 0.0;
   fcl::DistanceResultd result;
@@ -142,7 +139,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
     return modelOf(GetParam(), resolve_, options);
   }
 
-  const LinkMesh& meshOf(const ShapeRef& subject) const { return *meshes_[static_cast<std::size_t>(subject.link())]; }
+  const LinkMesh& meshOf(const ShapeRef& subject) const { return *meshes_[subject.link()]; }
 
   const MeshResolver resolve_ = exampleRobotsResolver();
   std::shared_ptr<const SceneModel> model_;
@@ -161,8 +158,8 @@ TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
       const double reference = fclDistance(meshOf(pair.asked.a), meshOf(pair.asked.b), poses);
       (reference > 0.0 ? apart : meeting) += 1;
       EXPECT_NEAR(std::max(0.0, pair.result.distance), reference, kAgreement)
-          << model_->robot.links[static_cast<std::size_t>(pair.asked.a.link())].name << " - "
-          << model_->robot.links[static_cast<std::size_t>(pair.asked.b.link())].name << " in state " << state;
+          << model_->robot.links[pair.asked.a.link()].name << " - " << model_->robot.links[pair.asked.b.link()].name
+          << " in state " << state;
       EXPECT_EQ(pair.result.status, Status::Converged);
       smallest = std::min(smallest, reference);
     }
@@ -184,9 +181,7 @@ struct Meshes {
       links.push_back(std::make_unique<LinkMesh>(model->robot, static_cast<int>(link)));
   }
   double distance(const ShapeRefPair& pair, const BodyPoses& poses) const {
-    const auto mesh = [this](const ShapeRef& s) -> const LinkMesh& {
-      return *links[static_cast<std::size_t>(s.link())];
-    };
+    const auto mesh = [this](const ShapeRef& s) -> const LinkMesh& { return *links[s.link()]; };
     return fclDistance(mesh(pair.a), mesh(pair.b), poses);
   }
 };

@@ -52,19 +52,19 @@ class RobotMaker {
   int addLink(int body) {
     const int link = linkCount();
     model_.robot.links.push_back({"link" + std::to_string(link), body, Isometry3d::Identity(), {}});
-    model_.robot.bodies[static_cast<std::size_t>(body)].links.push_back(link);
+    model_.robot.bodies[body].links.push_back(link);
     return link;
   }
 
   /// A <collision>; `in_body` says where its shapes are when the whole link is asked about.
   void addCollision(int link, const std::vector<PosedShape>& shapes,
                     Representation representation = Representation::Exact) {
-    Link& owner = model_.robot.links[static_cast<std::size_t>(link)];
+    Link& owner = model_.robot.links[link];
     const int index = static_cast<int>(model_.robot.collisions.size());
     Collision collision{"", "", link, static_cast<int>(owner.collisions.size()) + 1, representation, 0.0, {}};
     for (const PosedShape& shape : shapes) {
       collision.pieces.push_back(addPiece(shape, index));
-      model_.robot.bodies[static_cast<std::size_t>(owner.body)].pieces.push_back(collision.pieces.back());
+      model_.robot.bodies[owner.body].pieces.push_back(collision.pieces.back());
     }
     owner.collisions.push_back(index);
     model_.robot.collisions.push_back(collision);
@@ -100,9 +100,7 @@ class RobotMaker {
   std::shared_ptr<const SceneModel> withAllPairs() {
     for (int a = 0; a < linkCount(); ++a)
       for (int b = a + 1; b < linkCount(); ++b)
-        if (model_.robot.links[static_cast<std::size_t>(a)].body !=
-            model_.robot.links[static_cast<std::size_t>(b)].body)
-          pad(a, b, 0.0);
+        if (model_.robot.links[a].body != model_.robot.links[b].body) pad(a, b, 0.0);
     return finish();
   }
 
@@ -289,9 +287,9 @@ TEST_P(UnknownPose, MakesThePairUnknownAndCounted) {
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[0].result.status, Status::Converged);
   for (const int unknown : {1, 2}) {
-    EXPECT_EQ(all[static_cast<std::size_t>(unknown)].result.status, Status::Unknown);
-    EXPECT_TRUE(std::isnan(all[static_cast<std::size_t>(unknown)].result.distance));
-    EXPECT_EQ(all[static_cast<std::size_t>(unknown)].asked.b.link(), 2);
+    EXPECT_EQ(all[unknown].result.status, Status::Unknown);
+    EXPECT_TRUE(std::isnan(all[unknown].result.distance));
+    EXPECT_EQ(all[unknown].asked.b.link(), 2);
   }
   EXPECT_EQ(scene.counts().unknown, 2);
 
@@ -804,17 +802,17 @@ struct LinkTruth {
 };
 
 Isometry3d piecePose(const RobotModel& robot, const Piece& piece, const BodyPoses& poses) {
-  const int link = robot.collisions[static_cast<std::size_t>(piece.collision)].link;
-  const int body = robot.links[static_cast<std::size_t>(link)].body;
-  return *poses[static_cast<std::size_t>(body)] * piece.body_T_piece;
+  const int link = robot.collisions[piece.collision].link;
+  const int body = robot.links[link].body;
+  return *poses[body] * piece.body_T_piece;
 }
 
 LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const BodyPoses& poses) {
   LinkTruth truth;
   for (const Piece& a : robot.pieces)
     for (const Piece& b : robot.pieces) {
-      if (robot.collisions[static_cast<std::size_t>(a.collision)].link != pair.a.link()) continue;
-      if (robot.collisions[static_cast<std::size_t>(b.collision)].link != pair.b.link()) continue;
+      if (robot.collisions[a.collision].link != pair.a.link()) continue;
+      if (robot.collisions[b.collision].link != pair.b.link()) continue;
       const Isometry3d a_T_b = piecePose(robot, a, poses).inverse() * piecePose(robot, b, poses);
       const ShapePair shapes{a.shape, b.shape, a_T_b};
       // The deepest of all, so that a bad lower bound of any of them shows.
@@ -829,10 +827,10 @@ LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const Bod
 /// Whether a point lies on the surface of a piece of a <collision>, enlarged by `padding`.
 bool liesOn(const RobotModel& robot, const ShapeRef& ref, double padding, const BodyPoses& poses,
             const Vector3d& point) {
-  const Link& link = robot.links[static_cast<std::size_t>(ref.link())];
-  const int index = link.collisions[static_cast<std::size_t>(ref.collision() - 1)];
-  for (const int piece_index : robot.collisions[static_cast<std::size_t>(index)].pieces) {
-    const Piece& piece = robot.pieces[static_cast<std::size_t>(piece_index)];
+  const Link& link = robot.links[ref.link()];
+  const int index = link.collisions[ref.collision() - 1];
+  for (const int piece_index : robot.collisions[index].pieces) {
+    const Piece& piece = robot.pieces[piece_index];
     const Vector3d in_piece = piecePose(robot, piece, poses).inverse() * point;
     if (std::abs(static_cast<double>(outsideBy(piece.shape, in_piece)) - padding) <= kTolerance) return true;
   }
@@ -849,8 +847,7 @@ TEST_P(RandomScene, BoundsEncloseTheTruthOfTheOracle) {
     for (int b = 1; b < links; b += 2) {
       const ShapeRefPair pair{{0, 0}, {b, 0}};
       double padding = 0.0;
-      if (const int index = model_->pairs.find(0, b); index >= 0)
-        padding = model_->pairs.pairs[static_cast<std::size_t>(index)].padding;
+      if (const int index = model_->pairs.find(0, b); index >= 0) padding = model_->pairs.pairs[index].padding;
       const PairProximity proximity = scene.proximity(pair);
       const SignedDistance& result = proximity.result;
       const LinkTruth truth = linkTruth(model_->robot, pair, poses);

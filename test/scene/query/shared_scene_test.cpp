@@ -60,7 +60,7 @@ std::vector<double> answers(const SharedRobot& shared, unsigned seed) {
     for (const PairProximity& pair : scene.closest(pairs, 3)) add(pair);
     for (const PairProximity& pair : scene.below(pairs, near)) add(pair);
     for (const PairProximity& pair : scene.all(pairs)) add(pair);
-    add(scene.proximity(pairs[static_cast<std::size_t>(state)]));
+    add(scene.proximity(pairs[state]));
     const RobotMotion motion = RobotMotion::between(robot, from, to);
     const RobotTimeOfContact contact = moving_scene.timeOfContact(pairs, motion);
     const RobotMinimum minimum = moving_scene.minimum(pairs, motion);

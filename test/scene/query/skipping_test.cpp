@@ -381,9 +381,7 @@ TEST_F(Shortcuts, OverlapOfSeveralPiecesSaysThatTheWholeMayBeDeeper) {
   const int hand = model_->robot.findLink("left_hand"), fore = model_->robot.findLink("left_fore"),
             wrist = model_->robot.findLink("right_wrist");
   BodyPoses poses = posesAt(0.3);
-  const auto body = [&](int link) {
-    return static_cast<std::size_t>(model_->robot.links[static_cast<std::size_t>(link)].body);
-  };
+  const auto body = [&](int link) { return static_cast<std::size_t>(model_->robot.links[link].body); };
   poses[body(hand)] = poses[body(fore)] = poses[body(wrist)] = Isometry3d::Identity();
   scene_.update(poses);
   const PairProximity of_several = scene_.proximity({{hand}, {fore}}), of_one = scene_.proximity({{wrist}, {fore}});

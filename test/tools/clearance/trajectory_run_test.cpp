@@ -82,7 +82,7 @@ TEST(SegmentRow, SaysWhereNothingIsKnown) {
   const std::vector<std::string> fields = csvFields(rowText(SegmentClearance{}, robot(), RowFormat::Csv));
   ASSERT_EQ(fields.size(), names.size());
   const auto field = [&](const std::string& name) {
-    return fields.at(static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin()));
+    return fields.at(std::find(names.begin(), names.end(), name) - names.begin());
   };
   EXPECT_EQ(field("contact"), "unknown");
   EXPECT_EQ(field("status"), "unknown");

@@ -73,8 +73,8 @@ TEST(Explain, PointsAreNamedInTheOrderOfTheHulls) {
     ASSERT_EQ(name.size(), 2U);
     const std::vector<std::vector<double>> a{{0, 0, 0}, {3, -1, 0}, {4, 2, 0}, {1, 3, 0}},
         b{{7, 1, 0}, {9, 4, 0}, {6, 4, 0}};
-    EXPECT_EQ(vertex["on_a"], Json(a.at(static_cast<std::size_t>(name[0] - 'A')))) << name;
-    EXPECT_EQ(vertex["on_b"], Json(b.at(static_cast<std::size_t>(name[1] - 'a')))) << name;
+    EXPECT_EQ(vertex["on_a"], Json(a.at(name[0] - 'A'))) << name;
+    EXPECT_EQ(vertex["on_b"], Json(b.at(name[1] - 'a'))) << name;
   }
 }
 

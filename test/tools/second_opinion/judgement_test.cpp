@@ -18,8 +18,8 @@ OtherOpinion otherOf(const SignedDistance& answer) {
   OtherOpinion other;
   other.answer = {OtherAnswer::Kind::Distance, answer.distance, {}, {}};
   for (int i = 0; i < 3; ++i) {
-    other.answer.point_a[static_cast<std::size_t>(i)] = answer.point_a[i];
-    other.answer.point_b[static_cast<std::size_t>(i)] = answer.point_b[i];
+    other.answer.point_a[i] = answer.point_a[i];
+    other.answer.point_b[i] = answer.point_b[i];
   }
   return other;
 }

@@ -29,7 +29,7 @@ class DegreesOfFreedom {
   explicit DegreesOfFreedom(const RobotModel& model);
 
   int size() const { return static_cast<int>(list_.size()); }
-  const DegreeOfFreedom& operator[](int column) const { return list_[static_cast<std::size_t>(column)]; }
+  const DegreeOfFreedom& operator[](int column) const { return list_[column]; }
   const std::vector<DegreeOfFreedom>& list() const { return list_; }
 
   /// The velocity of a joint is `multiplier` times the velocities in `count` columns, beginning with `first`. The
@@ -39,7 +39,7 @@ class DegreesOfFreedom {
     int count;
     double multiplier;
   };
-  const Columns& columnsOf(int joint) const { return of_joint_[static_cast<std::size_t>(joint)]; }
+  const Columns& columnsOf(int joint) const { return of_joint_[joint]; }
 
  private:
   std::vector<DegreeOfFreedom> list_;

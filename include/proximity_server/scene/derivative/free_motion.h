@@ -99,7 +99,7 @@ class FreeMotion {
 
   /// The bubbles: first those of the near pairs, the closest first, then the one of all other pairs.
   int size() const { return size_; }
-  const Bubble& operator[](int bubble) const { return bubbles_[static_cast<std::size_t>(bubble)]; }
+  const Bubble& operator[](int bubble) const { return bubbles_[bubble]; }
 
   // Motions have one entry [rad] or [m] for each degree of freedom. Throws std::invalid_argument for another size.
 

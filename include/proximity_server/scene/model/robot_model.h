@@ -117,9 +117,7 @@ struct RobotModel {
   bool hasGeometry(int link) const;
 
   /// The <collision> element of a piece.
-  const Collision& collisionOf(const Piece& piece) const {
-    return collisions[static_cast<std::size_t>(piece.collision)];
-  }
+  const Collision& collisionOf(const Piece& piece) const { return collisions[piece.collision]; }
 
   /// The pieces of the <collision> elements of a link; indices into `pieces`.
   std::vector<int> piecesOf(int link) const;

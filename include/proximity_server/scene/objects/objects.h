@@ -78,7 +78,7 @@ class Objects {
   const std::vector<std::string>& frames() const { return frames_; }
 
   /// The index of the frame of a moving object in frames(); -1 for any other object.
-  int frameOf(int number) const { return frame_of_[static_cast<std::size_t>(number)]; }
+  int frameOf(int number) const { return frame_of_[number]; }
 
   /// The reason why a pair with an object is checked or not. The order of the two does not matter; an object and itself
   /// are one body. Throws std::invalid_argument for a link or an object that does not exist, and for two links.
