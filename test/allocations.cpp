@@ -1,8 +1,8 @@
 #include "allocations.h"
 
-#include <malloc.h>
-
 #include "sanitized.h"
+
+#include <malloc.h>
 
 namespace {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <algorithm>
-
 #include "from_environment.h"
+
+#include <algorithm>
 
 // PROXIMITY_SANITIZED: a sanitizer counts and limits memory itself, and makes everything many times slower.
 // PROXIMITY_ADDRESS_SANITIZED: kNoForkBesideThreads.

@@ -1,6 +1,9 @@
 // Shows the topic `clearance` in the terminal: a table that is redrawn in place, or one line per second if the output
 // is not a terminal.
 #include <proximity_server/Clearance.h>
+#include "node/robot/level_name.h"
+#include "system/version.h"
+
 #include <ros/ros.h>
 #include <rosgraph_msgs/Log.h>
 #include <sys/ioctl.h>
@@ -10,9 +13,6 @@
 #include <cstdio>
 #include <limits>
 #include <string>
-
-#include "node/robot/level_name.h"
-#include "system/version.h"
 
 namespace {
 

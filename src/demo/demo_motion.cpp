@@ -1,6 +1,13 @@
 // Moves a robot for ./dev demo: it publishes joint_states at 100 Hz. The motion is the script in ~joints and
 // ~keyframes. If there is no script, every joint moves slowly between its limits. With ~boxes there are objects around
 // the robot, see DemoObjects.
+#include "demo/demo_objects.h"
+#include "node/log_fatal.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/robot_model.h"
+#include "system/version.h"
+
 #include <ros/ros.h>
 #include <sensor_msgs/JointState.h>
 #include <xmlrpcpp/XmlRpcException.h>
@@ -12,13 +19,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "demo/demo_objects.h"
-#include "node/log_fatal.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/model/robot_model.h"
-#include "system/version.h"
 
 namespace {
 

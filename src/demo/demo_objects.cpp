@@ -3,6 +3,7 @@
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/ObjectChange.h>
 #include <proximity_server/PairRule.h>
+
 #include <shape_msgs/SolidPrimitive.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 

@@ -2,6 +2,7 @@
 
 #include <proximity_server/ObjectChanges.h>
 #include <proximity_server/ObjectList.h>
+
 #include <ros/ros.h>
 
 #include <cstdint>

@@ -1,9 +1,15 @@
 // Shows the robot of robot_description in RViz. It moves the camera in a view from a file so that the robot fills the
 // window, whatever size the robot has, and then replaces itself by RViz. usage: demo_view FILE.rviz [options of rviz]
+#include "node/log_fatal.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/robot_box.h"
+
 #include <ros/ros.h>
 #include <unistd.h>
-
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -17,12 +23,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "node/log_fatal.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/model/robot_box.h"
 
 namespace {
 

@@ -1,10 +1,5 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-
 #include "narrowphase/closed_form/boxes.h"
 #include "narrowphase/closed_form/parallel_axes.h"
 #include "narrowphase/closed_form/points_segments.h"
@@ -13,6 +8,11 @@
 #include "narrowphase/gjk_epa/gjk.h"
 #include "narrowphase/shape/near_origin.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,9 +1,9 @@
-#include <ros/ros.h>
-
 #include "node/log_fatal.h"
 #include "node/proximity_node.h"
 #include "system/process.h"
 #include "system/version.h"
+
+#include <ros/ros.h>
 
 int main(int argc, char** argv) {
   if (proximity_server::system::tellsVersion(argc, argv, "proximity_server_node")) return 0;

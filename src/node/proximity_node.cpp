@@ -1,14 +1,14 @@
 #include "node/proximity_node.h"
+
+#include "node/answers/conversions.h"
 #include "node/robot/load_config.h"
+#include "system/process.h"
 
 #include <ros/console.h>
 
 #include <exception>
 #include <stdexcept>
 #include <string>
-
-#include "node/answers/conversions.h"
-#include "system/process.h"
 
 namespace proximity_server::node {
 namespace {

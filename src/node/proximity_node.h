@@ -1,16 +1,5 @@
 #pragma once
 
-#include <ros/callback_queue.h>
-#include <ros/node_handle.h>
-#include <ros/spinner.h>
-#include <std_srvs/SetBool.h>
-#include <std_srvs/Trigger.h>
-
-#include <atomic>
-#include <memory>
-#include <mutex>
-#include <string>
-
 #include "node/monitor/diagnostics.h"
 #include "node/monitor/monitor_loop.h"
 #include "node/monitor/object_markers.h"
@@ -24,6 +13,17 @@
 #include "node/services/queries.h"
 #include "node/tf/tf_poses.h"
 #include "node/threads/request_queue.h"
+
+#include <ros/callback_queue.h>
+#include <ros/node_handle.h>
+#include <ros/spinner.h>
+#include <std_srvs/SetBool.h>
+#include <std_srvs/Trigger.h>
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
 
 namespace proximity_server::node {
 

@@ -1,8 +1,8 @@
 #include "python/joint_positions.h"
 
-#include <stdexcept>
-
 #include "proximity_server/scene/model/names.h"
+
+#include <stdexcept>
 
 namespace proximity_server::python {
 namespace {

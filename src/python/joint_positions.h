@@ -1,13 +1,13 @@
 #pragma once
 
-#include <pybind11/numpy.h>
-
-#include <Eigen/Core>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/model/states.h"
+
+#include <pybind11/numpy.h>
+#include <Eigen/Core>
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::python {
 

@@ -1,5 +1,9 @@
 #include "python/loading.h"
 
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+
 #include <pybind11/pybind11.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -9,10 +13,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::python {
 namespace {

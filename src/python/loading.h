@@ -1,16 +1,16 @@
 #pragma once
 
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/objects/object.h"
+
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/levels/level_thresholds.h"
-#include "proximity_server/scene/objects/object.h"
 
 // Reading robots. Only the errors of files use Python.
 

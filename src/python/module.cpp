@@ -1,5 +1,14 @@
 // The extension module proximity._native. Users import it through src/python/proximity/__init__.py. The docstrings are
 // the reference of the module: help(proximity.Robot).
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "python/loading.h"
+#include "python/object_arguments.h"
+#include "python/robot.h"
+#include "python/rows.h"
+
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -16,15 +25,6 @@
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/motion/frames_on_links.h"
-#include "proximity_server/scene/object_files/object_file.h"
-#include "python/loading.h"
-#include "python/object_arguments.h"
-#include "python/robot.h"
-#include "python/rows.h"
 
 namespace proximity_server::python {
 namespace {

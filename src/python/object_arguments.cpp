@@ -1,5 +1,7 @@
 #include "python/object_arguments.h"
 
+#include "python/joint_positions.h"
+
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -11,8 +13,6 @@
 #include <string>
 #include <utility>
 #include <variant>
-
-#include "python/joint_positions.h"
 
 namespace proximity_server::python {
 namespace {

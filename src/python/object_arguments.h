@@ -1,11 +1,11 @@
 #pragma once
 
-#include <pybind11/numpy.h>
-
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "proximity_server/scene/objects/object.h"
+
+#include <pybind11/numpy.h>
+#include <Eigen/Geometry>
+
+#include <vector>
 
 // Conversions of shapes and poses from and into Python, with the classes of proximity/_shapes.py.
 

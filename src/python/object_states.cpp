@@ -1,11 +1,11 @@
 #include "python/object_states.h"
 
-#include <cmath>
-#include <stdexcept>
-
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+
+#include <cmath>
+#include <stdexcept>
 
 namespace proximity_server::python {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/query/scene.h"
 #include "python/pair_numbers.h"
+
+#include <vector>
 
 namespace proximity_server::python {
 

@@ -1,12 +1,12 @@
 #pragma once
 
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/pairs.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
-
-#include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/query/pairs.h"
 
 namespace proximity_server::python {
 

@@ -1,5 +1,13 @@
 #include "python/robot.h"
 
+#include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
+#include "python/object_states.h"
+#include "python/signal_watch.h"
+#include "system/pipeline.h"
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -16,14 +24,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/derivative/derivatives.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/motion/frames_on_links.h"
-#include "python/object_states.h"
-#include "python/signal_watch.h"
-#include "system/pipeline.h"
 
 namespace proximity_server::python {
 

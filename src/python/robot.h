@@ -1,5 +1,12 @@
 #pragma once
 
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/object_files/object_file.h"
+#include "python/joint_positions.h"
+#include "python/loading.h"
+#include "python/pair_numbers.h"
+#include "python/rows.h"
+
 #include <pybind11/numpy.h>
 
 #include <map>
@@ -9,13 +16,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/object_files/object_file.h"
-#include "python/joint_positions.h"
-#include "python/loading.h"
-#include "python/pair_numbers.h"
-#include "python/rows.h"
 
 namespace proximity_server::python {
 

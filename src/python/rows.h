@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "python/pair_numbers.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
 
 // The rows of the answers, in the layout of numpy. All fields are aligned without unused bytes between them, so that
 // files of equal answers have equal bytes.

@@ -1,12 +1,12 @@
 #include "benchmark/agreement.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "benchmark/timing.h"
 #include "oracle/oracle.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::benchmark {
 

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-#include <vector>
-
 #include "peers/scene_library.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <nlohmann/json.hpp>
+
+#include <vector>
 
 namespace proximity_server::benchmark {
 

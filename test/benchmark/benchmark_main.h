@@ -1,17 +1,18 @@
 #pragma once
 
+#include "benchmark/machine.h"
+#include "benchmark/wanted.h"
+#include "peers/aborts.h"
+
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include <exception>
 #include <fstream>
 #include <functional>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
-
-#include "benchmark/machine.h"
-#include "benchmark/wanted.h"
-#include "peers/aborts.h"
 
 namespace proximity_server::benchmark {
 

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include <ctime>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
 namespace proximity_server::benchmark {

@@ -1,14 +1,6 @@
 // Time of contact of two moving solids, and of moving robots, beside FCL and beside sampling: the same motions for
 // every library, interleaved round by round. The results go into a JSON file, with the errors against a bisection that
 // leaves out no interval without proof. ./dev bench motion runs it pinned.
-#include <algorithm>
-#include <cmath>
-#include <deque>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <numeric>
-#include <optional>
-
 #include "benchmark/benchmark_main.h"
 #include "benchmark/moving_robots.h"
 #include "benchmark/timing.h"
@@ -16,6 +8,15 @@
 #include "peers/aborts.h"
 #include "peers/motion_library.h"
 #include "peers/robots.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <numeric>
+#include <optional>
 
 namespace proximity_server::benchmark {
 

@@ -1,17 +1,17 @@
 // ./dev bench motion relies on this: all libraries are asked about the same motion, and the reference is right.
 
-#include <fcl/math/motion/screw_motion.h>
-#include <fcl/narrowphase/continuous_collision.h>
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "benchmark/motions.h"
 #include "peers/motion_library.h"
 #include "peers/moving_solids.h"
 #include "peers/robots.h"
 #include "peers/swept_bisection.h"
 #include "tools/second_opinion/fcl_shape.h"
+
+#include <fcl/math/motion/screw_motion.h>
+#include <fcl/narrowphase/continuous_collision.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace proximity_server::benchmark::motion_contest_test {
 

@@ -1,10 +1,10 @@
 #include "benchmark/motions.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "chance.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::benchmark {
 

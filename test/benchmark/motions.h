@@ -1,9 +1,9 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <vector>
 
 namespace proximity_server::benchmark {
 

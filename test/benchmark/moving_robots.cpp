@@ -1,14 +1,14 @@
 #include "benchmark/moving_robots.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <string>
-
 #include "benchmark/motions.h"
 #include "benchmark/timing.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
 
 namespace proximity_server::benchmark {
 

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
-#include <vector>
-
 #include "benchmark/wanted.h"
 #include "peers/robots.h"
+
+#include <nlohmann/json.hpp>
+
+#include <vector>
 
 namespace proximity_server::benchmark {
 

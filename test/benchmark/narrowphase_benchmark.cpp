@@ -1,18 +1,19 @@
 // Run time against error: the same pairs for ours, FCL, libccd and Bullet, interleaved round by round. The median of
 // the rounds and the 99th percentile of the pairs go into a JSON file, with the error against the oracle of the tests.
 // ./dev bench narrowphase runs it pinned.
-#include <algorithm>
-#include <deque>
-#include <functional>
-#include <nlohmann/json.hpp>
-#include <optional>
-
 #include "benchmark/benchmark_main.h"
 #include "benchmark/timing.h"
 #include "oracle/oracle.h"
 #include "peers/aborts.h"
 #include "peers/libraries.h"
 #include "peers/solids.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <optional>
 
 namespace proximity_server::benchmark {
 

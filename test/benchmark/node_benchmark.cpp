@@ -9,13 +9,6 @@
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
 #include <proximity_server/SeparationAxis.h>
-#include <ros/ros.h>
-
-#include <future>
-#include <iostream>
-#include <nlohmann/json.hpp>
-#include <thread>
-
 #include "benchmark/benchmark_main.h"
 #include "benchmark/object_levels.h"
 #include "benchmark/timing.h"
@@ -27,6 +20,13 @@
 #include "node/threads/grants_real_time.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <ros/ros.h>
+#include <nlohmann/json.hpp>
+
+#include <future>
+#include <iostream>
+#include <thread>
 
 namespace proximity_server::benchmark {
 

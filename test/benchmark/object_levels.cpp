@@ -1,12 +1,12 @@
 #include "benchmark/object_levels.h"
 
+#include "node/load/node_under_load.h"
+
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <string>
-
-#include "node/load/node_under_load.h"
 
 namespace proximity_server::benchmark {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ObjectChanges.h>
+
 #include <ros/node_handle.h>
 
 #include <condition_variable>

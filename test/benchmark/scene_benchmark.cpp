@@ -2,13 +2,6 @@
 // round. What is timed is the update with the poses and one question; forward kinematics is not. The results go into a
 // JSON file, with how the pairs were settled, and how far FCL's answers lie from ours. ./dev bench scene runs it
 // pinned.
-#include <algorithm>
-#include <functional>
-#include <iostream>
-#include <map>
-#include <memory>
-#include <nlohmann/json.hpp>
-
 #include "benchmark/agreement.h"
 #include "benchmark/benchmark_main.h"
 #include "benchmark/motions.h"
@@ -19,6 +12,14 @@
 #include "peers/scene_library.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <memory>
 
 namespace proximity_server::benchmark {
 

@@ -1,8 +1,4 @@
 // ./dev bench scene relies on this: motions that are what they say, and a peer that is asked the same as we are.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "benchmark/agreement.h"
 #include "benchmark/motions.h"
 #include "benchmark/timing.h"
@@ -11,6 +7,10 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 #include "tools/second_opinion/fcl_shape.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace proximity_server::benchmark::scene_contest_test {
 

@@ -1,10 +1,11 @@
 #include "benchmark/subalgorithms.h"
 
+#include "narrowphase/cso/simplex.h"
+
 #include <Eigen/Dense>
+
 #include <cmath>
 #include <limits>
-
-#include "narrowphase/cso/simplex.h"
 
 namespace proximity_server::benchmark {
 

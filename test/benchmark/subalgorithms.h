@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+
 #include <array>
 
 namespace proximity_server::benchmark {

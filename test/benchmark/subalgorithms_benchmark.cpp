@@ -1,12 +1,4 @@
 // The distance subalgorithms inside of one GJK loop, and alone on the simplices that such a loop meets.
-#include <algorithm>
-#include <cmath>
-#include <ctime>
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
-
 #include "benchmark/benchmark_main.h"
 #include "benchmark/subalgorithms.h"
 #include "benchmark/timing.h"
@@ -14,6 +6,15 @@
 #include "oracle/exact_oracle.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <string>
+#include <vector>
 
 namespace proximity_server::benchmark {
 

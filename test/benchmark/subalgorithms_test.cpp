@@ -1,12 +1,12 @@
 // The distance subalgorithms of the benchmark against the exact answer.
 #include "benchmark/subalgorithms.h"
 
+#include "oracle/exact_oracle.h"
+
 #include <gtest/gtest.h>
 
 #include <random>
 #include <utility>
-
-#include "oracle/exact_oracle.h"
 
 namespace proximity_server::benchmark::subalgorithms_test {
 

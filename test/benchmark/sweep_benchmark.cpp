@@ -3,16 +3,6 @@
 // results go into a JSON file, with how far the answers of the others lie from ours, the efficiency of two threads, and
 // what a batch costs to make. Times are those of the processor, but for two threads, whose time is that of the clock.
 // ./dev bench sweep runs it pinned.
-#include <malloc.h>
-#include <sched.h>
-#include <time.h>
-
-#include <algorithm>
-#include <functional>
-#include <memory>
-#include <nlohmann/json.hpp>
-#include <thread>
-
 #include "benchmark/agreement.h"
 #include "benchmark/benchmark_main.h"
 #include "benchmark/motions.h"
@@ -21,6 +11,16 @@
 #include "peers/robots.h"
 #include "peers/sweep_library.h"
 #include "scene/lanes/lane_kernels.h"
+
+#include <malloc.h>
+#include <sched.h>
+#include <time.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <thread>
 
 namespace proximity_server::benchmark {
 

@@ -1,9 +1,5 @@
 // ./dev bench sweep relies on this: states along edges, peers that are asked the same as we are, and spheres that
 // cover.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "benchmark/agreement.h"
 #include "benchmark/motions.h"
 #include "oracle/oracle.h"
@@ -12,6 +8,10 @@
 #include "peers/sweep_library.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace proximity_server::benchmark::sweep_contest_test {
 

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <iostream>
 #include <nlohmann/json.hpp>
+
+#include <iostream>
 #include <regex>
 #include <string>
 

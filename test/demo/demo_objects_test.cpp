@@ -2,6 +2,10 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ModelInfo.h>
 #include <proximity_server/ObjectList.h>
+#include "node/answers.h"
+#include "node/faults/running_node.h"
+#include "node/gantry.h"
+
 #include <rosgraph_msgs/Log.h>
 #include <std_msgs/Float64.h>
 
@@ -11,10 +15,6 @@
 #include <set>
 #include <string>
 #include <vector>
-
-#include "node/answers.h"
-#include "node/faults/running_node.h"
-#include "node/gantry.h"
 
 // The robot of ./dev demo picks up a bar, carries it past its body and a table, and puts it down.
 

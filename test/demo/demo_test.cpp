@@ -1,4 +1,8 @@
 #include <proximity_server/Clearance.h>
+#include "node/gantry.h"
+#include "node/robot/level_name.h"
+#include "tools/program/run_command.h"
+
 #include <pty.h>
 #include <rosgraph_msgs/Log.h>
 #include <sensor_msgs/JointState.h>
@@ -16,10 +20,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "node/gantry.h"
-#include "node/robot/level_name.h"
-#include "tools/program/run_command.h"
 
 // The programs of ./dev demo beside the node, with the robot of odd_names.urdf.
 

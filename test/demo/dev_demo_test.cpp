@@ -1,3 +1,6 @@
+#include "node/patience.h"
+#include "scene/files.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -7,9 +10,6 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
-
-#include "node/patience.h"
-#include "scene/files.h"
 
 // ./dev demo as a user runs it, with the robot of odd_names.urdf. However it ends, nothing of it is left.
 

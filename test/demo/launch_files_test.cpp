@@ -1,11 +1,11 @@
-#include <dynamic_reconfigure/Config.h>
 #include <proximity_server/ModelInfo.h>
+#include "node/faults/running_node.h"
+#include "node/gantry.h"
+
+#include <dynamic_reconfigure/Config.h>
 
 #include <csignal>
 #include <map>
-
-#include "node/faults/running_node.h"
-#include "node/gantry.h"
 
 // The launch files change no parameter of a user's. The numbers are those of launch_files.test and launch_files.yaml.
 

@@ -1,10 +1,10 @@
-#include <gtest/gtest.h>
-
-#include <filesystem>
-
 #include "scene/example_robots.h"
 #include "scene/files.h"
 #include "tools/program/run_command.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
 
 // The example of a controller on real arms, each with a ROS master of its own; what is asked of it is in real_arm.py.
 

@@ -1,5 +1,6 @@
 // The seeds of the fuzzers, and whatever they have found, in the builds that are not fuzzed.
 #include "fuzz/corpus.h"
+
 #include "fuzz/targets.h"
 
 namespace proximity_server::fuzz::corpus_test {

@@ -3,9 +3,9 @@
 #include <ros/duration.h>
 #include <ros/serialization.h>
 #include <ros/time.h>
+#include <boost/array.hpp>
 
 #include <algorithm>
-#include <boost/array.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

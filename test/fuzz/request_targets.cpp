@@ -1,11 +1,3 @@
-#include <xmlrpcpp/XmlRpcValue.h>
-
-#include <cmath>
-#include <filesystem>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-
 #include "fuzz/request_bytes.h"
 #include "fuzz/require.h"
 #include "fuzz/targets.h"
@@ -26,6 +18,14 @@
 #include "robots/robots.h"
 #include "scene/files.h"
 #include "system/durations.h"
+
+#include <xmlrpcpp/XmlRpcValue.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
 
 namespace proximity_server::fuzz {
 

@@ -1,11 +1,5 @@
 #include "fuzz/targets.h"
 
-#include <algorithm>
-#include <cmath>
-#include <memory>
-#include <sstream>
-#include <stdexcept>
-
 #include "fuzz/require.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
@@ -19,6 +13,12 @@
 #include "tools/clearance/object_schedule.h"
 #include "tools/states/csv_states.h"
 #include "tools/states/numpy_states.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
 
 namespace proximity_server::fuzz {
 

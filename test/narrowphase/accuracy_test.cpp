@@ -1,5 +1,11 @@
 // The accuracy table of the README.md beside this file, measured. It fails when a pair gets worse, and when it gets
 // much better than stated.
+#include "from_environment.h"
+#include "narrowphase/certificate.h"
+#include "oracle/refined_truth.h"
+#include "oracle/shape_pairs.h"
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,12 +19,6 @@
 #include <sstream>
 #include <string>
 #include <utility>
-
-#include "from_environment.h"
-#include "narrowphase/certificate.h"
-#include "oracle/refined_truth.h"
-#include "oracle/shape_pairs.h"
-#include "sanitized.h"
 
 namespace proximity_server::narrowphase::accuracy_test {
 

@@ -1,14 +1,14 @@
 // A query takes no memory from the heap.
-#include <gtest/gtest.h>
-
-#include <random>
-#include <vector>
-
 #include "allocations.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "sanitized.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
 
 namespace proximity_server::narrowphase::allocation_test {
 

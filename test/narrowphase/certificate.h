@@ -1,13 +1,13 @@
 #pragma once
 
+#include "oracle/oracle.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "oracle/oracle.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase {
 

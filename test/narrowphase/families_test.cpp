@@ -1,11 +1,11 @@
 // Families of pairs on which distance queries are known to fail: gaps down to rounding, slivers, extreme size ratios,
 // far from the origin, identical and degenerate shapes, parallel faces and edges.
-#include <gtest/gtest.h>
-
 #include "narrowphase/certificate.h"
 #include "narrowphase/rotation_between.h"
 #include "oracle/shape_pairs.h"
 #include "sanitized.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::narrowphase::families_test {
 

@@ -1,11 +1,11 @@
 // FCL as a third opinion. Its distances are upper bounds where its points lie in the shapes; it stalls now and then.
-#include <fcl/narrowphase/collision.h>
-#include <fcl/narrowphase/distance.h>
-#include <gtest/gtest.h>
-
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
 #include "tools/second_opinion/fcl_shape.h"
+
+#include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/distance.h>
+#include <gtest/gtest.h>
 
 namespace proximity_server::narrowphase::fcl_comparison_test {
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 
 namespace proximity_server::narrowphase {

@@ -1,17 +1,17 @@
 // Laws that hold for every pair of shapes in every state.
 #include "proximity_server/narrowphase/signed_distance.h"
 
+#include "narrowphase/certificate.h"
+#include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstring>
 #include <functional>
 #include <utility>
-
-#include "narrowphase/certificate.h"
-#include "oracle/shape_pairs.h"
-#include "proximity_server/narrowphase/shape/rigid_pose.h"
-#include "sanitized.h"
 
 namespace proximity_server::narrowphase::signed_distance_test {
 

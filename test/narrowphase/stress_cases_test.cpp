@@ -1,13 +1,13 @@
 // Hard pairs that made other libraries fail, each with an exact answer.
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <fstream>
-
 #include "narrowphase/certificate.h"
 #include "narrowphase/from_json.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
 
 namespace proximity_server::narrowphase::stress_cases_test {
 

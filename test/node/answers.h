@@ -1,9 +1,10 @@
 #pragma once
 
-#include <gtest/gtest.h>
 #include <proximity_server/Proximity.h>
 #include <proximity_server/QueryStatus.h>
 #include <proximity_server/ShapeRef.h>
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdint>

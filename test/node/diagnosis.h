@@ -1,11 +1,11 @@
 #pragma once
 
+#include "node/inbox.h"
+
 #include <diagnostic_msgs/DiagnosticArray.h>
 
 #include <optional>
 #include <string>
-
-#include "node/inbox.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "node/inbox.h"
+#include "node/ticker.h"
+
 #include <gtest/gtest.h>
 #include <ros/ros.h>
 #include <tf2_msgs/TFMessage.h>
@@ -10,9 +13,6 @@
 #include <memory>
 #include <mutex>
 #include <string>
-
-#include "node/inbox.h"
-#include "node/ticker.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "node/patience.h"
+
 #include <ros/node_handle.h>
 
 #include <chrono>
@@ -9,8 +11,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-
-#include "node/patience.h"
 
 namespace proximity_server::node {
 

@@ -1,12 +1,12 @@
 #pragma once
 
+#include "node/ticker.h"
+
 #include <ros/node_handle.h>
 #include <sensor_msgs/JointState.h>
 
 #include <map>
 #include <string>
-
-#include "node/ticker.h"
 
 namespace proximity_server::node {
 

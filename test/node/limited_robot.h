@@ -1,10 +1,10 @@
 #pragma once
 
+#include "node/gantry.h"
+
 #include <tf2_msgs/TFMessage.h>
 
 #include <cmath>
-
-#include "node/gantry.h"
 
 namespace proximity_server::node {
 

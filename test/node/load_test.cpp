@@ -5,15 +5,14 @@
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/object_messages.h"
 
 #include <atomic>
 #include <chrono>
 #include <thread>
 #include <vector>
-
-#include "node/answers.h"
-#include "node/gantry.h"
-#include "node/object_messages.h"
 
 // Many requests at once, long ones among them, and what is too much.
 

@@ -2,6 +2,7 @@
 
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/ObjectChanges.h>
+
 #include <shape_msgs/SolidPrimitive.h>
 
 #include <string>

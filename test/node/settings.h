@@ -1,10 +1,10 @@
 #pragma once
 
+#include "node/gantry.h"
+
 #include <dynamic_reconfigure/Reconfigure.h>
 
 #include <string>
-
-#include "node/gantry.h"
 
 namespace proximity_server::node {
 

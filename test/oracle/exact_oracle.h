@@ -1,10 +1,10 @@
 #pragma once
 
+#include "oracle/oracle.h"
+
 #include <gmpxx.h>
 
 #include <vector>
-
-#include "oracle/oracle.h"
 
 namespace proximity_server::narrowphase {
 

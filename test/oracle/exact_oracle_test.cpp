@@ -1,14 +1,14 @@
 // The exact oracle against paper and against the long double oracle; and the library against it.
 #include "oracle/exact_oracle.h"
 
+#include "narrowphase/certificate.h"
+#include "oracle/shape_pairs.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <iostream>
-
-#include "narrowphase/certificate.h"
-#include "oracle/shape_pairs.h"
 
 namespace proximity_server::narrowphase::exact_oracle_test {
 

@@ -1,4 +1,5 @@
 #include "oracle/motion_oracle.h"
+
 #include "proximity_server/narrowphase/signed_distance.h"
 
 #include <algorithm>

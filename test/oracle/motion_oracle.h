@@ -1,11 +1,11 @@
 #pragma once
 
+#include "oracle/oracle.h"
+#include "proximity_server/narrowphase/motion/motion.h"
+
 #include <functional>
 #include <limits>
 #include <optional>
-
-#include "oracle/oracle.h"
-#include "proximity_server/narrowphase/motion/motion.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,11 +1,11 @@
 // The reference for moving shapes against answers that are known on paper, and against a second method.
 #include "oracle/motion_oracle.h"
 
+#include "oracle/shape_pairs.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "oracle/shape_pairs.h"
 
 namespace proximity_server::narrowphase::motion_oracle_test {
 

@@ -1,12 +1,12 @@
 // The oracle against answers that are known on paper, and against a second method where there is one.
 #include "oracle/oracle.h"
 
+#include "oracle/shape_pairs.h"
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "oracle/shape_pairs.h"
-#include "sanitized.h"
 
 namespace proximity_server::narrowphase::oracle_test {
 

@@ -1,12 +1,13 @@
 #pragma once
 
+#include "oracle/oracle.h"
+#include "proximity_server/narrowphase/shape/shape.h"
+
 #include <Eigen/Geometry>
+
 #include <random>
 #include <string>
 #include <vector>
-
-#include "oracle/oracle.h"
-#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::narrowphase {
 

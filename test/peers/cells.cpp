@@ -1,11 +1,11 @@
 #include "peers/cells.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "chance.h"
 #include "oracle/shape_pairs.h"
 #include "scene/example_robots.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::peers {
 

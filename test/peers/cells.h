@@ -1,11 +1,11 @@
 #pragma once
 
+#include "peers/robots.h"
+#include "proximity_server/scene/objects/objects.h"
+
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "peers/robots.h"
-#include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::peers {
 

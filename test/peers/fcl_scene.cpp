@@ -1,16 +1,16 @@
 #include "peers/fcl_scene.h"
 
-#include <fcl/narrowphase/distance.h>
-
-#include <algorithm>
-#include <stdexcept>
-
 #include "peers/aborts.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/numbers.h"
 #include "scene/objects/placed_object.h"
 #include "tools/second_opinion/fcl_shape.h"
+
+#include <fcl/narrowphase/distance.h>
+
+#include <algorithm>
+#include <stdexcept>
 
 namespace proximity_server::peers {
 

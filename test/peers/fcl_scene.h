@@ -1,5 +1,8 @@
 #pragma once
 
+#include "peers/scene_library.h"
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/OBBRSS.h>
@@ -8,9 +11,6 @@
 #include <optional>
 #include <utility>
 #include <vector>
-
-#include "peers/scene_library.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::peers {
 

@@ -1,5 +1,8 @@
 #include "peers/libraries.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
@@ -7,9 +10,6 @@
 #include <ccd/ccd.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
-
-#include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "peers/solids.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <limits>
 #include <string>
 #include <vector>
-
-#include "peers/solids.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

@@ -1,5 +1,8 @@
 #include "peers/motion_library.h"
 
+#include "peers/swept_bisection.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/convex.h>
@@ -10,9 +13,6 @@
 #include <fcl/narrowphase/detail/traversal/distance/shape_conservative_advancement_traversal_node.h>
 
 #include <stdexcept>
-
-#include "peers/swept_bisection.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

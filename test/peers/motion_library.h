@@ -1,13 +1,13 @@
 #pragma once
 
+#include "peers/moving_solids.h"
+
 #include <fcl/narrowphase/gjk_solver_type.h>
 
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
-
-#include "peers/moving_solids.h"
 
 namespace proximity_server::peers {
 

@@ -1,5 +1,8 @@
 #include "peers/moving_solids.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <fcl/math/motion/interp_motion.h>
 #include <fcl/math/motion/screw_motion.h>
 #include <fcl/math/motion/translation_motion.h>
@@ -7,9 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-
-#include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::peers {
 

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "peers/solids.h"
+#include "proximity_server/narrowphase/motion/motion.h"
+
 #include <fcl/math/motion/motion_base.h>
 
 #include <memory>
-
-#include "peers/solids.h"
-#include "proximity_server/narrowphase/motion/motion.h"
 
 namespace proximity_server::peers {
 

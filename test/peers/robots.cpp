@@ -1,13 +1,13 @@
 #include "peers/robots.h"
 
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "scene/example_robots.h"
+
 #include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <regex>
 #include <sstream>
-
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::peers {
 

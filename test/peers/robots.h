@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/query/scene.h"
+
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::peers {
 

@@ -1,9 +1,9 @@
 #include "peers/scene_library.h"
 
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <algorithm>
 #include <tuple>
-
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::peers {
 

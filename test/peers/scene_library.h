@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::peers {
 

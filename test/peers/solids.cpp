@@ -1,9 +1,9 @@
 #include "peers/solids.h"
 
-#include <cmath>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "tools/second_opinion/fcl_shape.h"
+
+#include <cmath>
 
 namespace proximity_server::peers {
 

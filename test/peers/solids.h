@@ -1,15 +1,15 @@
 #pragma once
 
+#include "chance.h"
+#include "proximity_server/narrowphase/shape/shape.h"
+
 #include <btBulletCollisionCommon.h>
 #include <fcl/geometry/collision_geometry.h>
-
 #include <Eigen/Geometry>
+
 #include <memory>
 #include <optional>
 #include <vector>
-
-#include "chance.h"
-#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::peers {
 

@@ -1,13 +1,13 @@
 #include "peers/sphere_scene.h"
 
+#include "oracle/oracle.h"
+#include "peers/robots.h"
+#include "scene/model/numbers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-
-#include "oracle/oracle.h"
-#include "peers/robots.h"
-#include "scene/model/numbers.h"
 
 namespace proximity_server::peers {
 

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "peers/scene_library.h"
 #include "proximity_server/scene/filter/scene_model.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::peers {
 

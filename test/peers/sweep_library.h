@@ -1,11 +1,11 @@
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include "peers/scene_library.h"
 #include "peers/sphere_scene.h"
 #include "proximity_server/scene/batch/scene_batch.h"
+
+#include <memory>
+#include <vector>
 
 namespace proximity_server::peers {
 

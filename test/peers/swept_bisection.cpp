@@ -1,8 +1,8 @@
 #include "peers/swept_bisection.h"
 
-#include <vector>
-
 #include "proximity_server/narrowphase/signed_distance.h"
+
+#include <vector>
 
 namespace proximity_server::peers {
 

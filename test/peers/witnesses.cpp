@@ -1,12 +1,12 @@
 #include "peers/witnesses.h"
 
+#include "peers/aborts.h"
+
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
-
-#include "peers/aborts.h"
 
 namespace proximity_server::peers {
 namespace {

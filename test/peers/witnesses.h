@@ -1,11 +1,12 @@
 #pragma once
 
+#include "peers/solids.h"
+
 #include <Eigen/Core>
+
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "peers/solids.h"
 
 namespace proximity_server::peers {
 

@@ -6,6 +6,12 @@
 // A state is a line of positions; a row is a line of the question, the state and the fields. Numbers have all of their
 // bits.
 
+#include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "scene/example_robots.h"
+
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -13,12 +19,6 @@
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/batch/scene_batch.h"
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::scene {
 namespace {

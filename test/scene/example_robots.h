@@ -1,10 +1,5 @@
 #pragma once
 
-#include <iterator>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
@@ -12,6 +7,11 @@
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "sanitized.h"
 #include "scene/files.h"
+
+#include <iterator>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,13 +1,13 @@
 #pragma once
 
+#include <stdlib.h>
+
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 #include <stdexcept>
 #include <string>
-
-#include <stdlib.h>
 
 namespace proximity_server::scene {
 

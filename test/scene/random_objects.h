@@ -1,16 +1,17 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <memory>
-#include <string>
-#include <variant>
-#include <vector>
-
 #include "proximity_server/narrowphase/shape/shape.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/objects/object.h"
 #include "scene/small_robots.h"
 #include "scene/solids.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
 
 namespace proximity_server::scene {
 

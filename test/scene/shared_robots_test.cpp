@@ -1,20 +1,20 @@
 // Real robots of example-robot-data, where they can be found.
 
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/query/scene.h"
+#include "scene/example_robots.h"
+
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
-
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/query/scene.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::scene::shared_robots_test {
 

@@ -1,11 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <map>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "chance.h"
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/filter/scene_model.h"
@@ -14,6 +8,13 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "robots/urdf.h"
+
+#include <Eigen/Geometry>
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

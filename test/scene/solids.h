@@ -1,16 +1,17 @@
 #pragma once
 
+#include "proximity_server/scene/mesh/mesh.h"
+#include "scene/files.h"
+#include "scene/pieces/boxes.h"
+
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/mesh/mesh.h"
-#include "scene/files.h"
-#include "scene/pieces/boxes.h"
 
 // Closed meshes that are not convex, and an oracle for them that shares nothing with the library.
 

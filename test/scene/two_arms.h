@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
-
 #include "scene/small_robots.h"
+
+#include <string>
 
 namespace proximity_server::scene {
 

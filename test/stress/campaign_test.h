@@ -1,10 +1,10 @@
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include "from_environment.h"
 #include "sanitized.h"
 #include "stress/campaign.h"
+
+#include <gtest/gtest.h>
 
 // The part of a campaign that every test run makes.
 

@@ -1,14 +1,14 @@
 #include "stress/checks.h"
 
-#include <cmath>
-#include <cstring>
-#include <functional>
-#include <limits>
-
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 #include "stress/campaign.h"
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "stress/families.h"
+
 #include <optional>
 #include <string>
-
-#include "stress/families.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,12 +1,12 @@
 #include "stress/controlled_robots.h"
 
-#include <utility>
-
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/derivative/moved_robot.h"
 #include "scene/example_robots.h"
 #include "scene/random_objects.h"
+
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {

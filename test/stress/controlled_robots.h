@@ -1,15 +1,15 @@
 #pragma once
 
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "chance.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
 #include "stress/campaign.h"
+
+#include <memory>
+#include <string>
+#include <vector>
 
 // The robots of ./dev stress free-motions, stops and drives.
 

@@ -11,18 +11,18 @@
 // Limit: links that are below their stop distance by design and have no stop distance of their own may lose up to
 // 0.25 mm of it, and a joint may still change its direction more often where several of them have many places that are
 // equally near. Such drives are failures, too.
+#include "proximity_server/scene/derivative/constraint_rows.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "scene/example_robots.h"
+#include "stress/controlled_robots.h"
+#include "stress/yielding_velocity.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
 #include <utility>
-
-#include "proximity_server/scene/derivative/constraint_rows.h"
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "scene/example_robots.h"
-#include "stress/controlled_robots.h"
-#include "stress/yielding_velocity.h"
 
 namespace proximity_server::scene {
 namespace {

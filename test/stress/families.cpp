@@ -1,11 +1,11 @@
 #include "stress/families.h"
 
-#include <cmath>
-#include <limits>
-
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "stress/random_geometry.h"
+
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 namespace {

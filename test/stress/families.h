@@ -1,12 +1,12 @@
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "oracle/oracle.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/random_geometry.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace proximity_server::narrowphase {
 

@@ -6,14 +6,14 @@
 // 2. Of a whole scene: find the bubbles, and go to their border in random directions.
 // 3. At the border, or at a random place on the straight way there, no upper bound of a distance may be below its
 //    threshold.
-#include <algorithm>
-#include <cmath>
-
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/derivative/free_motion.h"
 #include "scene/derivative/moved_robot.h"
 #include "scene/objects/placed_object.h"
 #include "stress/controlled_robots.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,12 +1,12 @@
 // libFuzzer: any bytes become two shapes, a pose, options and a warm start, which keep every promise.
+#include "stress/checks.h"
+#include "stress/recorded.h"
+
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-
-#include "stress/checks.h"
-#include "stress/recorded.h"
 
 namespace proximity_server::narrowphase {
 namespace {

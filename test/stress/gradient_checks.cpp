@@ -1,10 +1,10 @@
 #include "stress/gradient_checks.h"
 
+#include "scene/objects/placed_object.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,15 +1,16 @@
 #pragma once
 
+#include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/query/scene.h"
+#include "scene/derivative/posture.h"
+
 #include <Eigen/Geometry>
+
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/derivative/derivatives.h"
-#include "proximity_server/scene/query/scene.h"
-#include "scene/derivative/posture.h"
 
 namespace proximity_server::scene {
 

@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "oracle/shape_pairs.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
@@ -7,6 +5,8 @@
 #include "robots/robots.h"
 #include "scene/example_robots.h"
 #include "stress/gradient_checks.h"
+
+#include <cmath>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,16 +1,17 @@
 // ./dev stress gradients: gradients of as many random states as asked for, against differences of the distance.
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstdio>
-#include <map>
-#include <string>
-#include <vector>
-
 #include "peers/aborts.h"
 #include "peers/witnesses.h"
 #include "scene/objects/placed_object.h"
 #include "stress/campaign.h"
 #include "stress/gradient_checks.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,12 +1,12 @@
 #include "stress/motion_checks.h"
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
-
 #include "narrowphase/certificate.h"
 #include "oracle/shape_pairs.h"
 #include "stress/campaign.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
 
 namespace proximity_server::narrowphase {
 namespace {

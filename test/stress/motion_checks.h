@@ -1,9 +1,9 @@
 #pragma once
 
+#include "stress/motion_families.h"
+
 #include <optional>
 #include <string>
-
-#include "stress/motion_families.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "chance.h"
 #include "oracle/motion_oracle.h"
 #include "proximity_server/narrowphase/motion/motion.h"
+
+#include <cstdint>
+#include <vector>
 
 namespace proximity_server::narrowphase {
 

@@ -1,10 +1,10 @@
 // The part of ./dev stress motions that every test run makes; that its checks can fail at all; and the motions that
 // were once wrong.
-#include <functional>
-
 #include "stress/campaign_test.h"
 #include "stress/motion_checks.h"
 #include "stress/recorded.h"
+
+#include <functional>
 
 namespace proximity_server::narrowphase::motion_stress_test {
 

@@ -1,16 +1,16 @@
-#include <unistd.h>
+#include "benchmark/machine.h"
+#include "stress/campaign.h"
 
+#include <unistd.h>
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
-
-#include "benchmark/machine.h"
-#include "stress/campaign.h"
 
 namespace proximity_server::stress {
 namespace {

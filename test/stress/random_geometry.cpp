@@ -1,11 +1,11 @@
 #include "stress/random_geometry.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "oracle/oracle.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::narrowphase {
 

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "chance.h"
 #include "proximity_server/narrowphase/shape/shape.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::narrowphase {
 

@@ -1,11 +1,12 @@
 #include "stress/recorded.h"
 
+#include "narrowphase/from_json.h"
+
+#include <nlohmann/json.hpp>
+
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
-
-#include "narrowphase/from_json.h"
 
 namespace proximity_server::narrowphase {
 namespace {

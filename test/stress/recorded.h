@@ -1,11 +1,11 @@
 #pragma once
 
+#include "stress/families.h"
+#include "stress/motion_families.h"
+
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "stress/families.h"
-#include "stress/motion_families.h"
 
 // Cases that were once wrong, one in a line of a JSON file. Every double is written with all of its digits; "inf" and
 // "nan" stand in quotes. Shapes have half extents in metres; a pose is given by the rows of [R | t].

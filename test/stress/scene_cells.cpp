@@ -1,13 +1,13 @@
 #include "stress/scene_cells.h"
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
-
 #include "oracle/shape_pairs.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "stress/random_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
 
 namespace proximity_server::scene {
 

@@ -1,18 +1,18 @@
 #pragma once
 
-#include <array>
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "chance.h"
 #include "oracle/motion_oracle.h"
 #include "proximity_server/scene/motion/limited_motion.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/pieces/interior.h"
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,12 @@
 #include "stress/scene_checks.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "oracle/shape_pairs.h"
 #include "stress/random_geometry.h"
 #include "stress/scene_truth.h"
 #include "stress/third_opinion.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::scene {
 

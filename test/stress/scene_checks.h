@@ -1,11 +1,11 @@
 #pragma once
 
-#include <optional>
-#include <string>
-
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "stress/campaign.h"
 #include "stress/scene_cells.h"
+
+#include <optional>
+#include <string>
 
 namespace proximity_server::scene {
 

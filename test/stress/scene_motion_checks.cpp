@@ -1,8 +1,8 @@
-#include <algorithm>
-#include <cmath>
-
 #include "stress/scene_checks.h"
 #include "stress/scene_truth.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,10 @@
 // The part of ./dev stress scenes that every test run makes.
-#include <algorithm>
-#include <string>
-
 #include "scene/example_robots.h"
 #include "stress/campaign_test.h"
 #include "stress/scene_checks.h"
+
+#include <algorithm>
+#include <string>
 
 namespace proximity_server::scene::scene_stress_test {
 

@@ -1,13 +1,13 @@
 #include "stress/scene_truth.h"
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
-
 #include "oracle/exact_oracle.h"
 #include "oracle/refined_truth.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/random_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
 
 namespace proximity_server::scene {
 

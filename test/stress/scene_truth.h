@@ -1,13 +1,13 @@
 #pragma once
 
+#include "oracle/shape_pairs.h"
+#include "stress/scene_cells.h"
+
 #include <map>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
-
-#include "oracle/shape_pairs.h"
-#include "stress/scene_cells.h"
 
 namespace proximity_server::scene {
 

@@ -7,14 +7,14 @@
 //    tolerance.
 // 3. If the scale is below 1, look at the stop from the unscaled velocities in the same way: if every pair that is too
 //    near moves away all the time, and no other one comes near, the retreat was slowed.
+#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "stress/controlled_robots.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <tuple>
-
-#include "proximity_server/scene/derivative/velocity_scale.h"
-#include "stress/controlled_robots.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,13 +1,13 @@
 #include "stress/third_opinion.h"
 
+#include "peers/aborts.h"
+#include "peers/libraries.h"
+#include "stress/random_geometry.h"
+
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <string>
-
-#include "peers/aborts.h"
-#include "peers/libraries.h"
-#include "stress/random_geometry.h"
 
 namespace proximity_server::narrowphase {
 

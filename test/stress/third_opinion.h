@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "proximity_server/narrowphase/shape/shape.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::narrowphase {
 

@@ -1,6 +1,7 @@
 #include "stress/yielding_velocity.h"
 
 #include <Eigen/QR>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,5 +1,7 @@
 #include "system/child_process.h"
 
+#include "sanitized.h"
+
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -13,8 +15,6 @@
 #include <stdexcept>
 #include <thread>
 #include <vector>
-
-#include "sanitized.h"
 
 namespace proximity_server::system::child_process_test {
 

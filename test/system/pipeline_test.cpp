@@ -1,5 +1,7 @@
 #include "system/pipeline.h"
 
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -10,8 +12,6 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-
-#include "sanitized.h"
 
 namespace proximity_server::system::pipeline_test {
 

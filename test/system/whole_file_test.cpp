@@ -1,5 +1,8 @@
 #include "system/whole_file.h"
 
+#include "sanitized.h"
+#include "scene/files.h"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -7,9 +10,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-
-#include "sanitized.h"
-#include "scene/files.h"
 
 namespace proximity_server::system::whole_file_test {
 

@@ -1,11 +1,12 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 #include <Eigen/Core>
+
 #include <array>
 #include <cstdint>
 #include <limits>
-
-#include "proximity_server/narrowphase/shape/eigen_alignment.h"
 
 // The question about a pair of convex shapes, and the answer.
 

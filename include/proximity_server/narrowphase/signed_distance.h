@@ -1,9 +1,9 @@
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/narrowphase/shape/shape.h"
+
+#include <Eigen/Geometry>
 
 namespace proximity_server::narrowphase {
 

@@ -1,9 +1,9 @@
 #include "narrowphase/closed_form/boxes.h"
 
+#include "proximity_server/narrowphase/assertion.h"
+
 #include <cmath>
 #include <limits>
-
-#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,10 +1,10 @@
 #include "narrowphase/closed_form/parallel_axes.h"
 
+#include "proximity_server/narrowphase/assertion.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {

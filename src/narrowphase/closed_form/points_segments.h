@@ -1,13 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/narrowphase/shape/shape.h"
 #include "proximity_server/narrowphase/shape/support.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 

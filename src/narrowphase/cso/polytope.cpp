@@ -1,10 +1,10 @@
 #include "narrowphase/cso/polytope.h"
 
-#include <cstring>
-#include <limits>
-
 #include "narrowphase/shape/triangle.h"
 #include "proximity_server/narrowphase/assertion.h"
+
+#include <cstring>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 

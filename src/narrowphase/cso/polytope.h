@@ -1,5 +1,7 @@
 #pragma once
 
+#include "proximity_server/narrowphase/cso/cso.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,8 +9,6 @@
 #include <limits>
 #include <string>
 #include <utility>
-
-#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase {
 

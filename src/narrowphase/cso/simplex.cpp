@@ -1,11 +1,11 @@
 #include "narrowphase/cso/simplex.h"
 
+#include "narrowphase/shape/triangle.h"
+#include "proximity_server/narrowphase/assertion.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "narrowphase/shape/triangle.h"
-#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {

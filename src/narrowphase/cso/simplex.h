@@ -1,8 +1,8 @@
 #pragma once
 
-#include <array>
-
 #include "proximity_server/narrowphase/cso/cso.h"
+
+#include <array>
 
 namespace proximity_server::narrowphase {
 

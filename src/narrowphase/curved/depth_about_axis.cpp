@@ -1,13 +1,13 @@
 #include "narrowphase/curved/depth_about_axis.h"
 
+#include "narrowphase/closed_form/parallel_axes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstddef>
 #include <limits>
 #include <optional>
-
-#include "narrowphase/closed_form/parallel_axes.h"
 
 namespace proximity_server::narrowphase {
 namespace {

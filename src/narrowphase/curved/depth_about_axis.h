@@ -1,9 +1,9 @@
 #pragma once
 
+#include "proximity_server/narrowphase/cso/cso.h"
+
 #include <array>
 #include <functional>
-
-#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,12 +1,12 @@
 #include "narrowphase/curved/refinement.h"
 
+#include "narrowphase/curved/stationary_rims.h"
+#include "proximity_server/narrowphase/assertion.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include "narrowphase/curved/stationary_rims.h"
-#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <optional>
-
 #include "narrowphase/curved/stationary_direction.h"
+
+#include <optional>
 
 namespace proximity_server::narrowphase {
 

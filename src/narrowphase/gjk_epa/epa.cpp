@@ -1,9 +1,5 @@
 #include "narrowphase/gjk_epa/epa.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "narrowphase/closed_form/parallel_axes.h"
 #include "narrowphase/cso/polytope.h"
 #include "narrowphase/curved/depth_about_axis.h"
@@ -11,6 +7,10 @@
 #include "narrowphase/curved/refinement.h"
 #include "narrowphase/gjk_epa/epa_start.h"
 #include "proximity_server/narrowphase/assertion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <optional>
-
 #include "narrowphase/cso/observer.h"
 #include "narrowphase/cso/simplex.h"
+
+#include <optional>
 
 namespace proximity_server::narrowphase {
 

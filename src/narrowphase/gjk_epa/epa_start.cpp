@@ -1,9 +1,9 @@
 #include "narrowphase/gjk_epa/epa_start.h"
 
-#include <algorithm>
-
 #include "narrowphase/shape/triangle.h"
 #include "proximity_server/narrowphase/assertion.h"
+
+#include <algorithm>
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <optional>
-
 #include "narrowphase/cso/simplex.h"
+
+#include <optional>
 
 namespace proximity_server::narrowphase {
 

@@ -1,12 +1,12 @@
 #include "narrowphase/gjk_epa/gjk.h"
 
-#include <algorithm>
-#include <limits>
-#include <optional>
-
 #include "narrowphase/curved/refinement.h"
 #include "narrowphase/shape/triangle.h"
 #include "proximity_server/narrowphase/assertion.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,8 +1,8 @@
 #include "proximity_server/narrowphase/motion/motion.h"
 
-#include <cmath>
-
 #include "narrowphase/motion/screw_path.h"
+
+#include <cmath>
 
 namespace proximity_server::narrowphase {
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <array>
-
 #include "narrowphase/motion/screw_path.h"
 #include "proximity_server/narrowphase/motion/motion.h"
+
+#include <array>
 
 namespace proximity_server::narrowphase {
 

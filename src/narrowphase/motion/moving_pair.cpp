@@ -1,12 +1,12 @@
 #include "narrowphase/motion/moving_pair.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/narrowphase/signed_distance.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,8 +1,8 @@
 #include "narrowphase/motion/screw_path.h"
 
-#include <cmath>
-
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
+
+#include <cmath>
 
 namespace proximity_server::narrowphase {
 

@@ -1,7 +1,7 @@
+#include "narrowphase/motion/moving_pair.h"
+
 #include <algorithm>
 #include <cmath>
-
-#include "narrowphase/motion/moving_pair.h"
 
 namespace proximity_server::narrowphase {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include "proximity_server/narrowphase/shape/shape.h"
+
+#include <Eigen/Geometry>
 
 namespace proximity_server::narrowphase {
 

@@ -1,5 +1,7 @@
 #include "proximity_server/narrowphase/shape/shape.h"
 
+#include "proximity_server/narrowphase/shape/rigid_pose.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,8 +10,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 namespace proximity_server::narrowphase {
 namespace {

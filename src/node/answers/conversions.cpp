@@ -1,4 +1,5 @@
 #include "node/answers/conversions.h"
+
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 

@@ -1,12 +1,5 @@
 #pragma once
 
-#include <ros/time.h>
-
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <string>
-
 #include "node/robot/robot.h"
 #include "proximity_server/ModelInfo.h"
 #include "proximity_server/Proximity.h"
@@ -15,6 +8,13 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <ros/time.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
 
 // Converts answers of the scene into messages, without any computation of distances. Unknown numbers become NaN.
 

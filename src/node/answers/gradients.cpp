@@ -1,11 +1,12 @@
 #include "node/answers/gradients.h"
 
-#include <Eigen/Core>
-#include <optional>
-#include <utility>
-
 #include "node/answers/conversions.h"
 #include "proximity_server/scene/motion/limited_motion.h"
+
+#include <Eigen/Core>
+
+#include <optional>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {

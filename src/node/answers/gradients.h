@@ -1,13 +1,13 @@
 #pragma once
 
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "node/robot/robot.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace proximity_server::node {
 

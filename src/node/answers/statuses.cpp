@@ -1,10 +1,10 @@
 #include "node/answers/statuses.h"
 
-#include <chrono>
-#include <string>
-
 #include "node/robot/query_status.h"
 #include "system/durations.h"
+
+#include <chrono>
+#include <string>
 
 namespace proximity_server::node {
 namespace {

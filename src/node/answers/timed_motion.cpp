@@ -1,12 +1,12 @@
 #include "node/answers/timed_motion.h"
 
+#include "node/answers/conversions.h"
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <algorithm>
 #include <limits>
 #include <string>
 #include <utility>
-
-#include "node/answers/conversions.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,10 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
-#include <optional>
-#include <vector>
-
 #include "node/answers/conversions.h"
 #include "node/robot/robot.h"
 #include "node/tf/joint_frames.h"
@@ -13,6 +8,12 @@
 #include "proximity_server/Proximity.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+
+#include <Eigen/Geometry>
+
+#include <functional>
+#include <optional>
+#include <vector>
 
 // Motions whose parameter stands for a time [s], and their results as messages.
 

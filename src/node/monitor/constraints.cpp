@@ -1,9 +1,9 @@
 #include "node/monitor/constraints.h"
+
 #include "node/robot/load_config.h"
+#include "node/robot/query_status.h"
 
 #include <string>
-
-#include "node/robot/query_status.h"
 
 namespace proximity_server::node {
 namespace {

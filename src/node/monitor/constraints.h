@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstddef>
-
 #include "node/answers/conversions.h"
 #include "node/answers/gradients.h"
 #include "node/robot/config.h"
@@ -11,6 +9,8 @@
 #include "proximity_server/ConstraintRows.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <cstddef>
 
 namespace proximity_server::node {
 

@@ -1,8 +1,8 @@
 #include "node/monitor/diagnostics.h"
 
-#include <utility>
-
 #include "node/robot/level_name.h"
+
+#include <utility>
 
 namespace proximity_server::node {
 namespace {

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "node/monitor/monitor_loop.h"
+#include "node/robot/robot.h"
+
 #include <diagnostic_updater/diagnostic_updater.h>
 #include <ros/node_handle.h>
 
@@ -7,9 +10,6 @@
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "node/monitor/monitor_loop.h"
-#include "node/robot/robot.h"
 
 namespace proximity_server::node {
 

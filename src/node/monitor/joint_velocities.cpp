@@ -1,10 +1,10 @@
 #include "node/monitor/joint_velocities.h"
 
+#include "proximity_server/scene/model/names.h"
+
 #include <cmath>
 #include <iterator>
 #include <utility>
-
-#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
 namespace {

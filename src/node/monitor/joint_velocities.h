@@ -1,5 +1,8 @@
 #pragma once
 
+#include "node/robot/robot.h"
+#include "proximity_server/QueryStatus.h"
+
 #include <ros/node_handle.h>
 #include <sensor_msgs/JointState.h>
 
@@ -8,9 +11,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "node/robot/robot.h"
-#include "proximity_server/QueryStatus.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,13 @@
 #include "node/monitor/lookahead.h"
 
+#include "node/answers/conversions.h"
+#include "node/answers/statuses.h"
+#include "node/answers/timed_motion.h"
+#include "node/objects/object_needs.h"
+#include "node/robot/query_status.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,14 +19,6 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "node/answers/conversions.h"
-#include "node/answers/statuses.h"
-#include "node/answers/timed_motion.h"
-#include "node/objects/object_needs.h"
-#include "node/robot/query_status.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <chrono>
-#include <vector>
-
 #include "node/monitor/joint_velocities.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Lookahead.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+
+#include <chrono>
+#include <vector>
 
 namespace proximity_server::node {
 

@@ -1,13 +1,13 @@
 #include "node/monitor/markers.h"
 
+#include "node/objects/change_fields.h"
+#include "node/robot/level_name.h"
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
-
-#include "node/objects/change_fields.h"
-#include "node/robot/level_name.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 geometry_msgs::Point point(const Eigen::Vector3d& vector) {

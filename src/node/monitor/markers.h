@@ -1,15 +1,15 @@
 #pragma once
 
-#include <visualization_msgs/MarkerArray.h>
-
-#include <string>
-#include <vector>
-
 #include "node/robot/config.h"
 #include "node/robot/robot.h"
 #include "proximity_server/Clearance.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_box.h"
+
+#include <visualization_msgs/MarkerArray.h>
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::node {
 

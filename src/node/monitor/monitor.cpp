@@ -1,13 +1,13 @@
 #include "node/monitor/monitor.h"
 
+#include "node/answers/statuses.h"
+#include "node/objects/object_needs.h"
+#include "node/robot/query_status.h"
+
 #include <algorithm>
 #include <chrono>
 #include <string>
 #include <utility>
-
-#include "node/answers/statuses.h"
-#include "node/objects/object_needs.h"
-#include "node/robot/query_status.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,10 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "node/answers/conversions.h"
 #include "node/answers/gradients.h"
 #include "node/monitor/constraints.h"
@@ -15,6 +10,11 @@
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
 #include "proximity_server/scene/levels/clearance_level.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::node {
 

@@ -1,5 +1,10 @@
 #include "node/monitor/monitor_loop.h"
 
+#include "node/robot/query_status.h"
+#include "node/threads/real_time.h"
+#include "node/threads/request_queue.h"
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <ros/console.h>
 #include <ros/single_subscriber_publisher.h>
 #include <std_msgs/Float64.h>
@@ -8,11 +13,6 @@
 #include <functional>
 #include <optional>
 #include <utility>
-
-#include "node/robot/query_status.h"
-#include "node/threads/real_time.h"
-#include "node/threads/request_queue.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,5 +1,11 @@
 #pragma once
 
+#include "node/monitor/markers.h"
+#include "node/monitor/monitor.h"
+#include "node/tf/tf_poses.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "system/steady_timer.h"
+
 #include <ros/callback_queue.h>
 #include <ros/callback_queue_interface.h>
 #include <ros/node_handle.h>
@@ -11,12 +17,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-
-#include "node/monitor/markers.h"
-#include "node/monitor/monitor.h"
-#include "node/tf/tf_poses.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "system/steady_timer.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,9 @@
 #include "node/monitor/object_markers.h"
 
+#include "node/monitor/markers.h"
+#include "node/objects/change_frames.h"
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <array>
 #include <cmath>
 #include <map>
@@ -7,10 +11,6 @@
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include "node/monitor/markers.h"
-#include "node/objects/change_frames.h"
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <visualization_msgs/MarkerArray.h>
-
 #include "node/robot/robot.h"
 #include "proximity_server/scene/objects/objects.h"
+
+#include <visualization_msgs/MarkerArray.h>
 
 namespace proximity_server::node {
 

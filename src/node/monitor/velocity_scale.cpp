@@ -1,14 +1,14 @@
 #include "node/monitor/velocity_scale.h"
 
+#include "node/answers/timed_motion.h"
+#include "node/robot/query_status.h"
+#include "proximity_server/scene/derivative/velocity_scale.h"
+
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
-
-#include "node/answers/timed_motion.h"
-#include "node/robot/query_status.h"
-#include "proximity_server/scene/derivative/velocity_scale.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,11 +1,5 @@
 #pragma once
 
-#include <ros/duration.h>
-
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
@@ -13,6 +7,12 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <ros/duration.h>
+
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::node {
 

@@ -1,13 +1,13 @@
 #include "node/objects/change_fields.h"
 
-#include <array>
-#include <cmath>
-#include <utility>
-
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/narrowphase/shape/shape.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/object_file.h"
+
+#include <array>
+#include <cmath>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {

@@ -1,15 +1,15 @@
 #pragma once
 
-#include <geometry_msgs/Pose.h>
+#include "proximity_server/ObjectChange.h"
+#include "proximity_server/scene/objects/object_editor.h"
 
+#include <geometry_msgs/Pose.h>
 #include <Eigen/Geometry>
+
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "proximity_server/ObjectChange.h"
-#include "proximity_server/scene/objects/object_editor.h"
 
 namespace proximity_server::node {
 

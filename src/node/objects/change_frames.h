@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <functional>
-#include <map>
-#include <string>
-#include <utility>
-
 #include "node/objects/change_fields.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/objects/object_editor.h"
+
+#include <Eigen/Geometry>
+
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
 
 namespace proximity_server::node {
 

@@ -1,6 +1,10 @@
 #pragma once
 
+#include "node/objects/object_store.h"
+#include "proximity_server/ObjectChanges.h"
+
 #include <boost/shared_ptr.hpp>
+
 #include <condition_variable>
 #include <cstddef>
 #include <deque>
@@ -9,9 +13,6 @@
 #include <string>
 #include <thread>
 #include <vector>
-
-#include "node/objects/object_store.h"
-#include "proximity_server/ObjectChanges.h"
 
 namespace proximity_server::node {
 

@@ -1,13 +1,13 @@
 #include "node/objects/object_batch.h"
 
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/object_file.h"
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/object_file.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <map>
-#include <memory>
-#include <string>
-
 #include "node/objects/change_frames.h"
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChanges.h"
 #include "proximity_server/scene/objects/object_editor.h"
+
+#include <map>
+#include <memory>
+#include <string>
 
 namespace proximity_server::node {
 

@@ -1,5 +1,7 @@
 #include "node/objects/object_keeper.h"
 
+#include "system/whole_file.h"
+
 #include <ros/console.h>
 #include <unistd.h>
 
@@ -10,8 +12,6 @@
 #include <stdexcept>
 #include <system_error>
 #include <utility>
-
-#include "system/whole_file.h"
 
 namespace proximity_server::node {
 namespace {

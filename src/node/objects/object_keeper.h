@@ -1,15 +1,15 @@
 #pragma once
 
+#include "node/objects/object_store.h"
+#include "node/robot/config.h"
+#include "proximity_server/scene/object_files/object_file.h"
+
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
-
-#include "node/objects/object_store.h"
-#include "node/robot/config.h"
-#include "proximity_server/scene/object_files/object_file.h"
 
 namespace proximity_server::node {
 

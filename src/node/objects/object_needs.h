@@ -1,12 +1,12 @@
 #pragma once
 
-#include <vector>
-
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <vector>
 
 // The poses that a question needs, and the bodies with which objects move.
 

@@ -1,12 +1,12 @@
 #include "node/objects/object_store.h"
 
+#include "proximity_server/scene/model/names.h"
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
-
-#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,5 +1,11 @@
 #pragma once
 
+#include "node/objects/object_batch.h"
+#include "node/robot/robot.h"
+#include "proximity_server/ObjectChanges.h"
+#include "proximity_server/ObjectList.h"
+#include "proximity_server/scene/object_files/object_file.h"
+
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -7,12 +13,6 @@
 #include <mutex>
 #include <optional>
 #include <vector>
-
-#include "node/objects/object_batch.h"
-#include "node/robot/robot.h"
-#include "proximity_server/ObjectChanges.h"
-#include "proximity_server/ObjectList.h"
-#include "proximity_server/scene/object_files/object_file.h"
 
 namespace proximity_server::node {
 

@@ -1,16 +1,16 @@
 #pragma once
 
-#include <map>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_rules.h"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace proximity_server::node {
 

@@ -1,4 +1,5 @@
 #include "node/robot/load_config.h"
+
 #include "node/robot/parameter_table.h"
 #include "node/robot/parameter_value.h"
 #include "proximity_server/scene/model/names.h"

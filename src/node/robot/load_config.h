@@ -1,12 +1,12 @@
 #pragma once
 
+#include "node/robot/config.h"
+
 #include <dynamic_reconfigure/Config.h>
 #include <ros/node_handle.h>
 
 #include <string>
 #include <vector>
-
-#include "node/robot/config.h"
 
 namespace proximity_server::node {
 

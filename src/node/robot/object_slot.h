@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/objects/objects.h"
+
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <utility>
-
-#include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::node {
 

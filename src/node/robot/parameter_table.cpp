@@ -1,8 +1,8 @@
 #include "node/robot/parameter_table.h"
 
-#include <utility>
-
 #include "proximity_server/scene/model/names.h"
+
+#include <utility>
 
 namespace proximity_server::node {
 

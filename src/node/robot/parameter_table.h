@@ -1,12 +1,12 @@
 #pragma once
 
+#include "node/robot/config.h"
+
 #include <map>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
-
-#include "node/robot/config.h"
 
 namespace proximity_server::node {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <xmlrpcpp/XmlRpcValue.h>
-
 #include "proximity_server/scene/object_files/file_value.h"
+
+#include <xmlrpcpp/XmlRpcValue.h>
 
 namespace proximity_server::node {
 

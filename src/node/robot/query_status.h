@@ -1,10 +1,10 @@
 #pragma once
 
+#include "proximity_server/QueryStatus.h"
+
 #include <cstdint>
 #include <string>
 #include <utility>
-
-#include "proximity_server/QueryStatus.h"
 
 namespace proximity_server {
 

@@ -1,5 +1,12 @@
 #include "node/robot/robot.h"
+
 #include "node/robot/load_config.h"
+#include "node/robot/tf_frames.h"
+#include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/joined_robots.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/names.h"
 
 #include <ros/console.h>
 
@@ -7,13 +14,6 @@
 #include <map>
 #include <stdexcept>
 #include <utility>
-
-#include "node/robot/tf_frames.h"
-#include "proximity_server/scene/derivative/degrees_of_freedom.h"
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/joined_robots.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::node {
 namespace {

@@ -1,17 +1,17 @@
 #pragma once
 
+#include "node/robot/config.h"
+#include "node/robot/object_slot.h"
+#include "node/robot/scene_pool.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/pairs.h"
+
 #include <ros/node_handle.h>
 
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "node/robot/config.h"
-#include "node/robot/object_slot.h"
-#include "node/robot/scene_pool.h"
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/query/pairs.h"
 
 namespace proximity_server::node {
 

@@ -1,13 +1,13 @@
 #pragma once
 
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/scene.h"
+
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
 

@@ -1,4 +1,5 @@
 #include "node/robot/settings_server.h"
+
 #include "node/robot/load_config.h"
 
 #include <dynamic_reconfigure/ConfigDescription.h>

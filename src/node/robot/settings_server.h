@@ -1,13 +1,13 @@
 #pragma once
 
+#include "node/robot/config.h"
+#include "proximity_server/ProximityConfig.h"
+
 #include <dynamic_reconfigure/Reconfigure.h>
 #include <ros/node_handle.h>
 
 #include <functional>
 #include <mutex>
-
-#include "node/robot/config.h"
-#include "proximity_server/ProximityConfig.h"
 
 namespace proximity_server::node {
 

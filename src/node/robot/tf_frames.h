@@ -1,11 +1,11 @@
 #pragma once
 
+#include "node/robot/config.h"
+
 #include <tf2/buffer_core.h>
 
 #include <string>
 #include <vector>
-
-#include "node/robot/config.h"
 
 namespace proximity_server::node {
 

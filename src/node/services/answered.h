@@ -1,12 +1,12 @@
 #pragma once
 
+#include "node/services/requests.h"
+#include "proximity_server/QueryStatus.h"
+
 #include <ros/console.h>
 
 #include <exception>
 #include <string>
-
-#include "node/services/requests.h"
-#include "proximity_server/QueryStatus.h"
 
 namespace proximity_server::node {
 

@@ -1,11 +1,11 @@
-#include <optional>
-#include <string>
-
 #include "node/services/answered.h"
 #include "node/services/joint_requests.h"
 #include "node/services/pair_questions.h"
 #include "node/services/queries.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <optional>
+#include <string>
 
 namespace proximity_server::node {
 namespace {

@@ -1,11 +1,11 @@
 #include "node/services/joint_requests.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::node {
 namespace {

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "node/services/requests.h"
 #include "node/tf/joint_frames.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 // These functions read the joints of a request. Error messages begin with `where`: "state 2".
 // Failure: they throw RequestError INVALID_ARGUMENT naming `where` and the joint for a joint that is unknown (with the

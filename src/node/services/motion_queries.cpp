@@ -1,7 +1,3 @@
-#include <limits>
-#include <sstream>
-#include <string>
-
 #include "node/answers/conversions.h"
 #include "node/answers/statuses.h"
 #include "node/services/answered.h"
@@ -10,6 +6,10 @@
 #include "node/services/queries.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/durations.h"
+
+#include <limits>
+#include <sstream>
+#include <string>
 
 namespace proximity_server::node {
 namespace {

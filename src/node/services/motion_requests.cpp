@@ -1,14 +1,14 @@
 #include "node/services/motion_requests.h"
 
+#include "node/services/joint_requests.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
 #include <string>
-
-#include "node/services/joint_requests.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {

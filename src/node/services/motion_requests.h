@@ -1,13 +1,13 @@
 #pragma once
 
-#include <vector>
-
 #include "node/answers/timed_motion.h"
 #include "node/services/requests.h"
 #include "node/tf/joint_frames.h"
 #include "proximity_server/FirstContactRequest.h"
 #include "proximity_server/QueryTrajectoryRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <vector>
 
 // These functions read the motion of a request.
 // Failure: they throw RequestError INVALID_ARGUMENT naming the number, point, joint or link that is wrong.

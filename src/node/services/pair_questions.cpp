@@ -1,14 +1,15 @@
 #include "node/services/pair_questions.h"
 
-#include <algorithm>
-#include <boost/range/iterator_range.hpp>
-#include <limits>
-
 #include "node/answers/conversions.h"
 #include "node/answers/statuses.h"
 #include "node/objects/object_needs.h"
 #include "node/services/requests.h"
 #include "system/durations.h"
+
+#include <boost/range/iterator_range.hpp>
+
+#include <algorithm>
+#include <limits>
 
 namespace proximity_server::node {
 namespace {

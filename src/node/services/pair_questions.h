@@ -1,14 +1,14 @@
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "node/answers/gradients.h"
 #include "node/robot/robot.h"
 #include "node/services/requests.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/StateProximity.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <optional>
+#include <vector>
 
 namespace proximity_server::node {
 

@@ -1,15 +1,15 @@
 #include "node/services/queries.h"
 
-#include <algorithm>
-#include <limits>
-#include <optional>
-#include <utility>
-
 #include "node/answers/conversions.h"
 #include "node/answers/statuses.h"
 #include "node/services/answered.h"
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {

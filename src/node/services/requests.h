@@ -1,17 +1,17 @@
 #pragma once
 
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "node/robot/query_status.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/QueryPairsRequest.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/ShapeRef.h"
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace proximity_server::node {
 

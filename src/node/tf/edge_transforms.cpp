@@ -1,12 +1,12 @@
 #include "node/tf/edge_transforms.h"
 
+#include "node/robot/query_status.h"
+
 #include <tf2/exceptions.h>
 
 #include <cmath>
 #include <stdexcept>
 #include <utility>
-
-#include "node/robot/query_status.h"
 
 namespace proximity_server::node {
 namespace {

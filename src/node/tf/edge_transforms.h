@@ -1,19 +1,19 @@
 #pragma once
 
+#include "node/robot/robot.h"
+#include "node/tf/tf_tree.h"
+#include "proximity_server/QueryStatus.h"
+
 #include <geometry_msgs/Transform.h>
 #include <ros/time.h>
 #include <tf2/buffer_core.h>
-
 #include <Eigen/Geometry>
+
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <vector>
-
-#include "node/robot/robot.h"
-#include "node/tf/tf_tree.h"
-#include "proximity_server/QueryStatus.h"
 
 namespace proximity_server::node {
 

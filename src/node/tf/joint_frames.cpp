@@ -1,4 +1,5 @@
 #include "node/tf/joint_frames.h"
+
 #include "proximity_server/scene/model/kinematics.h"
 
 #include <utility>

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <optional>
-#include <vector>
-
 #include "node/robot/robot.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <vector>
 
 namespace proximity_server::node {
 

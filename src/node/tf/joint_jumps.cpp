@@ -1,11 +1,11 @@
 #include "node/tf/joint_jumps.h"
 
+#include "node/tf/edge_transforms.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
-
-#include "node/tf/edge_transforms.h"
 
 namespace proximity_server::node {
 namespace {

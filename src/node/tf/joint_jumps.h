@@ -1,8 +1,10 @@
 #pragma once
 
-#include <geometry_msgs/TransformStamped.h>
+#include "node/robot/robot.h"
 
+#include <geometry_msgs/TransformStamped.h>
 #include <Eigen/Geometry>
+
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -13,8 +15,6 @@
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "node/robot/robot.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,10 @@
 #include "node/tf/tf_poses.h"
 
+#include "node/robot/query_status.h"
+#include "node/robot/tf_frames.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
+
 #include <ros/console.h>
 
 #include <algorithm>
@@ -9,11 +14,6 @@
 #include <optional>
 #include <stdexcept>
 #include <utility>
-
-#include "node/robot/query_status.h"
-#include "node/robot/tf_frames.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "system/durations.h"
 
 namespace proximity_server::node {
 namespace {

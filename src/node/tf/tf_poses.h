@@ -1,5 +1,14 @@
 #pragma once
 
+#include "node/robot/robot.h"
+#include "node/tf/edge_transforms.h"
+#include "node/tf/joint_frames.h"
+#include "node/tf/joint_jumps.h"
+#include "node/tf/tf_tree.h"
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+
 #include <ros/duration.h>
 #include <ros/time.h>
 
@@ -12,15 +21,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "node/robot/robot.h"
-#include "node/tf/edge_transforms.h"
-#include "node/tf/joint_frames.h"
-#include "node/tf/joint_jumps.h"
-#include "node/tf/tf_tree.h"
-#include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
 

@@ -1,12 +1,12 @@
 #include "node/tf/tf_tree.h"
 
+#include "node/threads/real_time.h"
+#include "node/threads/request_queue.h"
+
 #include <ros/console.h>
 
 #include <stdexcept>
 #include <utility>
-
-#include "node/threads/real_time.h"
-#include "node/threads/request_queue.h"
 
 namespace proximity_server::node {
 namespace {

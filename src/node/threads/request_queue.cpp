@@ -1,8 +1,8 @@
 #include "node/threads/request_queue.h"
 
 #include <sys/resource.h>
-
 #include <boost/make_shared.hpp>
+
 #include <utility>
 
 namespace proximity_server::node {

@@ -1,15 +1,15 @@
 #include "scene/batch/batch_model.h"
 
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/query/pair_distances.h"
+#include "scene/filter/given_model.h"
+#include "scene/lanes/lane_bounds.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
-
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/query/pair_distances.h"
-#include "scene/filter/given_model.h"
-#include "scene/lanes/lane_bounds.h"
 
 namespace proximity_server::scene {
 namespace {

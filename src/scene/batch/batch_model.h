@@ -1,13 +1,13 @@
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/lanes/lane_model.h"
 #include "scene/parts/visit_queue.h"
 #include "scene/parts/volumes.h"
+
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,12 @@
 #include "scene/batch/exact_state.h"
 
-#include <algorithm>
-#include <optional>
-#include <utility>
-
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/body_pose.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
 
 namespace proximity_server::scene {
 

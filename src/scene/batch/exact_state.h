@@ -1,14 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/model/states.h"
+#include "scene/batch/batch_model.h"
+#include "scene/query/pair_measurement.h"
+
 #include <Eigen/Geometry>
+
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <vector>
-
-#include "proximity_server/scene/model/states.h"
-#include "scene/batch/batch_model.h"
-#include "scene/query/pair_measurement.h"
 
 namespace proximity_server::scene {
 

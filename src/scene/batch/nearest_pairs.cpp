@@ -1,11 +1,11 @@
 #include "scene/batch/nearest_pairs.h"
 
+#include "proximity_server/narrowphase/assertion.h"
+#include "scene/model/numbers.h"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
-
-#include "proximity_server/narrowphase/assertion.h"
-#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

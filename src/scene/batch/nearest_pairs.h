@@ -1,14 +1,14 @@
 #pragma once
 
-#include <cstddef>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/exact_state.h"
 #include "scene/bounds/heap.h"
 #include "scene/lanes/lane_bounds.h"
 #include "scene/parts/visit_queue.h"
+
+#include <cstddef>
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,11 +1,5 @@
 #include "proximity_server/scene/batch/scene_batch.h"
 
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
-#include <string>
-#include <utility>
-
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "scene/batch/batch_model.h"
 #include "scene/batch/exact_state.h"
@@ -13,6 +7,12 @@
 #include "scene/batch/verdicts.h"
 #include "scene/lanes/lane_bounds.h"
 #include "scene/model/numbers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace proximity_server::scene {
 

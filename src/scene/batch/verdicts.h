@@ -1,12 +1,12 @@
 #pragma once
 
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/model/states.h"
 #include "scene/batch/exact_state.h"
 #include "scene/lanes/lane_bounds.h"
+
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

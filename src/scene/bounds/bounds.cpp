@@ -1,10 +1,11 @@
 #include "scene/bounds/bounds.h"
 
-#include <Eigen/Eigenvalues>
-#include <algorithm>
-
 #include "proximity_server/narrowphase/shape/support.h"
 #include "scene/model/pieces.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
 
 namespace proximity_server::scene {
 namespace {

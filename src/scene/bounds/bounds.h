@@ -1,10 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <Eigen/Geometry>
+
 #include <limits>
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,8 +1,8 @@
 #include "scene/bounds/box_tree.h"
 
-#include <numeric>
-
 #include "scene/bounds/bounds.h"
+
+#include <numeric>
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,12 @@
 #define PROXIMITY_LANES 4
 #include "scene/bounds/leaf_boxes.h"
 
+#include "scene/bounds/lane_vectors.h"
+#include "scene/model/numbers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
-
-#include "scene/bounds/lane_vectors.h"
-#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

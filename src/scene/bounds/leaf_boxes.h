@@ -1,10 +1,10 @@
 #pragma once
 
-#include <limits>
-#include <vector>
-
 #include "scene/bounds/bounds.h"
 #include "scene/bounds/volume_tree.h"
+
+#include <limits>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,10 @@
 #include "scene/bounds/volume_tree.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "scene/bounds/box_tree.h"
 #include "system/append.h"
+
+#include <algorithm>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <array>
-#include <vector>
-
 #include "proximity_server/scene/model/robot_model.h"
 #include "scene/bounds/bounds.h"
+
+#include <array>
+#include <vector>
 
 namespace proximity_server::scene {
 

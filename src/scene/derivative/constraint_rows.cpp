@@ -1,5 +1,8 @@
 #include "proximity_server/scene/derivative/constraint_rows.h"
 
+#include "scene/filter/given_model.h"
+#include "scene/model/numbers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -7,9 +10,6 @@
 #include <string>
 #include <tuple>
 #include <utility>
-
-#include "scene/filter/given_model.h"
-#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,14 +1,14 @@
 #include "scene/derivative/contact_feature.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
+#include "scene/bounds/bounds.h"
+#include "scene/objects/placed_object.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
-
-#include "proximity_server/narrowphase/shape/support.h"
-#include "scene/bounds/bounds.h"
-#include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {
 namespace {

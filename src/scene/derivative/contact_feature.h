@@ -1,10 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
@@ -13,6 +8,12 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/derivative/plane_figure.h"
 #include "scene/parts/volumes.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

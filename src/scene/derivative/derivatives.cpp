@@ -1,15 +1,15 @@
 #include "proximity_server/scene/derivative/derivatives.h"
 
+#include "scene/derivative/contact_feature.h"
+#include "scene/derivative/placed_joints.h"
+#include "scene/filter/given_model.h"
+#include "scene/model/body_pose.h"
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "scene/derivative/contact_feature.h"
-#include "scene/derivative/placed_joints.h"
-#include "scene/filter/given_model.h"
-#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 

@@ -1,17 +1,17 @@
 #include "proximity_server/scene/derivative/free_motion.h"
 
+#include "scene/bounds/bounds.h"
+#include "scene/derivative/placed_joints.h"
+#include "scene/model/numbers.h"
+#include "scene/objects/placed_object.h"
+#include "scene/parts/volumes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "scene/bounds/bounds.h"
-#include "scene/derivative/placed_joints.h"
-#include "scene/model/numbers.h"
-#include "scene/objects/placed_object.h"
-#include "scene/parts/volumes.h"
 
 namespace proximity_server::scene {
 namespace {

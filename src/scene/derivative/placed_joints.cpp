@@ -1,13 +1,13 @@
 #include "scene/derivative/placed_joints.h"
 
-#include <algorithm>
-#include <stdexcept>
-#include <string>
-
 #include "proximity_server/narrowphase/assertion.h"
 #include "scene/filter/given_model.h"
 #include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
 
 namespace proximity_server::scene {
 namespace {

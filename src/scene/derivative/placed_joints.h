@@ -1,17 +1,18 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <array>
-#include <memory>
-#include <utility>
-#include <vector>
-
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <memory>
+#include <utility>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,13 +1,13 @@
 #include "proximity_server/scene/derivative/velocity_scale.h"
 
+#include "proximity_server/scene/motion/limited_motion.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "proximity_server/scene/motion/limited_motion.h"
 
 namespace proximity_server::scene {
 namespace {

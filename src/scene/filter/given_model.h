@@ -1,9 +1,9 @@
 #pragma once
 
+#include "proximity_server/scene/filter/scene_model.h"
+
 #include <memory>
 #include <stdexcept>
-
-#include "proximity_server/scene/filter/scene_model.h"
 
 namespace proximity_server::scene {
 

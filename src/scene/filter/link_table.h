@@ -1,5 +1,9 @@
 #pragma once
 
+#include "proximity_server/scene/filter/pair_table.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -7,10 +11,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/filter/pair_table.h"
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,15 +1,15 @@
 #include "proximity_server/scene/filter/pair_filter.h"
 
+#include "scene/filter/link_table.h"
+#include "scene/filter/srdf.h"
+#include "scene/filter/srdf_group.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 #include <stdexcept>
 #include <tuple>
-
-#include "scene/filter/link_table.h"
-#include "scene/filter/srdf.h"
-#include "scene/filter/srdf_group.h"
 
 namespace proximity_server::scene {
 namespace {

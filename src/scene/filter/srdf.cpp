@@ -1,12 +1,12 @@
 #include "scene/filter/srdf.h"
 
-#include <algorithm>
-#include <initializer_list>
-#include <stdexcept>
-
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/xml_text.h"
 #include "scene/mesh/input_limits.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <stdexcept>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "scene/filter/link_table.h"
 #include "scene/filter/srdf.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

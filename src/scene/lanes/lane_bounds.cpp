@@ -1,14 +1,14 @@
 #include "scene/lanes/lane_bounds.h"
 
+#include "proximity_server/narrowphase/assertion.h"
+#include "scene/model/numbers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <numeric>
 #include <utility>
-
-#include "proximity_server/narrowphase/assertion.h"
-#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,12 +1,13 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/model/states.h"
 #include "scene/lanes/lane_kernels.h"
 #include "scene/lanes/lane_model.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

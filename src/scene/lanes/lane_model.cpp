@@ -1,12 +1,12 @@
 #include "scene/lanes/lane_model.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "scene/model/numbers.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::scene {
 namespace {

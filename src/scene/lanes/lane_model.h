@@ -1,14 +1,15 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <array>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "scene/lanes/lane_kernels.h"
 #include "scene/lanes/link_outline.h"
 #include "scene/parts/volumes.h"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

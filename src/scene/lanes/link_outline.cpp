@@ -1,14 +1,14 @@
 #include "scene/lanes/link_outline.h"
 
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/model/pieces.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
-
-#include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "scene/model/pieces.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,12 +1,13 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+#include "scene/bounds/bounds.h"
+
 #include <Eigen/Core>
+
 #include <array>
 #include <cstddef>
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
-#include "scene/bounds/bounds.h"
 
 namespace proximity_server::scene {
 

@@ -1,5 +1,11 @@
 #include "proximity_server/scene/levels/always_near.h"
 
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/query/scene.h"
+#include "scene/filter/given_model.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -10,12 +16,6 @@
 #include <random>
 #include <set>
 #include <utility>
-
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/query/scene.h"
-#include "scene/filter/given_model.h"
 
 namespace proximity_server::scene {
 namespace {

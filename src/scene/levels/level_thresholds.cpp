@@ -1,11 +1,11 @@
 #include "proximity_server/scene/levels/level_thresholds.h"
 
+#include "scene/filter/link_table.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
-
-#include "scene/filter/link_table.h"
 
 namespace proximity_server::scene {
 namespace {

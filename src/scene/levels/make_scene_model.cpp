@@ -1,9 +1,5 @@
 #include "proximity_server/scene/levels/make_scene_model.h"
 
-#include <algorithm>
-#include <cstdio>
-#include <random>
-
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -11,6 +7,10 @@
 #include "scene/filter/given_model.h"
 #include "scene/filter/link_table.h"
 #include "scene/model/numbers.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <random>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,9 +1,9 @@
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/object_files/file_value.h"
 #include "scene/object_files/field.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,5 +1,9 @@
 #include "scene/loading/collision_geometry.h"
 
+#include "system/child_process.h"
+#include "system/pipeline.h"
+#include "system/relay.h"
+
 #include <algorithm>
 #include <atomic>
 #include <limits>
@@ -9,10 +13,6 @@
 #include <stdexcept>
 #include <thread>
 #include <type_traits>
-
-#include "system/child_process.h"
-#include "system/pipeline.h"
-#include "system/relay.h"
 
 namespace urdf {
 class Capsule;  // not every version of urdfdom has it

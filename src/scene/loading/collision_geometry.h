@@ -1,18 +1,18 @@
 #pragma once
 
-#include <urdf_model/link.h>
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 
+#include <urdf_model/link.h>
 #include <Eigen/Geometry>
+
 #include <array>
 #include <exception>
 #include <map>
 #include <string>
 #include <tuple>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,12 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 
+#include "proximity_server/scene/model/names.h"
+#include "scene/loading/link_geometry.h"
+
 #include <map>
 #include <set>
 #include <stdexcept>
 #include <utility>
-
-#include "proximity_server/scene/model/names.h"
-#include "scene/loading/link_geometry.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,15 +1,15 @@
 #include "scene/loading/kinematic_tree.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/collision_geometry.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/model/numbers.h"
 #include "system/append.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
 
 namespace proximity_server::scene {
 namespace {

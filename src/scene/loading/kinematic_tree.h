@@ -1,9 +1,9 @@
 #pragma once
 
-#include <urdf_model/model.h>
-
 #include "proximity_server/scene/loading/model_options.h"
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <urdf_model/model.h>
 
 namespace proximity_server::scene {
 

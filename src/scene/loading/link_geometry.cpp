@@ -1,17 +1,17 @@
 #include "scene/loading/link_geometry.h"
 
+#include "proximity_server/scene/model/names.h"
+#include "scene/loading/collision_geometry.h"
+#include "scene/mesh/input_limits.h"
+#include "scene/model/pieces.h"
+#include "system/append.h"
+
 #include <algorithm>
 #include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-
-#include "proximity_server/scene/model/names.h"
-#include "scene/loading/collision_geometry.h"
-#include "scene/mesh/input_limits.h"
-#include "scene/model/pieces.h"
-#include "system/append.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,5 +1,9 @@
 #include "scene/loading/urdf_document.h"
 
+#include "proximity_server/scene/model/names.h"
+#include "scene/loading/xml_text.h"
+#include "scene/mesh/input_limits.h"
+
 #include <console_bridge/console.h>
 #include <tinyxml2.h>
 #include <urdf_parser/urdf_parser.h>
@@ -9,10 +13,6 @@
 #include <mutex>
 #include <stdexcept>
 #include <vector>
-
-#include "proximity_server/scene/model/names.h"
-#include "scene/loading/xml_text.h"
-#include "scene/mesh/input_limits.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,10 +1,10 @@
 #include "scene/loading/xml_text.h"
 
+#include "scene/mesh/input_limits.h"
+
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
-
-#include "scene/mesh/input_limits.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,5 +1,10 @@
 #include "proximity_server/scene/mesh/mesh.h"
 
+#include "proximity_server/scene/mesh/readable_file.h"
+#include "scene/mesh/input_limits.h"
+#include "scene/mesh/mesh_import.h"
+#include "system/child_process.h"
+
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
@@ -8,11 +13,6 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-
-#include "proximity_server/scene/mesh/readable_file.h"
-#include "scene/mesh/input_limits.h"
-#include "scene/mesh/mesh_import.h"
-#include "system/child_process.h"
 
 namespace proximity_server::scene {
 namespace {

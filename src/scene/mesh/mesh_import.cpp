@@ -1,16 +1,16 @@
 #include "scene/mesh/mesh_import.h"
 
+#include "scene/mesh/input_limits.h"
+
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-
 #include <Eigen/Geometry>
 #include <assimp/Importer.hpp>
+
 #include <cstring>
 #include <stdexcept>
-
-#include "scene/mesh/input_limits.h"
 
 namespace proximity_server::scene {
 namespace {

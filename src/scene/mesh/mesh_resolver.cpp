@@ -1,3 +1,7 @@
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+
+#include "proximity_server/scene/mesh/readable_file.h"
+
 #include <tinyxml2.h>
 
 #include <algorithm>
@@ -10,9 +14,6 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
-
-#include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/mesh/readable_file.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,8 +1,8 @@
 #include "scene/model/body_pose.h"
 
-#include <cmath>
-
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
+
+#include <cmath>
 
 namespace proximity_server::scene {
 

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <optional>
-
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <Eigen/Geometry>
+
+#include <optional>
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,10 @@
 #include "proximity_server/scene/model/kinematics.h"
 
-#include <stdexcept>
-
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/body_pose.h"
 #include "scene/model/sine_cosine.h"
+
+#include <stdexcept>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <Eigen/Core>
 
 namespace proximity_server::scene {
 

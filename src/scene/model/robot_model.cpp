@@ -1,9 +1,9 @@
 #include "proximity_server/scene/model/robot_model.h"
 
+#include "proximity_server/scene/model/names.h"
+
 #include <algorithm>
 #include <iterator>
-
-#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::scene {
 

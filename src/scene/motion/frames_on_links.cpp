@@ -1,8 +1,8 @@
 #include "proximity_server/scene/motion/frames_on_links.h"
 
-#include <stdexcept>
-
 #include "proximity_server/scene/model/names.h"
+
+#include <stdexcept>
 
 namespace proximity_server::scene {
 

@@ -1,4 +1,5 @@
 #include "proximity_server/scene/motion/limited_motion.h"
+
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/numbers.h"
 

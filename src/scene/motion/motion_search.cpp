@@ -1,13 +1,13 @@
 #include "scene/motion/motion_search.h"
 
+#include "scene/model/numbers.h"
+#include "scene/query/closest_pieces.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "scene/model/numbers.h"
-#include "scene/query/closest_pieces.h"
 
 namespace proximity_server::scene {
 namespace {

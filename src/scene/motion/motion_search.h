@@ -1,10 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/bounds/heap.h"
@@ -12,6 +7,11 @@
 #include "scene/parts/volumes.h"
 #include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,4 +1,5 @@
 #include "scene/motion/moving_bodies.h"
+
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/kinematics.h"
 

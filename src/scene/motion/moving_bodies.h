@@ -1,11 +1,11 @@
 #pragma once
 
-#include <map>
-#include <vector>
-
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/bounds/bounds.h"
+
+#include <map>
+#include <vector>
 
 namespace proximity_server::scene {
 

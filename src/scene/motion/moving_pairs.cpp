@@ -1,12 +1,12 @@
 #include "scene/motion/moving_pairs.h"
 
+#include "proximity_server/scene/model/kinematics.h"
+
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
 #include <string>
-
-#include "proximity_server/scene/model/kinematics.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,14 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <deque>
-#include <limits>
-#include <map>
-#include <memory>
-#include <optional>
-#include <utility>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/motion/robot_motion.h"
@@ -19,6 +10,15 @@
 #include "scene/objects/placed_object.h"
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/volumes.h"
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace proximity_server::scene {
 

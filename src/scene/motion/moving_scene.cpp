@@ -1,10 +1,10 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 
-#include <algorithm>
-#include <utility>
-
 #include "scene/filter/given_model.h"
 #include "scene/motion/motion_search.h"
+
+#include <algorithm>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,14 +1,14 @@
 #include "proximity_server/scene/motion/robot_motion.h"
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "scene/model/body_pose.h"
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 namespace {

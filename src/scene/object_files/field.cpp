@@ -1,10 +1,10 @@
 #include "scene/object_files/field.h"
 
+#include "proximity_server/scene/model/names.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-
-#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,13 @@
 #pragma once
 
+#include "proximity_server/scene/object_files/file_value.h"
+
 #include <Eigen/Core>
+
 #include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/object_files/file_value.h"
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,12 @@
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/object_file.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
-
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/object_file.h"
 
 // The text format of MoveIt, as its RViz plugin exports it. It consists of words; names have lines of their own:
 //

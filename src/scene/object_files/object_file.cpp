@@ -1,5 +1,10 @@
 #include "proximity_server/scene/object_files/object_file.h"
 
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/mesh/readable_file.h"
+#include "proximity_server/scene/model/names.h"
+#include "scene/object_files/field.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,11 +14,6 @@
 #include <limits>
 #include <stdexcept>
 #include <utility>
-
-#include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/mesh/readable_file.h"
-#include "proximity_server/scene/model/names.h"
-#include "scene/object_files/field.h"
 
 namespace proximity_server::scene {
 namespace {

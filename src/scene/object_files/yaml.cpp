@@ -1,14 +1,14 @@
 #include <yaml.h>
 
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/file_value.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
-
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 
 namespace proximity_server::scene {
 namespace {

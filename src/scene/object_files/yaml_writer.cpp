@@ -1,12 +1,12 @@
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/object_file.h"
+
 #include <iconv.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <stdexcept>
-
-#include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/object_file.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,16 +1,16 @@
 #include "proximity_server/scene/objects/object.h"
 
-#include <algorithm>
-#include <cmath>
-#include <sstream>
-#include <stdexcept>
-#include <utility>
-
 #include "proximity_server/scene/model/names.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/model/body_pose.h"
 #include "scene/model/pieces.h"
 #include "scene/objects/object_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {

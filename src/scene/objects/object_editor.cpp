@@ -1,11 +1,11 @@
 #include "proximity_server/scene/objects/object_editor.h"
 
+#include "proximity_server/scene/model/names.h"
+#include "scene/objects/placed_object.h"
+
 #include <stdexcept>
 #include <utility>
 #include <variant>
-
-#include "proximity_server/scene/model/names.h"
-#include "scene/objects/placed_object.h"
 
 namespace proximity_server::scene {
 

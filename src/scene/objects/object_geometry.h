@@ -1,12 +1,13 @@
 #pragma once
 
+#include "proximity_server/scene/objects/object_shape.h"
+#include "scene/bounds/volume_tree.h"
+
 #include <Eigen/Geometry>
+
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/objects/object_shape.h"
-#include "scene/bounds/volume_tree.h"
 
 namespace proximity_server::scene {
 

@@ -1,16 +1,16 @@
 #include "proximity_server/scene/objects/objects.h"
 
-#include <algorithm>
-#include <set>
-#include <stdexcept>
-#include <utility>
-
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/filter/given_model.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,14 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/objects/object.h"
+#include "scene/bounds/box_tree.h"
+#include "scene/objects/object_geometry.h"
+
 #include <Eigen/Geometry>
+
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/objects/object.h"
-#include "scene/bounds/box_tree.h"
-#include "scene/objects/object_geometry.h"
 
 namespace proximity_server::scene {
 

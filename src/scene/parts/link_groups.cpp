@@ -1,9 +1,9 @@
 #include "scene/parts/link_groups.h"
 
-#include <algorithm>
-
 #include "proximity_server/narrowphase/assertion.h"
 #include "scene/model/numbers.h"
+
+#include <algorithm>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "scene/bounds/box_tree.h"
 #include "scene/parts/placed_robot.h"
+
+#include <vector>
 
 namespace proximity_server::scene {
 

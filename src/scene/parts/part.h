@@ -1,10 +1,10 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/model/robot_model.h"
 #include "scene/bounds/volume_tree.h"
 #include "scene/objects/placed_object.h"
+
+#include <vector>
 
 namespace proximity_server::scene {
 

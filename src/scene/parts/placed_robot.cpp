@@ -1,16 +1,16 @@
 #include "scene/parts/placed_robot.h"
 
+#include "proximity_server/narrowphase/assertion.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "scene/model/body_pose.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "proximity_server/narrowphase/assertion.h"
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "scene/model/body_pose.h"
 
 namespace proximity_server::scene {
 

@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/objects/placed_object.h"
 #include "scene/parts/pair_memory.h"
 #include "scene/parts/volumes.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

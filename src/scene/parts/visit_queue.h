@@ -1,9 +1,9 @@
 #pragma once
 
-#include <limits>
-
 #include "scene/bounds/heap.h"
 #include "scene/parts/part.h"
+
+#include <limits>
 
 namespace proximity_server::scene {
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/bounds/leaf_boxes.h"
 #include "scene/parts/part.h"
+
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,3 +1,11 @@
+#include "proximity_server/scene/pieces/convex_pieces.h"
+
+#include "scene/pieces/decomposition.h"
+#include "scene/pieces/interior.h"
+#include "scene/pieces/mesh_cache.h"
+#include "scene/pieces/mesh_deviation.h"
+#include "scene/pieces/mesh_parts.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -8,13 +16,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-
-#include "proximity_server/scene/pieces/convex_pieces.h"
-#include "scene/pieces/decomposition.h"
-#include "scene/pieces/interior.h"
-#include "scene/pieces/mesh_cache.h"
-#include "scene/pieces/mesh_deviation.h"
-#include "scene/pieces/mesh_parts.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/mesh/mesh.h"
 #include "scene/pieces/mesh_deviation.h"
+
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,11 @@
 #pragma once
 
+#include "scene/pieces/triangle_tree.h"
+
 #include <Eigen/Geometry>
+
 #include <array>
 #include <vector>
-
-#include "scene/pieces/triangle_tree.h"
 
 namespace proximity_server::scene {
 

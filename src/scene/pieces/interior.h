@@ -1,11 +1,12 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <limits>
-#include <vector>
-
 #include "scene/pieces/enclosed_space.h"
 #include "scene/pieces/triangle_tree.h"
+
+#include <Eigen/Geometry>
+
+#include <limits>
+#include <vector>
 
 namespace proximity_server::scene {
 

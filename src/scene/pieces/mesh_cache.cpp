@@ -1,5 +1,7 @@
 #include "scene/pieces/mesh_cache.h"
 
+#include "system/whole_file.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -9,8 +11,6 @@
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
-
-#include "system/whole_file.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/pieces/representation.h"
+#include "scene/pieces/decomposition.h"
+
 #include <limits>
 #include <optional>
 #include <string>
-
-#include "proximity_server/scene/pieces/representation.h"
-#include "scene/pieces/decomposition.h"
 
 namespace proximity_server::scene {
 

@@ -1,11 +1,11 @@
 #include "scene/pieces/mesh_deviation.h"
 
+#include "scene/pieces/mesh_parts.h"
+
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <queue>
-
-#include "scene/pieces/mesh_parts.h"
 
 namespace proximity_server::scene {
 namespace {

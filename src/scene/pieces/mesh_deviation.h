@@ -1,13 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 #include "scene/pieces/enclosed_space.h"
 #include "scene/pieces/mesh_parts.h"
 #include "scene/pieces/rooms.h"
 #include "scene/pieces/triangle_tree.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
 #include "proximity_server/scene/mesh/mesh.h"
 #include "scene/pieces/triangle_tree.h"
+
+#include <algorithm>
+#include <vector>
 
 namespace proximity_server::scene {
 

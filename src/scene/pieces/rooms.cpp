@@ -1,13 +1,13 @@
 #include "scene/pieces/rooms.h"
 
+#include "scene/pieces/mesh_parts.h"
+
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
 #include <queue>
 #include <utility>
-
-#include "scene/pieces/mesh_parts.h"
 
 namespace proximity_server::scene {
 

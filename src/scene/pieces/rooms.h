@@ -1,13 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <optional>
-#include <vector>
-
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 #include "proximity_server/scene/mesh/mesh.h"
 #include "scene/pieces/enclosed_space.h"
 #include "scene/pieces/triangle_tree.h"
+
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

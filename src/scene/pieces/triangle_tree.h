@@ -1,12 +1,13 @@
 #pragma once
 
+#include "scene/pieces/effort.h"
+
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
-
-#include "scene/pieces/effort.h"
 
 namespace proximity_server::scene {
 

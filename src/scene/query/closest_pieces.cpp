@@ -1,8 +1,8 @@
 #include "scene/query/closest_pieces.h"
 
-#include <algorithm>
-
 #include "scene/model/numbers.h"
+
+#include <algorithm>
 
 namespace proximity_server::scene {
 namespace {

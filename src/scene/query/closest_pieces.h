@@ -1,11 +1,11 @@
 #pragma once
 
-#include <limits>
-
 #include "proximity_server/scene/query/question.h"
 #include "scene/bounds/leaf_boxes.h"
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/visit_queue.h"
+
+#include <limits>
 
 namespace proximity_server::scene {
 

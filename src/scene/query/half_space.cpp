@@ -1,10 +1,10 @@
 #include "scene/query/half_space.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "proximity_server/narrowphase/shape/support.h"
 
 namespace proximity_server::scene {
 namespace {

@@ -1,8 +1,8 @@
 #include "scene/query/interior_search.h"
 
-#include <algorithm>
-
 #include "scene/pieces/interior.h"
+
+#include <algorithm>
 
 namespace proximity_server::scene {
 namespace {

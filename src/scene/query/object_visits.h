@@ -1,15 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/objects/objects.h"
+#include "scene/bounds/heap.h"
+#include "scene/parts/placed_robot.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
 #include <limits>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/objects/objects.h"
-#include "scene/bounds/heap.h"
-#include "scene/parts/placed_robot.h"
 
 namespace proximity_server::scene {
 

@@ -1,12 +1,12 @@
 #include "scene/query/pair_measurement.h"
 
-#include <algorithm>
-#include <stdexcept>
-#include <utility>
-
 #include "scene/model/numbers.h"
 #include "scene/query/half_space.h"
 #include "scene/query/interior_search.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {

@@ -1,9 +1,5 @@
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
@@ -11,6 +7,10 @@
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/visit_queue.h"
 #include "scene/query/closest_pieces.h"
+
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,14 +1,14 @@
 #include "scene/query/pair_ranking.h"
 
+#include "proximity_server/scene/query/pair_distances.h"
+#include "scene/model/numbers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
-
-#include "proximity_server/scene/query/pair_distances.h"
-#include "scene/model/numbers.h"
 
 namespace proximity_server::scene {
 namespace {

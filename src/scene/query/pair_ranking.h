@@ -1,16 +1,16 @@
 #pragma once
 
+#include "proximity_server/scene/query/pairs.h"
+#include "scene/parts/link_groups.h"
+#include "scene/query/object_visits.h"
+#include "scene/query/pair_measurement.h"
+
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <tuple>
 #include <vector>
-
-#include "proximity_server/scene/query/pairs.h"
-#include "scene/parts/link_groups.h"
-#include "scene/query/object_visits.h"
-#include "scene/query/pair_measurement.h"
 
 namespace proximity_server::scene {
 

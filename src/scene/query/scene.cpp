@@ -1,12 +1,12 @@
 #include "proximity_server/scene/query/scene.h"
 
-#include <algorithm>
-#include <stdexcept>
-#include <utility>
-
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/filter/given_model.h"
 #include "scene/query/pair_ranking.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace proximity_server::scene {
 

@@ -1,16 +1,4 @@
 // How close a robot is to itself and to objects in recorded or planned states, without a ROS master.
-#include <CLI/CLI.hpp>
-
-#include <cstdint>
-#include <ctime>
-#include <fstream>
-#include <iostream>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <string>
-#include <utility>
-
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/object_files/object_file.h"
@@ -34,6 +22,18 @@
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,11 +1,11 @@
 #include "tools/clearance/clearance_assertion.h"
 
-#include <cmath>
-#include <vector>
-
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
+
+#include <cmath>
+#include <vector>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,12 +1,12 @@
 #pragma once
 
+#include "tools/clearance/clearance_question.h"
+
 #include <array>
 #include <limits>
 #include <optional>
 #include <string>
 #include <utility>
-
-#include "tools/clearance/clearance_question.h"
 
 namespace proximity_server::tools {
 

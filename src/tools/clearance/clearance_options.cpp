@@ -1,8 +1,8 @@
 #include "tools/clearance/clearance_options.h"
 
-#include <stdexcept>
-
 #include "tools/program/options.h"
+
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

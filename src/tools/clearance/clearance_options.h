@@ -1,16 +1,16 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
-#include <optional>
-#include <string>
-
 #include "tools/clearance/clearance_question.h"
 #include "tools/robot/robot_files.h"
 #include "tools/second_opinion/second_opinion.h"
 #include "tools/states/state_options.h"
 #include "tools/sweep/output_format.h"
 #include "tools/sweep/state_range.h"
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
 
 namespace proximity_server::tools {
 

@@ -1,9 +1,9 @@
 #include "tools/clearance/clearance_question.h"
 
+#include "tools/text/csv.h"
+
 #include <cmath>
 #include <stdexcept>
-
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,11 +1,5 @@
 #pragma once
 
-#include <limits>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
@@ -13,6 +7,12 @@
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/object_schedule.h"
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

@@ -1,13 +1,14 @@
 #include "tools/clearance/clearance_rows.h"
 
-#include <array>
-#include <charconv>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
-
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <charconv>
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,15 +1,15 @@
 #pragma once
 
-#include <cstdint>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/clearance_question.h"
 #include "tools/sweep/row_output.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

@@ -1,11 +1,11 @@
 #include "tools/clearance/object_schedule.h"
 
-#include <stdexcept>
-#include <variant>
-
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "tools/text/naming.h"
+
+#include <stdexcept>
+#include <variant>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,16 +1,16 @@
 #pragma once
 
-#include <cstddef>
-#include <memory>
-#include <optional>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

@@ -1,12 +1,5 @@
 #include "tools/clearance/state_sweep.h"
 
-#include <algorithm>
-#include <map>
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <utility>
-
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -14,6 +7,13 @@
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/robot/robot_text.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <optional>
-
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_question.h"
 #include "tools/program/progress.h"
@@ -10,6 +8,8 @@
 #include "tools/sweep/row_output.h"
 #include "tools/sweep/state_range.h"
 #include "tools/sweep/sweep_summary.h"
+
+#include <optional>
 
 namespace proximity_server::tools {
 

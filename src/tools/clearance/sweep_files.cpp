@@ -1,14 +1,5 @@
 #include "tools/clearance/sweep_files.h"
 
-#include <unistd.h>
-
-#include <algorithm>
-#include <array>
-#include <cstdio>
-#include <iostream>
-#include <stdexcept>
-#include <utility>
-
 #include "system/whole_file.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/state_sweep.h"
@@ -17,6 +8,15 @@
 #include "tools/sweep/sweep_folder.h"
 #include "tools/sweep/sweep_manifest.h"
 #include "tools/text/content_hash.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <iostream>
+#include <stdexcept>
+#include <utility>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,16 +1,17 @@
 #pragma once
 
-#include <cstdint>
-#include <ctime>
-#include <nlohmann/json_fwd.hpp>
-#include <optional>
-#include <string>
-
 #include "tools/clearance/clearance_question.h"
 #include "tools/states/state_source.h"
 #include "tools/sweep/output_format.h"
 #include "tools/sweep/state_range.h"
 #include "tools/sweep/sweep_manifest.h"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <cstdint>
+#include <ctime>
+#include <optional>
+#include <string>
 
 namespace proximity_server::tools {
 

@@ -1,15 +1,15 @@
 #include "tools/clearance/trajectory_run.h"
 
+#include "proximity_server/scene/motion/frames_on_links.h"
+#include "system/pipeline.h"
+#include "tools/clearance/clearance_rows.h"
+#include "tools/text/csv.h"
+
 #include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/motion/frames_on_links.h"
-#include "system/pipeline.h"
-#include "tools/clearance/clearance_rows.h"
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

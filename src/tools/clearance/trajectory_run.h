@@ -1,10 +1,10 @@
 #pragma once
 
-#include <optional>
-
 #include "tools/clearance/clearance_question.h"
 #include "tools/clearance/state_sweep.h"
 #include "tools/states/state_source.h"
+
+#include <optional>
 
 namespace proximity_server::tools {
 

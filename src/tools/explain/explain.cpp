@@ -1,11 +1,4 @@
 // One query of the narrowphase, step by step.
-#include <CLI/CLI.hpp>
-
-#include <iostream>
-#include <optional>
-#include <stdexcept>
-#include <string>
-
 #include "tools/explain/explanation.h"
 #include "tools/explain/link_pieces.h"
 #include "tools/explain/shape_text.h"
@@ -13,6 +6,13 @@
 #include "tools/program/plot_script.h"
 #include "tools/program/tool_main.h"
 #include "tools/text/output_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <string>
 
 namespace proximity_server::tools {
 namespace {

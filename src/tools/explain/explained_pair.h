@@ -1,10 +1,11 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/shape.h"
+
 #include <Eigen/Geometry>
+
 #include <string>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::tools {
 

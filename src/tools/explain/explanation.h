@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-
 #include "proximity_server/narrowphase/cso/query_trace.h"
 #include "proximity_server/narrowphase/query_types.h"
 #include "tools/explain/explained_pair.h"
+
+#include <string>
 
 namespace proximity_server::tools {
 

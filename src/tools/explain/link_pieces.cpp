@@ -1,17 +1,17 @@
 #include "tools/explain/link_pieces.h"
 
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/names.h"
+#include "tools/states/csv_states.h"
+#include "tools/text/csv.h"
+
 #include <limits>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
-
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/model/names.h"
-#include "tools/states/csv_states.h"
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

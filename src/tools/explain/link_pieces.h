@@ -1,10 +1,10 @@
 #pragma once
 
-#include <optional>
-#include <string>
-
 #include "tools/explain/explained_pair.h"
 #include "tools/robot/robot_files.h"
+
+#include <optional>
+#include <string>
 
 namespace proximity_server::tools {
 

@@ -1,5 +1,8 @@
 #include "tools/explain/shape_text.h"
 
+#include "tools/text/csv.h"
+#include "tools/text/naming.h"
+
 #include <cmath>
 #include <functional>
 #include <map>
@@ -7,9 +10,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-
-#include "tools/text/csv.h"
-#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {

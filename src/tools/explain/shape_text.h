@@ -1,11 +1,12 @@
 #pragma once
 
+#include "tools/explain/explained_pair.h"
+
 #include <Eigen/Geometry>
+
 #include <cstddef>
 #include <string>
 #include <vector>
-
-#include "tools/explain/explained_pair.h"
 
 namespace proximity_server::tools {
 

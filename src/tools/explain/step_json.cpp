@@ -1,12 +1,13 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <vector>
-
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 #include "tools/explain/explanation.h"
 #include "tools/explain/vertex_names.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,10 +1,10 @@
+#include "tools/explain/explanation.h"
+#include "tools/explain/vertex_names.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-
-#include "tools/explain/explanation.h"
-#include "tools/explain/vertex_names.h"
 
 namespace proximity_server::tools {
 namespace {

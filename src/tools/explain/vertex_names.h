@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "proximity_server/narrowphase/cso/cso.h"
 #include "tools/explain/explained_pair.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

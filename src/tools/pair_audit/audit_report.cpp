@@ -1,11 +1,11 @@
 #include "tools/pair_audit/audit_report.h"
 
+#include "tools/robot/robot_text.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <sstream>
-
-#include "tools/robot/robot_text.h"
 
 namespace proximity_server::tools {
 namespace {

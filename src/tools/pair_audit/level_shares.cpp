@@ -1,11 +1,11 @@
 #include "tools/pair_audit/level_shares.h"
 
-#include <cstdio>
-#include <random>
-
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <cstdio>
+#include <random>
 
 namespace proximity_server::tools {
 namespace {

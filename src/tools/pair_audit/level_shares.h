@@ -1,13 +1,14 @@
 #pragma once
 
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/clearance_level.h"
+
 #include <Eigen/Core>
+
 #include <array>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/levels/clearance_level.h"
 
 namespace proximity_server::tools {
 

@@ -1,14 +1,4 @@
 // Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them.
-#include <CLI/CLI.hpp>
-
-#include <algorithm>
-#include <iostream>
-#include <limits>
-#include <memory>
-#include <stdexcept>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/levels/always_near.h"
 #include "tools/pair_audit/audit_report.h"
 #include "tools/pair_audit/level_shares.h"
@@ -21,6 +11,16 @@
 #include "tools/robot/robot_files.h"
 #include "tools/text/csv.h"
 #include "tools/text/output_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 namespace {

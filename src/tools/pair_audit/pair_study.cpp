@@ -1,11 +1,11 @@
 #include "tools/pair_audit/pair_study.h"
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "system/pipeline.h"
+
 #include <algorithm>
 #include <numeric>
 #include <random>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "system/pipeline.h"
 
 namespace proximity_server::tools {
 namespace {

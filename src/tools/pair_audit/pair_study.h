@@ -1,15 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/levels/always_near.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "tools/pair_audit/separation_proof.h"
+
 #include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
-
-#include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/levels/always_near.h"
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "tools/pair_audit/separation_proof.h"
 
 namespace proximity_server::tools {
 

@@ -1,15 +1,15 @@
 #include "tools/pair_audit/robot_setup.h"
 
+#include "proximity_server/scene/levels/always_near.h"
+#include "tools/robot/robot_files.h"
+#include "tools/text/csv.h"
+#include "tools/text/output_file.h"
+
 #include <tinyxml2.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <stdexcept>
-
-#include "proximity_server/scene/levels/always_near.h"
-#include "tools/robot/robot_files.h"
-#include "tools/text/csv.h"
-#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "tools/pair_audit/level_shares.h"
+
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

@@ -1,4 +1,5 @@
 #include "tools/pair_audit/separation_proof.h"
+
 #include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <optional>
-
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <optional>
 
 namespace proximity_server::tools {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
-
 #include "tools/pair_audit/pair_study.h"
+
+#include <string>
 
 namespace proximity_server::tools {
 

@@ -1,10 +1,10 @@
 #include "tools/program/options.h"
 
+#include "tools/text/csv.h"
+
 #include <algorithm>
 #include <optional>
 #include <thread>
-
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,5 +1,8 @@
 #include "tools/program/plot_script.h"
 
+#include "tools/text/naming.h"
+#include "tools/text/output_file.h"
+
 #include <spawn.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -10,9 +13,6 @@
 #include <stdexcept>
 #include <utility>
 #include <vector>
-
-#include "tools/text/naming.h"
-#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,4 +1,5 @@
 #include "tools/robot/robot_files.h"
+
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/readable_file.h"

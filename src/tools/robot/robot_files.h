@@ -1,12 +1,12 @@
 #pragma once
 
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace CLI {
 class App;

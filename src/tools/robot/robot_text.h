@@ -1,11 +1,11 @@
 #pragma once
 
-#include <string>
-
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <string>
 
 namespace proximity_server::tools {
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "system/child_process.h"
+
 #include <sys/time.h>
 
 #include <csignal>
@@ -9,8 +11,6 @@
 #include <string>
 #include <type_traits>
 #include <vector>
-
-#include "system/child_process.h"
 
 namespace proximity_server::tools {
 

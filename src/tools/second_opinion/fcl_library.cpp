@@ -1,12 +1,12 @@
+#include "tools/second_opinion/fcl_shape.h"
+#include "tools/second_opinion/other_library.h"
+
 #include <fcl/narrowphase/distance.h>
 
 #include <algorithm>
 #include <limits>
 #include <map>
 #include <stdexcept>
-
-#include "tools/second_opinion/fcl_shape.h"
-#include "tools/second_opinion/other_library.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,12 +1,12 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/shape.h"
+
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/collision_geometry.h>
 #include <fcl/math/bv/OBBRSS.h>
 
 #include <memory>
-
-#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::tools {
 

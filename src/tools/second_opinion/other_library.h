@@ -1,9 +1,9 @@
 #pragma once
 
+#include "tools/second_opinion/placed_pieces.h"
+
 #include <array>
 #include <functional>
-
-#include "tools/second_opinion/placed_pieces.h"
 
 namespace proximity_server::tools {
 

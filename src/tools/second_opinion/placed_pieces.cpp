@@ -1,8 +1,8 @@
 #include "tools/second_opinion/placed_pieces.h"
 
-#include <variant>
-
 #include "proximity_server/scene/motion/frames_on_links.h"
+
+#include <variant>
 
 namespace proximity_server::tools {
 namespace {

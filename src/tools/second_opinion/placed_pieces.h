@@ -1,13 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::tools {
 

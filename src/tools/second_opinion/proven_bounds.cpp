@@ -1,11 +1,11 @@
 #include "tools/second_opinion/proven_bounds.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-
-#include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::tools {
 namespace {

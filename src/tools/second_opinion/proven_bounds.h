@@ -1,12 +1,13 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "tools/second_opinion/placed_pieces.h"
+
 #include <Eigen/Geometry>
+
 #include <limits>
 #include <optional>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/shape.h"
-#include "tools/second_opinion/placed_pieces.h"
 
 namespace proximity_server::tools {
 

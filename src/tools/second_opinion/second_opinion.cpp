@@ -1,14 +1,15 @@
 #include "tools/second_opinion/second_opinion.h"
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
-
 #include "tools/program/options.h"
 #include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
 #include "tools/text/output_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,17 +1,17 @@
 #pragma once
 
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/question.h"
+#include "tools/second_opinion/judgement.h"
+
 #include <array>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/query/question.h"
-#include "tools/second_opinion/judgement.h"
 
 namespace CLI {
 class App;

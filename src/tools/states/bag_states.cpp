@@ -1,5 +1,9 @@
 #include "tools/states/bag_states.h"
 
+#include "tools/states/bytes.h"
+#include "tools/states/recorded_states.h"
+#include "tools/text/naming.h"
+
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 #include <sensor_msgs/JointState.h>
@@ -9,10 +13,6 @@
 #include <new>
 #include <set>
 #include <stdexcept>
-
-#include "tools/states/bytes.h"
-#include "tools/states/recorded_states.h"
-#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "tools/states/state_source.h"
+
 #include <memory>
 #include <optional>
 #include <string>
-
-#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 

@@ -1,5 +1,7 @@
 #include "tools/states/bytes.h"
 
+#include "tools/text/output_file.h"
+
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,8 +15,6 @@
 #include <stdexcept>
 #include <system_error>
 #include <utility>
-
-#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,16 +1,16 @@
 #include "tools/states/csv_states.h"
 
+#include "proximity_server/scene/mesh/readable_file.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
+#include "tools/text/naming.h"
+
 #include <filesystem>
 #include <ios>
 #include <limits>
 #include <stdexcept>
 #include <streambuf>
 #include <utility>
-
-#include "proximity_server/scene/mesh/readable_file.h"
-#include "tools/text/content_hash.h"
-#include "tools/text/csv.h"
-#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 

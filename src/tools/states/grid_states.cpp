@@ -1,15 +1,15 @@
 #include "tools/states/grid_states.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-
 #include "tools/states/joint_columns.h"
 #include "tools/states/sampled_states.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "tools/states/state_source.h"
+
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 

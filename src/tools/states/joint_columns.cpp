@@ -1,12 +1,12 @@
 #include "tools/states/joint_columns.h"
 
-#include <algorithm>
-#include <cmath>
-#include <stdexcept>
-
 #include "proximity_server/scene/model/names.h"
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::tools {
 

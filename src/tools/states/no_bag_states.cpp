@@ -1,7 +1,7 @@
 // This stands for bag_states.cpp where the package is built without rosbag.
-#include <stdexcept>
-
 #include "tools/states/bag_states.h"
+
+#include <stdexcept>
 
 namespace proximity_server::tools {
 

@@ -1,16 +1,17 @@
 #include "tools/states/npy_array.h"
 
+#include "tools/text/csv.h"
+#include "tools/text/naming.h"
+
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <utility>
-
-#include "tools/text/csv.h"
-#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {

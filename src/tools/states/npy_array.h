@@ -1,11 +1,11 @@
 #pragma once
 
+#include "tools/states/bytes.h"
+
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "tools/states/bytes.h"
 
 namespace proximity_server::tools {
 

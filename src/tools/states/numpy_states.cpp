@@ -1,5 +1,11 @@
 #include "tools/states/numpy_states.h"
 
+#include "tools/robot/robot_files.h"
+#include "tools/states/bytes.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
+#include "tools/text/naming.h"
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
@@ -7,12 +13,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <utility>
-
-#include "tools/robot/robot_files.h"
-#include "tools/states/bytes.h"
-#include "tools/text/content_hash.h"
-#include "tools/text/csv.h"
-#include "tools/text/naming.h"
 
 namespace proximity_server::tools {
 namespace {

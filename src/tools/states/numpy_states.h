@@ -1,11 +1,11 @@
 #pragma once
 
+#include "tools/states/npy_array.h"
+#include "tools/states/state_source.h"
+
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "tools/states/npy_array.h"
-#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 

@@ -1,14 +1,14 @@
 #include "tools/states/recorded_states.h"
 
+#include "tools/states/joint_columns.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
+
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
 #include <utility>
-
-#include "tools/states/joint_columns.h"
-#include "tools/text/content_hash.h"
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 void JointRecording::add(double time, const std::vector<std::string>& names, const std::vector<double>& positions) {

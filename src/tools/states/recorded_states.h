@@ -1,12 +1,12 @@
 #pragma once
 
+#include "tools/states/state_source.h"
+
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 

@@ -1,13 +1,13 @@
 #include "tools/states/sampled_states.h"
 
+#include "tools/text/content_hash.h"
+#include "tools/text/csv.h"
+
 #include <Random123/philox.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-
-#include "tools/text/content_hash.h"
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "tools/states/state_source.h"
+
 #include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 

@@ -1,13 +1,5 @@
 #include "tools/states/state_options.h"
 
-#include <algorithm>
-#include <array>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
-#include <limits>
-#include <stdexcept>
-
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "tools/program/options.h"
 #include "tools/states/csv_states.h"
@@ -16,6 +8,14 @@
 #include "tools/states/sampled_states.h"
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <limits>
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

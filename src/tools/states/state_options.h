@@ -1,5 +1,9 @@
 #pragma once
 
+#include "tools/states/bag_states.h"
+#include "tools/states/grid_states.h"
+#include "tools/states/state_source.h"
+
 #include <CLI/CLI.hpp>
 
 #include <cstdint>
@@ -7,10 +11,6 @@
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "tools/states/bag_states.h"
-#include "tools/states/grid_states.h"
-#include "tools/states/state_source.h"
 
 namespace proximity_server::tools {
 

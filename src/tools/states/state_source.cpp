@@ -1,11 +1,11 @@
 #include "tools/states/state_source.h"
 
+#include "tools/text/csv.h"
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
-
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 

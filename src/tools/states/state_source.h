@@ -1,16 +1,17 @@
 #pragma once
 
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/robot_model.h"
+#include "tools/states/joint_columns.h"
+
 #include <Eigen/Core>
+
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/model/robot_model.h"
-#include "tools/states/joint_columns.h"
 
 namespace proximity_server::tools {
 

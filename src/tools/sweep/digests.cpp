@@ -1,11 +1,11 @@
 #include "tools/sweep/digests.h"
 
+#include "tools/text/content_hash.h"
+
 #include <link.h>
 
 #include <cmath>
 #include <limits>
-
-#include "tools/text/content_hash.h"
 
 namespace proximity_server::tools {
 namespace {

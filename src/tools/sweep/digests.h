@@ -1,11 +1,11 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/object.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

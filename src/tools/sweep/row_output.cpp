@@ -1,11 +1,11 @@
 #include "tools/sweep/row_output.h"
 
+#include "tools/sweep/sweep_manifest.h"
+#include "tools/text/output_file.h"
+
 #include <filesystem>
 #include <system_error>
 #include <utility>
-
-#include "tools/sweep/sweep_manifest.h"
-#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 

@@ -1,14 +1,14 @@
 #pragma once
 
+#include "system/whole_file.h"
+#include "tools/sweep/output_format.h"
+#include "tools/text/content_hash.h"
+
 #include <cstdint>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
-
-#include "system/whole_file.h"
-#include "tools/sweep/output_format.h"
-#include "tools/text/content_hash.h"
 
 namespace proximity_server::tools {
 

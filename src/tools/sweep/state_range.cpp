@@ -1,9 +1,9 @@
 #include "tools/sweep/state_range.h"
 
-#include <stdexcept>
-
 #include "tools/program/options.h"
 #include "tools/text/csv.h"
+
+#include <stdexcept>
 
 namespace proximity_server::tools {
 

@@ -1,5 +1,10 @@
 #include "tools/sweep/sweep_folder.h"
 
+#include "proximity_server/scene/model/names.h"
+#include "tools/sweep/row_output.h"
+#include "tools/text/content_hash.h"
+#include "tools/text/output_file.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -8,11 +13,6 @@
 #include <stdexcept>
 #include <system_error>
 #include <utility>
-
-#include "proximity_server/scene/model/names.h"
-#include "tools/sweep/row_output.h"
-#include "tools/text/content_hash.h"
-#include "tools/text/output_file.h"
 
 namespace proximity_server::tools {
 namespace {

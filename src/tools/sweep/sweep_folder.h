@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "tools/sweep/output_format.h"
 #include "tools/sweep/sweep_manifest.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

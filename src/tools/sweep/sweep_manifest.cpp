@@ -1,10 +1,10 @@
 #include "tools/sweep/sweep_manifest.h"
 
-#include <stdexcept>
-
 #include "system/whole_file.h"
 #include "tools/robot/robot_files.h"
 #include "tools/text/naming.h"
+
+#include <stdexcept>
 
 namespace proximity_server::tools {
 namespace {

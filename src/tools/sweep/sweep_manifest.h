@@ -1,11 +1,12 @@
 #pragma once
 
-#include <cstdint>
-#include <nlohmann/json.hpp>
-#include <string>
-
 #include "tools/sweep/state_range.h"
 #include "tools/sweep/sweep_summary.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <string>
 
 namespace proximity_server::tools {
 

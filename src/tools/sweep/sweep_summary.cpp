@@ -1,11 +1,12 @@
 #include "tools/sweep/sweep_summary.h"
 
+#include "tools/text/csv.h"
+
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
-
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,14 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/levels/clearance_level.h"
+#include "proximity_server/scene/model/joint_ranges.h"
+
+#include <nlohmann/json_fwd.hpp>
+
 #include <cstdint>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/levels/clearance_level.h"
-#include "proximity_server/scene/model/joint_ranges.h"
 
 namespace proximity_server::tools {
 

@@ -1,5 +1,7 @@
 #include "tools/text/content_hash.h"
 
+#include "proximity_server/scene/mesh/readable_file.h"
+
 #include <xxhash.h>
 
 #include <array>
@@ -9,8 +11,6 @@
 #include <new>
 #include <stdexcept>
 #include <vector>
-
-#include "proximity_server/scene/mesh/readable_file.h"
 
 namespace proximity_server::tools {
 namespace {

@@ -1,13 +1,13 @@
 #pragma once
 
+#include "proximity_server/scene/model/names.h"
+
 #include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
-
-#include "proximity_server/scene/model/names.h"
 
 namespace proximity_server::tools {
 

@@ -1,10 +1,10 @@
 #pragma once
 
+#include "system/whole_file.h"
+
 #include <fstream>
 #include <string>
 #include <string_view>
-
-#include "system/whole_file.h"
 
 namespace proximity_server::tools {
 

@@ -1,13 +1,13 @@
 #include "narrowphase/closed_form/boxes.h"
 
+#include "narrowphase/edge_to_edge.h"
+#include "narrowphase/near.h"
+#include "narrowphase/rotation_between.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <optional>
-
-#include "narrowphase/edge_to_edge.h"
-#include "narrowphase/near.h"
-#include "narrowphase/rotation_between.h"
 
 namespace proximity_server::narrowphase::boxes_test {
 

@@ -1,12 +1,12 @@
 #include "narrowphase/closed_form/parallel_axes.h"
 
+#include "narrowphase/near.h"
+#include "proximity_server/narrowphase/cso/cso.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
-
-#include "narrowphase/near.h"
-#include "proximity_server/narrowphase/cso/cso.h"
 
 namespace proximity_server::narrowphase::parallel_axes_test {
 

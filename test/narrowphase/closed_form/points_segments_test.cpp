@@ -1,11 +1,11 @@
 #include "narrowphase/closed_form/points_segments.h"
 
+#include "narrowphase/near.h"
+#include "narrowphase/rotation_between.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "narrowphase/near.h"
-#include "narrowphase/rotation_between.h"
 
 namespace proximity_server::narrowphase::points_segments_test {
 

@@ -1,12 +1,12 @@
 #include "proximity_server/narrowphase/cso/cso.h"
 
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <vector>
-
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::cso_test {
 

@@ -1,5 +1,8 @@
 #include "narrowphase/cso/polytope.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,9 +12,6 @@
 #include <memory>
 #include <random>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::polytope_test {
 

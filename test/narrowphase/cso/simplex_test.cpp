@@ -1,5 +1,9 @@
 #include "narrowphase/cso/simplex.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "narrowphase/near.h"
+#include "proximity_server/narrowphase/assertion.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,10 +12,6 @@
 #include <numeric>
 #include <string>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "narrowphase/near.h"
-#include "proximity_server/narrowphase/assertion.h"
 
 namespace proximity_server::narrowphase::simplex_test {
 

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "narrowphase/cso/simplex.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::narrowphase {
 

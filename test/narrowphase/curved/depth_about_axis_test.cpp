@@ -1,5 +1,8 @@
 #include "narrowphase/curved/depth_about_axis.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,9 +10,6 @@
 #include <limits>
 #include <random>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "sanitized.h"
 
 namespace proximity_server::narrowphase::depth_about_axis_test {
 

@@ -1,13 +1,13 @@
 #include "narrowphase/curved/inner_ellipsoid.h"
 
+#include "narrowphase/cso/two_cores.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
 
 namespace proximity_server::narrowphase::inner_ellipsoid_test {
 

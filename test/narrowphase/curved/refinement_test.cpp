@@ -1,14 +1,14 @@
 #include "narrowphase/curved/refinement.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <optional>
 #include <random>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::refinement_test {
 

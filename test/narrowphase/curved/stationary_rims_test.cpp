@@ -1,12 +1,12 @@
 #include "narrowphase/curved/stationary_rims.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::stationary_rims_test {
 

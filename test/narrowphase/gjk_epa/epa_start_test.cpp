@@ -1,14 +1,14 @@
 #include "narrowphase/gjk_epa/epa_start.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::epa_start_test {
 

@@ -1,14 +1,14 @@
 #include "narrowphase/gjk_epa/epa.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <vector>
-
 #include "narrowphase/cso/two_cores.h"
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/gjk_epa/gjk.h"
 #include "narrowphase/near.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
 
 namespace proximity_server::narrowphase::epa_test {
 

@@ -1,14 +1,14 @@
 #include "narrowphase/gjk_epa/gjk.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <vector>
-
 #include "narrowphase/cso/two_cores.h"
 #include "narrowphase/edge_to_edge.h"
 #include "narrowphase/near.h"
 #include "narrowphase/rotation_between.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
 
 namespace proximity_server::narrowphase::gjk_test {
 

@@ -1,5 +1,9 @@
 #include "proximity_server/narrowphase/cso/query_trace.h"
 
+#include "narrowphase/cso/two_cores.h"
+#include "narrowphase/near.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,10 +13,6 @@
 #include <random>
 #include <string>
 #include <vector>
-
-#include "narrowphase/cso/two_cores.h"
-#include "narrowphase/near.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase::query_trace_test {
 

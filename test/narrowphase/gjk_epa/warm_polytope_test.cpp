@@ -1,3 +1,9 @@
+#include "narrowphase/cso/observer.h"
+#include "narrowphase/cso/polytope.h"
+#include "narrowphase/cso/two_cores.h"
+#include "proximity_server/narrowphase/cso/query_trace.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,12 +13,6 @@
 #include <memory>
 #include <random>
 #include <vector>
-
-#include "narrowphase/cso/observer.h"
-#include "narrowphase/cso/polytope.h"
-#include "narrowphase/cso/two_cores.h"
-#include "proximity_server/narrowphase/cso/query_trace.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase::warm_polytope_test {
 

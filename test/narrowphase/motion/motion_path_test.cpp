@@ -1,10 +1,10 @@
 #include "narrowphase/motion/motion_path.h"
 
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::motion_path_test {
 

@@ -1,13 +1,13 @@
 // Holds the promises of motion.h against geometry on paper and the oracle of moving shapes.
 #include "proximity_server/narrowphase/motion/motion.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "narrowphase/certificate.h"
 #include "oracle/motion_oracle.h"
 #include "oracle/shape_pairs.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace proximity_server::narrowphase::motion_test {
 

@@ -1,11 +1,11 @@
 #include "narrowphase/motion/moving_pair.h"
 
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::moving_pair_test {
 

@@ -1,5 +1,7 @@
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 
+#include "oracle/shape_pairs.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +11,6 @@
 #include <random>
 #include <set>
 #include <stdexcept>
-
-#include "oracle/shape_pairs.h"
 
 namespace proximity_server::narrowphase::convex_hull_test {
 

@@ -1,5 +1,7 @@
 #include "proximity_server/narrowphase/shape/hull_support.h"
 
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,8 +9,6 @@
 #include <limits>
 #include <random>
 #include <vector>
-
-#include "sanitized.h"
 
 namespace proximity_server::narrowphase::hull_support_test {
 

@@ -1,15 +1,15 @@
 // The pair near the origins has the distances of the pair that is far from them.
 #include "narrowphase/shape/near_origin.h"
 
+#include "proximity_server/narrowphase/cso/cso.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
 #include <vector>
-
-#include "proximity_server/narrowphase/cso/cso.h"
-#include "proximity_server/narrowphase/signed_distance.h"
 
 namespace proximity_server::narrowphase::near_origin_test {
 

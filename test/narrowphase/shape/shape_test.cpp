@@ -1,13 +1,13 @@
 #include "proximity_server/narrowphase/shape/shape.h"
 
+#include "oracle/oracle.h"
+#include "oracle/shape_pairs.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <stdexcept>
 #include <string>
-
-#include "oracle/oracle.h"
-#include "oracle/shape_pairs.h"
 
 namespace proximity_server::narrowphase::shape_test {
 

@@ -1,5 +1,7 @@
 #include "proximity_server/narrowphase/shape/support.h"
 
+#include "narrowphase/near.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,8 +9,6 @@
 #include <functional>
 #include <limits>
 #include <vector>
-
-#include "narrowphase/near.h"
 
 namespace proximity_server::narrowphase::support_test {
 

@@ -1,15 +1,15 @@
 #include "node/answers/conversions.h"
 
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "robots/urdf.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <string>
-
-#include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "robots/urdf.h"
 
 namespace proximity_server::node::conversions_test {
 

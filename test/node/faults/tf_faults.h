@@ -1,5 +1,7 @@
 #pragma once
 
+#include "node/ticker.h"
+
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/node_handle.h>
 
@@ -8,8 +10,6 @@
 #include <mutex>
 #include <string>
 #include <vector>
-
-#include "node/ticker.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,7 @@
 #include "node/load/client_process.h"
 
+#include "node/load/programs.h"
+
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -7,8 +9,6 @@
 #include <chrono>
 #include <stdexcept>
 #include <thread>
-
-#include "node/load/programs.h"
 
 namespace proximity_server::node {
 namespace {

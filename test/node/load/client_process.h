@@ -1,12 +1,12 @@
 #pragma once
 
+#include "node/faults/child_process.h"
+#include "node/load/raw_calls.h"
+
 #include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "node/faults/child_process.h"
-#include "node/load/raw_calls.h"
 
 // Clients as they are: each a process of its own, with a connection of its own.
 

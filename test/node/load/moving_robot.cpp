@@ -1,4 +1,5 @@
 #include "node/load/moving_robot.h"
+
 #include "proximity_server/scene/model/kinematics.h"
 
 #include <cmath>

@@ -1,12 +1,12 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <geometry_msgs/TransformStamped.h>
 #include <ros/time.h>
 #include <sensor_msgs/JointState.h>
 
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::node {
 

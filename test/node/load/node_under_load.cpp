@@ -1,5 +1,11 @@
 #include "node/load/node_under_load.h"
 
+#include "node/load/programs.h"
+#include "node/patience.h"
+#include "node/threads/grants_real_time.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "scene/example_robots.h"
+
 #include <ros/param.h>
 #include <ros/service.h>
 
@@ -7,12 +13,6 @@
 #include <chrono>
 #include <cmath>
 #include <thread>
-
-#include "node/load/programs.h"
-#include "node/patience.h"
-#include "node/threads/grants_real_time.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::node {
 

@@ -1,6 +1,10 @@
 #pragma once
 
 #include <proximity_server/Clearance.h>
+#include "node/faults/child_process.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/query/scene.h"
+
 #include <ros/node_handle.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
@@ -13,10 +17,6 @@
 #include <string>
 #include <thread>
 #include <vector>
-
-#include "node/faults/child_process.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,7 @@
 #include "node/load/programs.h"
 
+#include "node/patience.h"
+
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -11,8 +13,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <stdexcept>
-
-#include "node/patience.h"
 
 namespace proximity_server::node {
 namespace {

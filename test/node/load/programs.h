@@ -1,10 +1,10 @@
 #pragma once
 
+#include "node/faults/child_process.h"
+
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "node/faults/child_process.h"
 
 // The programs that a benchmark or a long run needs besides itself. Each ends with us, however we end, and Ctrl-C is
 // ours alone: we end them in order. What they say goes to our standard error.

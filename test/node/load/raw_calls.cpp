@@ -1,9 +1,9 @@
 #include "node/load/raw_calls.h"
 
 #include <ros/service_client_options.h>
+#include <boost/make_shared.hpp>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <cstring>
 #include <utility>
 

@@ -1,5 +1,10 @@
-#include <diagnostic_msgs/DiagnosticArray.h>
 #include <proximity_server/Clearance.h>
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/settings.h"
+#include "tools/program/run_command.h"
+
+#include <diagnostic_msgs/DiagnosticArray.h>
 #include <rosgraph_msgs/Log.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
@@ -9,11 +14,6 @@
 #include <set>
 #include <string>
 #include <utility>
-
-#include "node/answers.h"
-#include "node/gantry.h"
-#include "node/settings.h"
-#include "tools/program/run_command.h"
 
 // Every expected number is read off gantry.urdf and clearance.test. With the ball at (x, 0, 0) the clearance is
 // x - 0.2, between base and ball.

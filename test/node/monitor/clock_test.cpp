@@ -1,8 +1,8 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
-#include <rosgraph_msgs/Clock.h>
-
 #include "node/gantry.h"
+
+#include <rosgraph_msgs/Clock.h>
 
 // The clock of a ROS graph is one, and it can be unset only before the first test sets it: the order matters.
 

@@ -3,17 +3,17 @@
 #include <proximity_server/ConstraintRows.h>
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/joint_states.h"
+#include "node/settings.h"
+
 #include <std_msgs/Float64.h>
 
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
-
-#include "node/answers.h"
-#include "node/gantry.h"
-#include "node/joint_states.h"
-#include "node/settings.h"
 
 // Every expected number is read off gantry.urdf: with the ball at (x, y, 0) the columns are lift, x_axis and y_axis.
 

@@ -1,14 +1,13 @@
 #include <proximity_server/Clearance.h>
-
-#include <functional>
-#include <limits>
-#include <optional>
-
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/joint_states.h"
 #include "node/limited_robot.h"
 #include "node/settings.h"
+
+#include <functional>
+#include <limits>
+#include <optional>
 
 // The robot of gantry.urdf stands at (0.9, 0, 0), 0.7 m from the base, and says that it moves. The stop distance is 0.1
 // m.

@@ -1,5 +1,10 @@
 #include "node/monitor/markers.h"
 
+#include "proximity_server/scene/levels/clearance_level.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "robots/urdf.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,11 +15,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/levels/clearance_level.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "robots/urdf.h"
 
 namespace proximity_server::node::markers_test {
 

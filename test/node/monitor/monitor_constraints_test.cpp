@@ -1,12 +1,12 @@
 // The rows of ~constraints: those of the scene, to the last bit, or none.
+#include "node/monitor/slider_robot.h"
+#include "proximity_server/scene/derivative/constraint_rows.h"
+#include "scene/files.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "node/monitor/slider_robot.h"
-#include "proximity_server/scene/derivative/constraint_rows.h"
-#include "scene/files.h"
 
 namespace proximity_server::node::monitor_constraints_test {
 

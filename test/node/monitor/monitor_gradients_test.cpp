@@ -1,4 +1,11 @@
 // Gradients of the monitor's messages and of the services: those of the scene, to the last bit.
+#include "node/monitor/monitor.h"
+#include "node/monitor/slider_robot.h"
+#include "node/services/pair_questions.h"
+#include "node/tf/joint_frames.h"
+#include "sanitized.h"
+#include "scene/example_robots.h"
+
 #include <gtest/gtest.h>
 #include <ros/serialization.h>
 
@@ -8,13 +15,6 @@
 #include <optional>
 #include <random>
 #include <sstream>
-
-#include "node/monitor/monitor.h"
-#include "node/monitor/slider_robot.h"
-#include "node/services/pair_questions.h"
-#include "node/tf/joint_frames.h"
-#include "sanitized.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::node::monitor_gradients_test {
 

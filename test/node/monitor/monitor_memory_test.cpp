@@ -1,5 +1,12 @@
 // A cycle of the monitor allocates nothing besides what tf2 takes within its own functions.
 #include <proximity_server/Clearance.h>
+#include "allocations.h"
+#include "from_environment.h"
+#include "node/gantry.h"
+#include "node/monitor/monitor.h"
+#include "node/robot/robot.h"
+#include "node/tf/tf_poses.h"
+
 #include <tf2/buffer_core.h>
 
 #include <algorithm>
@@ -7,13 +14,6 @@
 #include <cmath>
 #include <iostream>
 #include <stdexcept>
-
-#include "allocations.h"
-#include "from_environment.h"
-#include "node/gantry.h"
-#include "node/monitor/monitor.h"
-#include "node/robot/robot.h"
-#include "node/tf/tf_poses.h"
 
 namespace proximity_server::node::monitor_memory_test {
 

@@ -1,15 +1,14 @@
 // The scale of ~collision_velocity_scale: that of the scene, to the last bit, or 0 with a reason.
+#include "node/monitor/slider_robot.h"
 #include "node/monitor/velocity_scale.h"
+#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "scene/files.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-
-#include "node/monitor/slider_robot.h"
-#include "proximity_server/scene/derivative/velocity_scale.h"
-#include "scene/files.h"
 
 namespace proximity_server::node::monitor_velocity_scale_test {
 

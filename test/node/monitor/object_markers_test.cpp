@@ -1,14 +1,14 @@
 #include "node/monitor/object_markers.h"
 
+#include "node/object_messages.h"
+#include "node/objects/object_store.h"
+#include "robots/urdf.h"
+
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "node/object_messages.h"
-#include "node/objects/object_store.h"
-#include "robots/urdf.h"
 
 namespace proximity_server::node::object_markers_test {
 

@@ -1,13 +1,13 @@
 #pragma once
 
+#include "node/monitor/monitor.h"
+#include "robots/urdf.h"
+
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "node/monitor/monitor.h"
-#include "robots/urdf.h"
 
 namespace proximity_server::node {
 

@@ -1,15 +1,15 @@
 // Changes that come faster than they are applied.
 #include "node/objects/change_stream.h"
 
-#include <gtest/gtest.h>
+#include "node/object_messages.h"
+#include "robots/urdf.h"
 
+#include <gtest/gtest.h>
 #include <boost/make_shared.hpp>
+
 #include <future>
 #include <string>
 #include <vector>
-
-#include "node/object_messages.h"
-#include "robots/urdf.h"
 
 namespace proximity_server::node::change_stream_test {
 

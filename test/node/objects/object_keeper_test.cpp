@@ -1,16 +1,16 @@
 // The file keeps the objects between two starts of the node.
 #include "node/objects/object_keeper.h"
 
+#include "node/object_messages.h"
+#include "robots/urdf.h"
+#include "scene/files.h"
+
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <memory>
 #include <string>
-
-#include "node/object_messages.h"
-#include "robots/urdf.h"
-#include "scene/files.h"
 
 namespace proximity_server::node::object_keeper_test {
 

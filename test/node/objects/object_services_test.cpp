@@ -6,14 +6,14 @@
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/object_messages.h"
+
 #include <std_srvs/Trigger.h>
 
 #include <set>
 #include <string>
-
-#include "node/answers.h"
-#include "node/gantry.h"
-#include "node/object_messages.h"
 
 // The robot is that of gantry.urdf, with its ball at (1, 0, 0) and its block at (0, 1, 0). Objects are balls of radius
 // 0.1 m.

@@ -1,6 +1,12 @@
 // Changes of objects, with a tf of the test.
 #include "node/objects/object_store.h"
 
+#include "node/object_messages.h"
+#include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/query/scene.h"
+#include "robots/urdf.h"
+#include "scene/files.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -8,12 +14,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "node/object_messages.h"
-#include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/query/scene.h"
-#include "robots/urdf.h"
-#include "scene/files.h"
 
 namespace proximity_server::node::object_store_test {
 

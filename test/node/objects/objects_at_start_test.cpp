@@ -1,20 +1,20 @@
-#include <dynamic_reconfigure/Reconfigure.h>
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/ObjectList.h>
-#include <signal.h>
-
-#include <map>
-#include <memory>
-#include <optional>
-#include <string>
-
 #include "node/diagnosis.h"
 #include "node/faults/child_process.h"
 #include "node/gantry.h"
 #include "node/object_messages.h"
 #include "scene/files.h"
 #include "tools/program/run_command.h"
+
+#include <dynamic_reconfigure/Reconfigure.h>
+#include <signal.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
 
 // The objects of a node that starts come from its parameter, or from the file of its start before. The robot is that of
 // gantry.urdf, with its ball at (1, 0, 0). Objects are balls of radius 0.1 m.

@@ -1,7 +1,11 @@
-#include <netinet/in.h>
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/ModelInfo.h>
+#include "node/answers.h"
+#include "node/faults/child_process.h"
+#include "node/gantry.h"
+
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -10,10 +14,6 @@
 #include <fstream>
 #include <set>
 #include <sstream>
-
-#include "node/answers.h"
-#include "node/faults/child_process.h"
-#include "node/gantry.h"
 
 // A master of its own, which dies and comes back with an empty memory while the node runs on.
 

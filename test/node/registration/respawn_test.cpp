@@ -1,14 +1,13 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
+#include "node/answers.h"
+#include "node/faults/running_node.h"
+#include "node/gantry.h"
 
 #include <atomic>
 #include <csignal>
 #include <thread>
 #include <vector>
-
-#include "node/answers.h"
-#include "node/faults/running_node.h"
-#include "node/gantry.h"
 
 // The node is killed in the middle of calls, and roslaunch starts it again.
 

@@ -2,8 +2,13 @@
 // config/proximity.yaml and config/Proximity.cfg. With PROXIMITY_WRITE_PARAMETERS set (./dev parameters), the tests
 // write these files before they compare them.
 
-#include <gtest/gtest.h>
 #include <proximity_server/ProximityConfig.h>
+#include "node/robot/load_config.h"
+#include "node/robot/parameter_table.h"
+#include "proximity_server/scene/model/names.h"
+#include "scene/files.h"
+
+#include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -12,11 +17,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <type_traits>
-
-#include "node/robot/load_config.h"
-#include "node/robot/parameter_table.h"
-#include "proximity_server/scene/model/names.h"
-#include "scene/files.h"
 
 namespace proximity_server::node::parameters_test {
 

@@ -1,3 +1,11 @@
+#include "node/answers/timed_motion.h"
+#include "node/robot/load_config.h"
+#include "node/robot/robot.h"
+#include "node/services/joint_requests.h"
+#include "node/tf/joint_frames.h"
+#include "robots/urdf.h"
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,14 +16,6 @@
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include "node/answers/timed_motion.h"
-#include "node/robot/load_config.h"
-#include "node/robot/robot.h"
-#include "node/services/joint_requests.h"
-#include "node/tf/joint_frames.h"
-#include "robots/urdf.h"
-#include "sanitized.h"
 
 // Two random robots in one node, with any frame as the reference frame. The transforms of tf are composed here, from
 // their joints.

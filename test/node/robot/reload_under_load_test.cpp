@@ -8,6 +8,12 @@
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
 #include <proximity_server/SeparationAxis.h>
+#include "from_environment.h"
+#include "node/answers.h"
+#include "node/gantry.h"
+#include "node/joint_states.h"
+#include "node/settings.h"
+
 #include <sensor_msgs/JointState.h>
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
@@ -18,12 +24,6 @@
 #include <cmath>
 #include <thread>
 #include <vector>
-
-#include "from_environment.h"
-#include "node/answers.h"
-#include "node/gantry.h"
-#include "node/joint_states.h"
-#include "node/settings.h"
 
 namespace proximity_server::node::reload_under_load_test {
 

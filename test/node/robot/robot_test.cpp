@@ -1,19 +1,19 @@
 #include "node/robot/robot.h"
+
+#include "node/answers/conversions.h"
+#include "node/monitor/lookahead.h"
 #include "node/robot/load_config.h"
+#include "node/tf/joint_frames.h"
+#include "proximity_server/scene/model/names.h"
+#include "robots/urdf.h"
+#include "scene/example_robots.h"
+#include "scene/files.h"
 
 #include <gtest/gtest.h>
 
 #include <optional>
 #include <set>
 #include <string>
-
-#include "node/answers/conversions.h"
-#include "node/monitor/lookahead.h"
-#include "node/tf/joint_frames.h"
-#include "proximity_server/scene/model/names.h"
-#include "robots/urdf.h"
-#include "scene/example_robots.h"
-#include "scene/files.h"
 
 // Several robots in one node: their parameters, frames and transforms.
 

@@ -6,6 +6,13 @@
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
+#include "node/answers.h"
+#include "node/diagnosis.h"
+#include "node/gantry.h"
+#include "node/joint_states.h"
+#include "node/object_messages.h"
+#include "node/settings.h"
+
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
 #include <std_srvs/Trigger.h>
@@ -15,13 +22,6 @@
 #include <cmath>
 #include <set>
 #include <string>
-
-#include "node/answers.h"
-#include "node/diagnosis.h"
-#include "node/gantry.h"
-#include "node/joint_states.h"
-#include "node/object_messages.h"
-#include "node/settings.h"
 
 // Two robots of gantry.urdf in one node. The left one stands in the origin of the world, the right one at (2, 0, 0) and
 // turned by half a turn about z, so that its ball at x is at (2 - x, 0, 0): the balls of radius 0.1 are 2 - 0.7 - 0.8 =

@@ -1,10 +1,5 @@
 #include <proximity_server/ModelInfo.h>
 #include <proximity_server/QueryConfiguration.h>
-#include <sched.h>
-#include <unistd.h>
-
-#include <filesystem>
-
 #include "node/faults/child_process.h"
 #include "node/faults/running_node.h"
 #include "node/gantry.h"
@@ -12,6 +7,11 @@
 #include "robots/urdf.h"
 #include "sanitized.h"
 #include "tools/program/run_command.h"
+
+#include <sched.h>
+#include <unistd.h>
+
+#include <filesystem>
 
 // A node that cannot do its job must not start, and say why.
 

@@ -1,13 +1,6 @@
 // Exceptions within a service become answers with their text.
 #include "node/services/answered.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <new>
-#include <stdexcept>
-
 #include "proximity_server/FirstContact.h"
 #include "proximity_server/MinimumDistance.h"
 #include "proximity_server/PenetrationDepth.h"
@@ -15,6 +8,13 @@
 #include "proximity_server/QueryPairs.h"
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <new>
+#include <stdexcept>
 
 namespace proximity_server::node::answered_test {
 

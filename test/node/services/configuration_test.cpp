@@ -1,12 +1,11 @@
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
+#include "node/answers.h"
+#include "node/gantry.h"
 
 #include <algorithm>
 #include <limits>
 #include <vector>
-
-#include "node/answers.h"
-#include "node/gantry.h"
 
 // Every expected number is read off gantry.urdf and followers.urdf.
 

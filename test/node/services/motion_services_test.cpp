@@ -1,16 +1,16 @@
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/QueryTrajectory.h>
-
-#include <Eigen/Core>
-#include <cmath>
-#include <limits>
-#include <vector>
-
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/limited_robot.h"
 #include "node/object_messages.h"
+
+#include <Eigen/Core>
+
+#include <cmath>
+#include <limits>
+#include <vector>
 
 // Every expected number is read off gantry.urdf. With the ball at (x, 0, 0) it is x - 0.2 from the base.
 

@@ -4,14 +4,14 @@
 #include <proximity_server/PenetrationDepth.h>
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/SeparationAxis.h>
+#include "node/answers.h"
+#include "node/gantry.h"
+
 #include <std_srvs/Trigger.h>
 
 #include <array>
 #include <limits>
 #include <thread>
-
-#include "node/answers.h"
-#include "node/gantry.h"
 
 // Every expected number is read off gantry.urdf.
 

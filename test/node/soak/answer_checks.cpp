@@ -1,4 +1,5 @@
 #include "node/soak/answer_checks.h"
+
 #include "proximity_server/scene/model/kinematics.h"
 
 #include <algorithm>

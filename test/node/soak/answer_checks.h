@@ -8,14 +8,13 @@
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
 #include <proximity_server/SeparationAxis.h>
+#include "node/load/moving_robot.h"
+#include "proximity_server/scene/query/scene.h"
 
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "node/load/moving_robot.h"
-#include "proximity_server/scene/query/scene.h"
 
 namespace proximity_server::node {
 

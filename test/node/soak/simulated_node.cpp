@@ -1,5 +1,9 @@
 #include "node/soak/simulated_node.h"
 
+#include "node/load/programs.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "scene/solids.h"
+
 #include <ros/param.h>
 #include <ros/service.h>
 #include <rosgraph_msgs/Clock.h>
@@ -8,10 +12,6 @@
 #include <cmath>
 #include <stdexcept>
 #include <thread>
-
-#include "node/load/programs.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "scene/solids.h"
 
 namespace proximity_server::node {
 

@@ -2,14 +2,6 @@
 
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/Clearance.h>
-#include <std_msgs/Float64.h>
-
-#include <condition_variable>
-#include <memory>
-#include <mutex>
-#include <optional>
-#include <string>
-
 #include "chance.h"
 #include "node/faults/tf_faults.h"
 #include "node/load/moving_robot.h"
@@ -17,6 +9,14 @@
 #include "node/soak/answer_checks.h"
 #include "node/soak/soak_record.h"
 #include "proximity_server/scene/derivative/velocity_scale.h"
+
+#include <std_msgs/Float64.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
 
 namespace proximity_server::node {
 

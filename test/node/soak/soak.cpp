@@ -2,20 +2,6 @@
 // and faults at random. Every answer is checked against the library by itself. Ends with a summary; the exit code is 1
 // where anything was wrong. Has its own ROS master, uses only this machine, and leaves nothing running. ./dev soak runs
 // it.
-#include <ros/ros.h>
-#include <std_srvs/Trigger.h>
-#include <unistd.h>
-
-#include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
-#include <csignal>
-#include <cstdio>
-#include <deque>
-#include <iostream>
-#include <optional>
-#include <thread>
-
 #include "node/faults/tf_faults.h"
 #include "node/load/moving_robot.h"
 #include "node/load/node_under_load.h"
@@ -26,6 +12,20 @@
 #include "node/soak/soak_monitor.h"
 #include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
+
+#include <ros/ros.h>
+#include <std_srvs/Trigger.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <deque>
+#include <iostream>
+#include <optional>
+#include <thread>
 
 namespace proximity_server::node {
 

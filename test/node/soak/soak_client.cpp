@@ -1,5 +1,7 @@
 #include "node/soak/soak_client.h"
 
+#include "node/load/node_under_load.h"
+
 #include <std_srvs/SetBool.h>
 #include <std_srvs/Trigger.h>
 
@@ -7,8 +9,6 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
-
-#include "node/load/node_under_load.h"
 
 namespace proximity_server::node {
 

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <chrono>
-#include <string>
-#include <thread>
-
 #include "chance.h"
 #include "node/soak/answer_checks.h"
 #include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
+
+#include <chrono>
+#include <string>
+#include <thread>
 
 namespace proximity_server::node {
 

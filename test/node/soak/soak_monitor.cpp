@@ -1,8 +1,8 @@
 #include "node/soak/soak_monitor.h"
 
-#include <chrono>
-
 #include "node/load/node_under_load.h"
+
+#include <chrono>
 
 namespace proximity_server::node {
 

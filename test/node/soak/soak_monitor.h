@@ -1,14 +1,14 @@
 #pragma once
 
 #include <proximity_server/Clearance.h>
+#include "node/soak/answer_checks.h"
+#include "node/soak/soak_objects.h"
+#include "node/soak/soak_record.h"
+
 #include <ros/node_handle.h>
 
 #include <condition_variable>
 #include <mutex>
-
-#include "node/soak/answer_checks.h"
-#include "node/soak/soak_objects.h"
-#include "node/soak/soak_record.h"
 
 namespace proximity_server::node {
 

@@ -1,8 +1,8 @@
 #include "node/soak/soak_objects.h"
 
-#include <algorithm>
-
 #include "node/load/node_under_load.h"
+
+#include <algorithm>
 
 namespace proximity_server::node {
 

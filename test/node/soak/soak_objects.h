@@ -1,6 +1,9 @@
 #pragma once
 
 #include <proximity_server/ApplyObjects.h>
+#include "chance.h"
+#include "node/soak/soak_record.h"
+#include "proximity_server/scene/objects/objects.h"
 
 #include <chrono>
 #include <cstdint>
@@ -10,10 +13,6 @@
 #include <string>
 #include <thread>
 #include <vector>
-
-#include "chance.h"
-#include "node/soak/soak_record.h"
-#include "proximity_server/scene/objects/objects.h"
 
 namespace proximity_server::node {
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include "node/load/node_under_load.h"
+#include "stress/campaign.h"
+
 #include <ros/service_client.h>
 #include <ros/time.h>
 
@@ -8,9 +11,6 @@
 #include <mutex>
 #include <string>
 #include <vector>
-
-#include "node/load/node_under_load.h"
-#include "stress/campaign.h"
 
 namespace proximity_server::node {
 

@@ -1,10 +1,10 @@
 #include "node/tf/joint_jumps.h"
 
+#include "robots/urdf.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "robots/urdf.h"
 
 // Two publishers of one joint, and what looks like them. "slide" moves along x at up to 1 m/s, "arm" turns about z at
 // up to 2 rad/s, "flap" within one radian and "wheel" without end have no velocity limit.

@@ -1,13 +1,13 @@
 #include <proximity_server/Clearance.h>
-#include <sensor_msgs/JointState.h>
-
-#include <cmath>
-#include <string>
-
 #include "node/gantry.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "sanitized.h"
+
+#include <sensor_msgs/JointState.h>
+
+#include <cmath>
+#include <string>
 
 // Robots as they are, with robot_state_publisher between the joints and tf.
 

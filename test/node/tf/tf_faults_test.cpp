@@ -2,7 +2,6 @@
 
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
-
 #include "node/answers.h"
 #include "node/diagnosis.h"
 #include "node/gantry.h"

@@ -1,12 +1,11 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
-
-#include <set>
-
 #include "node/answers.h"
 #include "node/diagnosis.h"
 #include "node/gantry.h"
 #include "node/joint_states.h"
+
+#include <set>
 
 // Two robots of gantry.urdf, each with its robot_state_publisher, on one tf. With the ball at (x, 0, 0) it is x - 0.2
 // from the base.

@@ -1,5 +1,7 @@
 #include "node/threads/real_time.h"
 
+#include "node/threads/grants_real_time.h"
+
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -8,8 +10,6 @@
 
 #include <string>
 #include <thread>
-
-#include "node/threads/grants_real_time.h"
 
 namespace proximity_server::node::real_time_test {
 

@@ -1,10 +1,5 @@
 #pragma once
 
-#include <map>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "peers/robots.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/loading/joined_robots.h"
@@ -13,6 +8,11 @@
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 #include "scene/two_arms.h"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
 
 // Robots for the tests of many states.
 

@@ -2,18 +2,6 @@
 // all pairs one by one, to the last bit.
 //
 // PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <memory>
-#include <numeric>
-#include <random>
-#include <string>
-#include <thread>
-#include <vector>
-
 #include "allocations.h"
 #include "from_environment.h"
 #include "proximity_server/scene/batch/scene_batch.h"
@@ -25,6 +13,18 @@
 #include "scene/batch/exact_state.h"
 #include "scene/batch/same_answer.h"
 #include "scene/batch/test_states.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
 
 namespace proximity_server::scene::batch_skipping_test {
 

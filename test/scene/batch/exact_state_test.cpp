@@ -1,18 +1,18 @@
 // One state after the other, without memory: the answers about pairs are those of a new Scene to the last bit.
 #include "scene/batch/exact_state.h"
 
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/batch/same_answer.h"
 #include "scene/batch/test_states.h"
 #include "scene/two_arms.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene::exact_state_test {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <cstring>
-
 #include "proximity_server/scene/query/question.h"
+
+#include <cstring>
 
 namespace proximity_server::scene {
 

@@ -1,16 +1,16 @@
 // Many states at once: the answers are those of a Scene that has seen no other state.
 #include "proximity_server/scene/batch/scene_batch.h"
 
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <memory>
 #include <random>
-
-#include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::scene_batch_test {
 

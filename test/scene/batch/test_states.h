@@ -1,12 +1,13 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <Eigen/Core>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,13 +1,13 @@
 #include "scene/bounds/bounds.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
-
-#include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::bounds_test {
 

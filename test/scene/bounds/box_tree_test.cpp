@@ -1,11 +1,11 @@
 #include "scene/bounds/box_tree.h"
 
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
-
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::box_tree_test {
 

@@ -1,6 +1,10 @@
 // Bounds of all pairs of leaves at once, beside the distances of the pieces and the bounds of Bounds.
 #include "scene/bounds/leaf_boxes.h"
 
+#include "oracle/shape_pairs.h"
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,10 +13,6 @@
 #include <random>
 #include <utility>
 #include <vector>
-
-#include "oracle/shape_pairs.h"
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "sanitized.h"
 
 namespace proximity_server::scene::leaf_boxes_test {
 

@@ -1,16 +1,16 @@
 // A program of somebody who uses the library. It is compiled for any processor and for one with AVX and fused
 // multiplication; each time it prints what it sees: the layout of the public types, what the library left in them, and
 // the bits of results.
-#include <cstdio>
-#include <random>
-#include <string>
-#include <vector>
-
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <cstdio>
+#include <random>
+#include <string>
+#include <vector>
 
 namespace {
 

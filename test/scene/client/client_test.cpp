@@ -1,7 +1,7 @@
 // Programs that use the library are compiled with options of their own.
-#include <gtest/gtest.h>
-
 #include "tools/program/run_command.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::scene::client_test {
 

@@ -1,15 +1,5 @@
 #include "proximity_server/scene/derivative/constraint_rows.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <memory>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "allocations.h"
 #include "from_environment.h"
 #include "proximity_server/scene/batch/scene_batch.h"
@@ -20,6 +10,16 @@
 #include "scene/example_robots.h"
 #include "scene/random_objects.h"
 #include "scene/small_robots.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace proximity_server::scene::constraint_rows_test {
 

@@ -1,18 +1,18 @@
 #include "proximity_server/scene/derivative/derivatives.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <string>
-#include <vector>
-
 #include "allocations.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "stress/gradient_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene::derivatives_test {
 

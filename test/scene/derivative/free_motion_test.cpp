@@ -1,16 +1,16 @@
 #include "proximity_server/scene/derivative/free_motion.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <stdexcept>
-
 #include "allocations.h"
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
 #include "scene/random_objects.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
 
 namespace proximity_server::scene::free_motion_test {
 

@@ -1,14 +1,15 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <memory>
-#include <sstream>
-#include <string>
-
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/small_robots.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
+#include <sstream>
+#include <string>
 
 namespace proximity_server::scene {
 

@@ -1,14 +1,14 @@
 // The carriers of objects decide which joints change their distances.
+#include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/query/scene.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/derivative/derivatives.h"
-#include "proximity_server/scene/query/scene.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::object_carriers_test {
 

@@ -1,13 +1,14 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <cmath>
-#include <optional>
-#include <vector>
-
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/small_robots.h"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

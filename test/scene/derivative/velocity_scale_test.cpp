@@ -1,5 +1,8 @@
 #include "proximity_server/scene/derivative/velocity_scale.h"
 
+#include "scene/small_robots.h"
+#include "scene/solids.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,9 +10,6 @@
 #include <map>
 #include <set>
 #include <stdexcept>
-
-#include "scene/small_robots.h"
-#include "scene/solids.h"
 
 namespace proximity_server::scene::velocity_scale_test {
 

@@ -1,14 +1,14 @@
 #include "proximity_server/scene/filter/pair_filter.h"
 
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <set>
-
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
 
 namespace proximity_server::scene::pair_filter_test {
 

@@ -4,17 +4,6 @@
 // PROXIMITY_LANE_STATES: how many states of each robot are compared.
 #include "scene/lanes/lane_bounds.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numeric>
-#include <random>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "from_environment.h"
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/narrowphase/signed_distance.h"
@@ -25,6 +14,17 @@
 #include "scene/batch/batch_robots.h"
 #include "scene/batch/verdicts.h"
 #include "scene/lanes/link_outline.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <sstream>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene::lane_bounds_test {
 

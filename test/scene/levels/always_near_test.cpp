@@ -1,10 +1,10 @@
 #include "proximity_server/scene/levels/always_near.h"
 
-#include <gtest/gtest.h>
-
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/object_files/file_value.h"
 #include "scene/small_robots.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::scene::always_near_test {
 

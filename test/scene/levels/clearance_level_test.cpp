@@ -1,5 +1,11 @@
 #include "proximity_server/scene/levels/clearance_level.h"
 
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/levels/make_scene_model.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "scene/random_objects.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,12 +14,6 @@
 #include <stdexcept>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "scene/random_objects.h"
 
 namespace proximity_server::scene::clearance_level_test {
 

@@ -1,11 +1,5 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <limits>
-#include <memory>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
@@ -14,6 +8,12 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
 
 namespace proximity_server::scene::joined_robots_test {
 

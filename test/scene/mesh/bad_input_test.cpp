@@ -1,4 +1,11 @@
 // Files from strangers: each is refused with an error that names what is wrong, in bounded memory and time.
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/model/robot_model.h"
+#include "sanitized.h"
+#include "scene/files.h"
+
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -6,13 +13,6 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
-
-#include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/mesh/mesh.h"
-#include "proximity_server/scene/model/robot_model.h"
-#include "sanitized.h"
-#include "scene/files.h"
 
 namespace proximity_server::scene::bad_input_test {
 

@@ -1,11 +1,11 @@
 #include "scene/model/body_pose.h"
 
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::body_pose_test {
 

@@ -1,10 +1,10 @@
 #include "scene/model/pieces.h"
 
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::pieces_test {
 

@@ -1,11 +1,11 @@
 #include "proximity_server/scene/model/robot_box.h"
+
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/small_robots.h"
 
 #include <gtest/gtest.h>
 
 #include <string>
-
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::robot_box_test {
 

@@ -1,8 +1,11 @@
 #include "proximity_server/scene/model/robot_model.h"
+
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
+#include "scene/files.h"
+#include "scene/small_robots.h"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +15,6 @@
 #include <sstream>
 #include <thread>
 #include <utility>
-
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::robot_model_test {
 

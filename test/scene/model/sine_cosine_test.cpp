@@ -1,13 +1,13 @@
 // Sines and cosines of joint angles, beside those of long double.
 #include "scene/model/sine_cosine.h"
 
+#include "sanitized.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
-
-#include "sanitized.h"
 
 namespace proximity_server::scene::sine_cosine_test {
 

@@ -1,5 +1,10 @@
 #include "proximity_server/scene/motion/limited_motion.h"
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "scene/files.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,11 +12,6 @@
 #include <random>
 #include <stdexcept>
 #include <string>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::limited_motion_test {
 

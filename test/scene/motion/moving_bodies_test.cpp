@@ -1,12 +1,12 @@
 #include "scene/motion/moving_bodies.h"
 
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::moving_bodies_test {
 

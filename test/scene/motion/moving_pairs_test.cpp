@@ -1,12 +1,12 @@
 #include "scene/motion/moving_pairs.h"
 
-#include <gtest/gtest.h>
-
-#include <vector>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/query/half_space.h"
 #include "scene/random_objects.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
 
 namespace proximity_server::scene::moving_pairs_test {
 

@@ -1,17 +1,17 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "sanitized.h"
+#include "scene/example_robots.h"
+#include "scene/small_robots.h"
+#include "scene/solids.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 #include <stdexcept>
 #include <string>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "sanitized.h"
-#include "scene/example_robots.h"
-#include "scene/small_robots.h"
-#include "scene/solids.h"
 
 namespace proximity_server::scene::moving_scene_test {
 

@@ -1,5 +1,12 @@
 // Objects of all placements in motions: on paper, and at random beside states that are computed on their own.
+#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/objects/placed_object.h"
+#include "scene/random_objects.h"
+
 #include <gtest/gtest.h>
+#include <unsupported/Eigen/MatrixFunctions>
 
 #include <algorithm>
 #include <cmath>
@@ -9,14 +16,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
-
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/scene.h"
-#include "sanitized.h"
-#include "scene/objects/placed_object.h"
-#include "scene/random_objects.h"
 
 namespace proximity_server::scene::objects_in_motion_test {
 

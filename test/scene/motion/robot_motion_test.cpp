@@ -1,12 +1,12 @@
 #include "proximity_server/scene/motion/robot_motion.h"
 
+#include "scene/files.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::robot_motion_test {
 

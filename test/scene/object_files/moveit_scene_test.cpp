@@ -1,9 +1,9 @@
 // The expected values are those that MoveIt's documentation gives to the fields.
-#include <cmath>
-#include <string>
-
 #include "proximity_server/scene/object_files/object_file.h"
 #include "scene/object_files/refusals.h"
+
+#include <cmath>
+#include <string>
 
 namespace proximity_server::scene::moveit_scene_test {
 

@@ -1,13 +1,13 @@
 #include "proximity_server/scene/object_files/object_file.h"
 
+#include "scene/files.h"
+#include "scene/object_files/refusals.h"
+
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <string>
-
-#include "scene/files.h"
-#include "scene/object_files/refusals.h"
 
 namespace proximity_server::scene::object_file_test {
 

@@ -1,7 +1,7 @@
-#include <string>
-
 #include "proximity_server/scene/object_files/file_value.h"
 #include "scene/object_files/refusals.h"
+
+#include <string>
 
 namespace proximity_server::scene::yaml_test {
 

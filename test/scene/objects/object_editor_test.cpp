@@ -1,12 +1,12 @@
 // Operations on objects, with frames along a line.
 #include "proximity_server/scene/objects/object_editor.h"
 
+#include "scene/files.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <stdexcept>
-
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::object_editor_test {
 

@@ -1,5 +1,8 @@
 #include "proximity_server/scene/objects/objects.h"
 
+#include "scene/files.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -7,9 +10,6 @@
 #include <random>
 #include <set>
 #include <tuple>
-
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::objects_test {
 

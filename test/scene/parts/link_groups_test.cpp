@@ -1,14 +1,14 @@
 #include "scene/parts/link_groups.h"
 
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "scene/model/numbers.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 #include <set>
-
-#include "proximity_server/scene/filter/pair_filter.h"
-#include "scene/model/numbers.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::link_groups_test {
 

@@ -1,12 +1,12 @@
 #include "scene/parts/placed_robot.h"
 
+#include "scene/files.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::placed_robot_test {
 

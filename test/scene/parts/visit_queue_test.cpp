@@ -1,7 +1,8 @@
 #include "scene/parts/visit_queue.h"
 
-#include <gtest/gtest.h>
 #include "scene/model/numbers.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::scene::visit_queue_test {
 

@@ -1,13 +1,13 @@
 #include "scene/parts/volumes.h"
 
+#include "scene/files.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
 #include <stdexcept>
-
-#include "scene/files.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::volumes_test {
 

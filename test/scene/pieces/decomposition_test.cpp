@@ -1,15 +1,15 @@
 #include "scene/pieces/decomposition.h"
 
+#include "scene/pieces/boxes.h"
+#include "scene/pieces/mesh_deviation.h"
+#include "scene/pieces/mesh_parts.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
-
-#include "scene/pieces/boxes.h"
-#include "scene/pieces/mesh_deviation.h"
-#include "scene/pieces/mesh_parts.h"
 
 namespace proximity_server::scene::decomposition_test {
 

@@ -1,12 +1,12 @@
 #include "scene/pieces/enclosed_space.h"
 
-#include <gtest/gtest.h>
-
-#include <limits>
-
 #include "scene/pieces/boxes.h"
 #include "scene/pieces/mesh_parts.h"
 #include "scene/small_robots.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
 
 namespace proximity_server::scene::enclosed_space_test {
 

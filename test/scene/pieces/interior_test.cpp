@@ -1,10 +1,10 @@
 #include "scene/pieces/interior.h"
 
-#include <gtest/gtest.h>
-
 #include "scene/pieces/mesh_parts.h"
 #include "scene/small_robots.h"
 #include "scene/solids.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::scene::interior_test {
 

@@ -1,11 +1,11 @@
 #include "scene/pieces/mesh_parts.h"
 
+#include "scene/pieces/boxes.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
-
-#include "scene/pieces/boxes.h"
 
 namespace proximity_server::scene::mesh_parts_test {
 

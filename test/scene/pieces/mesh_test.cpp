@@ -1,5 +1,10 @@
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
+#include "sanitized.h"
+#include "scene/files.h"
+#include "scene/pieces/boxes.h"
+#include "scene/pieces/mesh_parts.h"
+#include "scene/solids.h"
 
 #include <gtest/gtest.h>
 
@@ -10,12 +15,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
-
-#include "sanitized.h"
-#include "scene/files.h"
-#include "scene/pieces/boxes.h"
-#include "scene/pieces/mesh_parts.h"
-#include "scene/solids.h"
 
 namespace proximity_server::scene::mesh_test {
 

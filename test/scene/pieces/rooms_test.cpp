@@ -1,5 +1,13 @@
 #include "scene/pieces/rooms.h"
 
+#include "proximity_server/scene/pieces/convex_pieces.h"
+#include "sanitized.h"
+#include "scene/pieces/boxes.h"
+#include "scene/pieces/interior.h"
+#include "scene/pieces/mesh_deviation.h"
+#include "scene/pieces/mesh_parts.h"
+#include "scene/solids.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,14 +16,6 @@
 #include <limits>
 #include <random>
 #include <utility>
-
-#include "proximity_server/scene/pieces/convex_pieces.h"
-#include "sanitized.h"
-#include "scene/pieces/boxes.h"
-#include "scene/pieces/interior.h"
-#include "scene/pieces/mesh_deviation.h"
-#include "scene/pieces/mesh_parts.h"
-#include "scene/solids.h"
 
 namespace proximity_server::scene::rooms_test {
 

@@ -1,12 +1,12 @@
 #include "scene/pieces/triangle_tree.h"
 
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
-
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::triangle_tree_test {
 

@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/query/scene.h"
+#include "scene/small_robots.h"
+
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/query/scene.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene {
 

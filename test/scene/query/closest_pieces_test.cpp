@@ -1,13 +1,13 @@
 #include "scene/query/closest_pieces.h"
 
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "scene/model/numbers.h"
+#include "scene/small_robots.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "scene/model/numbers.h"
-#include "scene/small_robots.h"
 
 namespace proximity_server::scene::closest_pieces_test {
 

@@ -1,15 +1,15 @@
 // Distances of objects: on paper, and against the same geometry elsewhere.
+#include "proximity_server/narrowphase/signed_distance.h"
+#include "proximity_server/scene/query/scene.h"
+#include "scene/files.h"
+#include "scene/query/cell.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <thread>
-
-#include "proximity_server/narrowphase/signed_distance.h"
-#include "proximity_server/scene/query/scene.h"
-#include "scene/files.h"
-#include "scene/query/cell.h"
 
 namespace proximity_server::scene::object_scene_test {
 

@@ -1,4 +1,9 @@
 // Skipping changes no answer where objects come, go, move, jump and are attached.
+#include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/random_objects.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,11 +15,6 @@
 #include <string>
 #include <tuple>
 #include <vector>
-
-#include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/query/scene.h"
-#include "sanitized.h"
-#include "scene/random_objects.h"
 
 namespace proximity_server::scene::object_skipping_test {
 

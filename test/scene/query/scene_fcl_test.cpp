@@ -3,6 +3,13 @@
 // The reference is the distance of triangle meshes, one mesh for each link: it walks a tree of boxes down to pairs of
 // triangles, and so shares nothing with GJK, EPA, warm starts or our bounds. FCL's own GJK would be no judge: it stalls
 // on one hull query in two hundred, with errors up to 0.2 m.
+#include "proximity_server/scene/loading/joined_robots.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/example_robots.h"
+
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/OBBRSS.h>
 #include <fcl/narrowphase/distance.h>
@@ -13,13 +20,6 @@
 #include <map>
 #include <random>
 #include <string>
-
-#include "proximity_server/scene/loading/joined_robots.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
-#include "sanitized.h"
-#include "scene/example_robots.h"
 
 namespace proximity_server::scene::scene_fcl_test {
 

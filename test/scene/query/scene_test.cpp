@@ -1,8 +1,15 @@
 #include "proximity_server/scene/query/scene.h"
 
-#include <gtest/gtest.h>
+#include "allocations.h"
+#include "narrowphase/certificate.h"
+#include "oracle/oracle.h"
+#include "oracle/shape_pairs.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "sanitized.h"
 
+#include <gtest/gtest.h>
 #include <Eigen/SVD>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -10,13 +17,6 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
-
-#include "allocations.h"
-#include "narrowphase/certificate.h"
-#include "oracle/oracle.h"
-#include "oracle/shape_pairs.h"
-#include "proximity_server/scene/model/kinematics.h"
-#include "sanitized.h"
 
 namespace proximity_server::scene::scene_test {
 

@@ -1,16 +1,16 @@
 // Eight threads at work on one robot at the same time; ./dev test --sanitize thread looks for races between them.
-#include <gtest/gtest.h>
-
-#include <cstring>
-#include <random>
-#include <thread>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+#include <thread>
 
 namespace proximity_server::scene::shared_scene_test {
 

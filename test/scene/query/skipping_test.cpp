@@ -1,4 +1,10 @@
 // Skipping changes no answer: 100,000 states of a robot that moves in every way, with skipping and without.
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/scene.h"
+#include "sanitized.h"
+#include "scene/two_arms.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,12 +14,6 @@
 #include <random>
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/query/scene.h"
-#include "sanitized.h"
-#include "scene/two_arms.h"
 
 namespace proximity_server::scene::skipping_test {
 

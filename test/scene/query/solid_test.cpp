@@ -1,14 +1,14 @@
 // A shape that lies wholly inside a closed mesh is in collision: on paper, against a winding number, and with skipping.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <map>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "sanitized.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
 
 namespace proximity_server::scene::solid_test {
 

@@ -1,11 +1,11 @@
 // Checks the messages of the executable about its input and its options, and how it ends.
-#include <algorithm>
-#include <filesystem>
-
 #include "sanitized.h"
 #include "tools/program/clearance_command.h"
 #include "tools/robot/crossing_sliders.h"
 #include "tools/states/numpy_bytes.h"
+
+#include <algorithm>
+#include <filesystem>
 
 namespace proximity_server::tools::clearance_input_test {
 

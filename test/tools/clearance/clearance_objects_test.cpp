@@ -1,10 +1,10 @@
 // The executable with --objects from end to end, on the two sliders: the sled reaches from 1.5 + slide to 2.5 + slide,
 // the ball is a sphere of radius 0.25 about 5 + 2 slide.
+#include "tools/program/clearance_command.h"
+
 #include <cmath>
 #include <map>
 #include <string>
-
-#include "tools/program/clearance_command.h"
 
 namespace proximity_server::tools::clearance_objects_test {
 

@@ -1,7 +1,7 @@
 // --plot of the executable. What a picture shows is asked of the script that draws it.
-#include <random>
-
 #include "tools/program/clearance_command.h"
+
+#include <random>
 
 namespace proximity_server::tools::clearance_plot_test {
 

@@ -1,11 +1,11 @@
 // The executable from end to end, on a robot whose distances are worked out on paper.
+#include "tools/program/clearance_command.h"
+
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <random>
-
-#include "tools/program/clearance_command.h"
 
 namespace proximity_server::tools::clearance_test {
 

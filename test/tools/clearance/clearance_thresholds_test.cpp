@@ -1,14 +1,14 @@
 // Levels by thresholds: what --thresholds adds, held against all pairs.
+#include "tools/program/clearance_command.h"
+#include "tools/robot/robot_files.h"
+
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <random>
-
-#include "tools/program/clearance_command.h"
-#include "tools/robot/robot_files.h"
 
 namespace proximity_server::tools::clearance_thresholds_test {
 

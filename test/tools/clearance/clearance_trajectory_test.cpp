@@ -1,11 +1,12 @@
 // The executable with --trajectory from end to end, on robots whose motions are worked out on paper.
-#include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <random>
-
 #include "tools/program/clearance_command.h"
 #include "tools/robot/crossing_sliders.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <map>
+#include <random>
 
 namespace proximity_server::tools::clearance_trajectory_test {
 

@@ -1,16 +1,16 @@
 #include "tools/clearance/trajectory_run.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <sstream>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/robot/two_sliders.h"
 #include "tools/states/csv_states.h"
 #include "tools/text/csv.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
 
 namespace proximity_server::tools::trajectory_run_test {
 

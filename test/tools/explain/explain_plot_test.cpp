@@ -1,7 +1,7 @@
 // --plot of the executable. What a picture shows is asked of the script that draws it.
-#include <filesystem>
-
 #include "tools/explain/explain_command.h"
+
+#include <filesystem>
 
 namespace proximity_server::tools::explain_plot_test {
 

@@ -1,11 +1,11 @@
 // What the executable tells of a query, and how it ends.
-#include <algorithm>
-#include <cmath>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "tools/explain/explain_command.h"
 #include "tools/robot/two_sliders.h"
 #include "tools/text/csv.h"
+
+#include <algorithm>
+#include <cmath>
 
 namespace proximity_server::tools::explain_test {
 

@@ -1,10 +1,10 @@
 #include "tools/pair_audit/level_shares.h"
 
-#include <gtest/gtest.h>
-
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::level_shares_test {
 

@@ -1,13 +1,13 @@
 // The executable from end to end, on a robot whose pairs are in the class that paper says, and on the Panda.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
 #include "tools/program/run_command.h"
 #include "tools/robot/crossing_sliders.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
 
 namespace proximity_server::tools::pair_audit_test {
 

@@ -1,15 +1,15 @@
 #include "tools/pair_audit/pair_study.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <set>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "tools/pair_audit/audit_report.h"
 #include "tools/robot/crossing_sliders.h"
 #include "tools/robot/two_sliders.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
 
 namespace proximity_server::tools::pair_study_test {
 

@@ -1,12 +1,12 @@
 #include "tools/pair_audit/separation_proof.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "tools/robot/two_sliders.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace proximity_server::tools::separation_proof_test {
 

@@ -1,9 +1,9 @@
 #include "tools/pair_audit/srdf_writer.h"
 
-#include <gtest/gtest.h>
-
 #include "scene/files.h"
 #include "tools/robot/crossing_sliders.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::srdf_writer_test {
 

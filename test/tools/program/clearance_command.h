@@ -1,15 +1,15 @@
 #pragma once
 
+#include "scene/files.h"
+#include "tools/program/run_command.h"
+#include "tools/robot/two_sliders.h"
+#include "tools/text/csv.h"
+
 #include <gtest/gtest.h>
 
 #include <sstream>
 #include <string>
 #include <vector>
-
-#include "scene/files.h"
-#include "tools/program/run_command.h"
-#include "tools/robot/two_sliders.h"
-#include "tools/text/csv.h"
 
 namespace proximity_server::tools {
 

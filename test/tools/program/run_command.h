@@ -1,14 +1,14 @@
 #pragma once
 
+#include "scene/example_robots.h"
+#include "scene/files.h"
+
 #include <stdio.h>
 #include <sys/wait.h>
 
 #include <array>
 #include <stdexcept>
 #include <string>
-
-#include "scene/example_robots.h"
-#include "scene/files.h"
 
 namespace proximity_server::tools {
 

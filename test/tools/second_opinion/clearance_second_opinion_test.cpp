@@ -1,12 +1,12 @@
 // clearance --second-opinion from end to end.
-#include <gtest/gtest.h>
-
-#include <cmath>
-
 #include "sanitized.h"
 #include "scene/files.h"
 #include "tools/program/clearance_command.h"
 #include "tools/second_opinion/other_library.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace proximity_server::tools::clearance_second_opinion_test {
 

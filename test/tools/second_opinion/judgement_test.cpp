@@ -1,10 +1,10 @@
 #include "tools/second_opinion/judgement.h"
 
-#include <gtest/gtest.h>
-
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "sanitized.h"
 #include "tools/second_opinion/single_piece.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::judgement_test {
 

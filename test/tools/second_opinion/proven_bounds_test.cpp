@@ -1,9 +1,9 @@
 #include "tools/second_opinion/proven_bounds.h"
 
-#include <gtest/gtest.h>
-
 #include "sanitized.h"
 #include "tools/second_opinion/single_piece.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::proven_bounds_test {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 

@@ -1,15 +1,15 @@
 #include "tools/states/bag_states.h"
 
-#include <gtest/gtest.h>
-#include <rosbag/bag.h>
-#include <sensor_msgs/JointState.h>
-#include <sensor_msgs/Temperature.h>
-
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
 #include "tools/clearance/trajectory_run.h"
 #include "tools/states/arm.h"
+
+#include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <sensor_msgs/JointState.h>
+#include <sensor_msgs/Temperature.h>
 
 namespace proximity_server::tools::bag_states_test {
 

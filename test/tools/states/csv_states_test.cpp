@@ -1,15 +1,15 @@
 #include "tools/states/csv_states.h"
 
-#include <gtest/gtest.h>
-
-#include <limits>
-#include <sstream>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/files.h"
 #include "tools/robot/two_sliders.h"
 #include "tools/text/csv.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
 
 namespace proximity_server::tools::csv_states_test {
 

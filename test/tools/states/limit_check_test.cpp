@@ -1,13 +1,12 @@
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "scene/files.h"
+#include "tools/robot/two_sliders.h"
+#include "tools/states/csv_states.h"
 #include "tools/states/joint_columns.h"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
-
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "scene/files.h"
-#include "tools/robot/two_sliders.h"
-#include "tools/states/csv_states.h"
 
 namespace proximity_server::tools::limit_check_test {
 

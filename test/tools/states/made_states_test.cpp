@@ -1,10 +1,4 @@
 // Samples and grids.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-#include <set>
-
 #include "sanitized.h"
 #include "scene/files.h"
 #include "tools/states/arm.h"
@@ -12,6 +6,11 @@
 #include "tools/states/sampled_states.h"
 
 #include <Random123/philox.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
 
 namespace proximity_server::tools::made_states_test {
 

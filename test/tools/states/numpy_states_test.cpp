@@ -1,15 +1,15 @@
 #include "tools/states/numpy_states.h"
 
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <limits>
-
 #include "sanitized.h"
 #include "scene/files.h"
 #include "tools/program/run_command.h"
 #include "tools/states/arm.h"
 #include "tools/states/numpy_bytes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
 
 namespace proximity_server::tools::numpy_states_test {
 

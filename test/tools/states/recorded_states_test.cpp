@@ -1,12 +1,12 @@
 #include "tools/states/recorded_states.h"
 
+#include "scene/files.h"
+#include "tools/states/arm.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
-
-#include "scene/files.h"
-#include "tools/states/arm.h"
 
 namespace proximity_server::tools::recorded_states_test {
 

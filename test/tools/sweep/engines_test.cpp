@@ -1,8 +1,8 @@
 // Sweeps by GNU parallel over two hosts, and by Slurm, with faults. The programs in Python beside this file do it.
-#include <gtest/gtest.h>
-
 #include "sanitized.h"
 #include "tools/program/run_command.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::engines_test {
 

@@ -1,8 +1,8 @@
 #include "tools/sweep/state_range.h"
 
-#include <gtest/gtest.h>
-
 #include "scene/files.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::state_range_test {
 

@@ -1,16 +1,16 @@
 #include "tools/sweep/sweep_summary.h"
 
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "scene/files.h"
+#include "tools/robot/two_sliders.h"
+
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <random>
-
-#include "proximity_server/scene/loading/load_robot_model.h"
-#include "scene/files.h"
-#include "tools/robot/two_sliders.h"
 
 namespace proximity_server::tools::sweep_summary_test {
 

@@ -1,16 +1,16 @@
 // Sweeps in parts, by the executable.
+#include "sanitized.h"
+#include "tools/program/clearance_command.h"
+#include "tools/robot/robot_files.h"
+
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <random>
-
-#include "sanitized.h"
-#include "tools/program/clearance_command.h"
-#include "tools/robot/robot_files.h"
 
 namespace proximity_server::tools::sweep_tool_test {
 

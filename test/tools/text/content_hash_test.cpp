@@ -1,8 +1,8 @@
 #include "tools/text/content_hash.h"
 
-#include <gtest/gtest.h>
-
 #include "scene/files.h"
+
+#include <gtest/gtest.h>
 
 namespace proximity_server::tools::content_hash_test {
 

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <limits>
-
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/narrowphase/shape/support.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 

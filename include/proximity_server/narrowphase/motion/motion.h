@@ -1,11 +1,12 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <limits>
-#include <vector>
-
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/narrowphase/shape/shape.h"
+
+#include <Eigen/Geometry>
+
+#include <limits>
+#include <vector>
 
 namespace proximity_server::narrowphase {
 

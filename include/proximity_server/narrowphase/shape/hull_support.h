@@ -1,11 +1,12 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/convex_hull.h"
+
 #include <Eigen/Core>
+
 #include <array>
 #include <cstdint>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/convex_hull.h"
 
 namespace proximity_server::narrowphase {
 

@@ -1,10 +1,11 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 #include <Eigen/Geometry>
+
 #include <limits>
 #include <optional>
-
-#include "proximity_server/narrowphase/shape/eigen_alignment.h"
 
 namespace proximity_server::narrowphase {
 

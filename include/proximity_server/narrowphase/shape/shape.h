@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <memory>
-
 #include "proximity_server/narrowphase/shape/eigen_alignment.h"
 #include "proximity_server/narrowphase/shape/hull_support.h"
+
+#include <Eigen/Geometry>
+
+#include <memory>
 
 namespace proximity_server::narrowphase {
 

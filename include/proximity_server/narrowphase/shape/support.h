@@ -1,11 +1,12 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/shape.h"
+
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "proximity_server/narrowphase/shape/shape.h"
 
 namespace proximity_server::narrowphase {
 

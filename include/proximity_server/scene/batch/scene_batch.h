@@ -1,15 +1,15 @@
 #pragma once
 
-#include <cstddef>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/states.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <cstddef>
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

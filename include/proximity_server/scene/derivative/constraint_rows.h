@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <limits>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <Eigen/Core>
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <string>
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

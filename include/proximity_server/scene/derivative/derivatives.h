@@ -1,8 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <memory>
-
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/filter/scene_model.h"
@@ -10,6 +7,10 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <Eigen/Core>
+
+#include <memory>
 
 namespace proximity_server::scene {
 

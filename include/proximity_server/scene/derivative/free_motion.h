@@ -1,16 +1,17 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <chrono>
-#include <memory>
-#include <vector>
-
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <Eigen/Core>
+
+#include <chrono>
+#include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 

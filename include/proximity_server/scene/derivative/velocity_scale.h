@@ -1,12 +1,12 @@
 #pragma once
 
-#include <chrono>
-#include <optional>
-#include <vector>
-
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <chrono>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

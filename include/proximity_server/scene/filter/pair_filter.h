@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/filter/pair_table.h"
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/filter/pair_table.h"
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
+
+#include <string>
+#include <vector>
 
 // Pairs of links that are near in every state, by design, and stop and warn distances that fit them. With the distances
 // of all other pairs they would raise an alarm that never ends.

@@ -1,12 +1,12 @@
 #pragma once
 
+#include "proximity_server/scene/filter/pair_filter.h"
+#include "proximity_server/scene/query/pair_distances.h"
+
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/query/pair_distances.h"
 
 namespace proximity_server::scene {
 

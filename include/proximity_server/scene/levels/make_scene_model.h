@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

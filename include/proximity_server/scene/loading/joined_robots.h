@@ -1,11 +1,11 @@
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <string>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <string>
-
 #include "proximity_server/scene/loading/model_options.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <string>
 
 namespace proximity_server::scene {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <string>
-
 #include "proximity_server/scene/mesh/triangle_mesh.h"
+
+#include <string>
 
 namespace proximity_server::scene {
 

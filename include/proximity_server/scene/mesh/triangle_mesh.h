@@ -1,11 +1,12 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 #include <Eigen/Core>
+
 #include <array>
 #include <string>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/eigen_alignment.h"
 
 namespace proximity_server::scene {
 

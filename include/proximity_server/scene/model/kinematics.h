@@ -1,14 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/model/robot_model.h"
+
 #include <Eigen/Geometry>
+
 #include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/model/robot_model.h"
 
 namespace proximity_server::scene {
 

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <vector>
-
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
 
 namespace proximity_server::scene {
 

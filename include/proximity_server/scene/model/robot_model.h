@@ -1,14 +1,15 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/pieces/representation.h"
+
 #include <Eigen/Geometry>
+
 #include <limits>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/pieces/representation.h"
 
 namespace proximity_server::scene {
 

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
-
 #include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
+#include <Eigen/Core>
 
 namespace proximity_server::scene {
 

@@ -1,14 +1,15 @@
 #pragma once
 
-#include <Eigen/Geometry>
-#include <string>
-#include <utility>
-
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "proximity_server/scene/objects/object_editor.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <Eigen/Geometry>
+
+#include <string>
+#include <utility>
 
 // Objects where there is no tf: their frames are links of the robot, whose poses follow from the robot's state. The
 // root link of the first robot is the frame in which fixed objects stand.

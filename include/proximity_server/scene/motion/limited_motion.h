@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/robot_motion.h"
+
 #include <algorithm>
 #include <optional>
 #include <vector>
-
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/robot_motion.h"
 
 namespace proximity_server::scene {
 

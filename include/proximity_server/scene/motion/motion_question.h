@@ -1,11 +1,11 @@
 #pragma once
 
+#include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/question.h"
+
 #include <chrono>
 #include <limits>
 #include <vector>
-
-#include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/query/question.h"
 
 // The questions about a motion, and its answers.
 

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <memory>
-
 #include "proximity_server/scene/motion/limited_motion.h"
 #include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/query/scene.h"
+
+#include <memory>
 
 namespace proximity_server::scene {
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <optional>
-#include <vector>
-
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
+
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,16 +1,17 @@
 #pragma once
 
+#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/objects/object_editor.h"
+#include "proximity_server/scene/objects/object_rules.h"
+
 #include <Eigen/Geometry>
+
 #include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "proximity_server/scene/object_files/file_value.h"
-#include "proximity_server/scene/objects/object_editor.h"
-#include "proximity_server/scene/objects/object_rules.h"
 
 // Objects in the form of files and parameters, before a robot is known. The names of the fields are those of
 // ObjectChange.msg; config/README.md describes the format.

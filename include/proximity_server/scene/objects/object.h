@@ -1,15 +1,16 @@
 #pragma once
 
+#include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "proximity_server/scene/objects/object_shape.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
+
 #include <Eigen/Geometry>
+
 #include <limits>
 #include <memory>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/objects/object_shape.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
 
 namespace proximity_server::scene {
 

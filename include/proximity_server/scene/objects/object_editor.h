@@ -1,15 +1,16 @@
 #pragma once
 
+#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/objects.h"
+
 #include <Eigen/Geometry>
+
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include "proximity_server/scene/objects/object.h"
-#include "proximity_server/scene/objects/objects.h"
 
 // Operations on objects, as messages, files and scripts describe them. Each of them is implemented only here.
 

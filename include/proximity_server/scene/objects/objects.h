@@ -1,16 +1,16 @@
 #pragma once
 
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/filter/shape_ref.h"
+#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/object_rules.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/filter/shape_ref.h"
-#include "proximity_server/scene/objects/object.h"
-#include "proximity_server/scene/objects/object_rules.h"
 
 namespace proximity_server::scene {
 

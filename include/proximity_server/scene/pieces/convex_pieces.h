@@ -1,14 +1,14 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/convex_hull.h"
+#include "proximity_server/scene/mesh/mesh.h"
+#include "proximity_server/scene/pieces/representation.h"
+
 #include <functional>
 #include <limits>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "proximity_server/narrowphase/shape/convex_hull.h"
-#include "proximity_server/scene/mesh/mesh.h"
-#include "proximity_server/scene/pieces/representation.h"
 
 namespace proximity_server::scene {
 

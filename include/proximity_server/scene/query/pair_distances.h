@@ -1,10 +1,10 @@
 #pragma once
 
-#include <vector>
-
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <vector>
 
 namespace proximity_server::scene {
 

@@ -1,11 +1,11 @@
 #pragma once
 
-#include <cstddef>
-#include <vector>
-
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <cstddef>
+#include <vector>
 
 namespace proximity_server::scene {
 

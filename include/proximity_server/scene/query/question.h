@@ -1,12 +1,12 @@
 #pragma once
 
-#include <chrono>
-#include <limits>
-#include <vector>
-
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/pieces/representation.h"
+
+#include <chrono>
+#include <limits>
+#include <vector>
 
 // The questions to a scene, and its answers.
 

@@ -1,14 +1,14 @@
 #pragma once
 
-#include <memory>
-#include <optional>
-#include <vector>
-
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+
+#include <memory>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::scene {
 

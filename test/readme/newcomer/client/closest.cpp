@@ -2,6 +2,7 @@
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/narrowphase/signed_distance.h>
 #include <proximity_server/scene/loading/load_robot_model.h>
+
 #include <ros/ros.h>
 
 #include <cstdio>
