@@ -10,6 +10,8 @@ A room is a folder below src/ and include/proximity_server/, or a file with its 
 * a room has at most MOST_UNITS units, headers with their sources, and these do not include each other in a circle;
 * a header below src/ is private to its layer, the first folder of its path, and to those that SHARED_WITH names.
 Includes with angle brackets are checked where they name a public header. Tests are not checked.
+
+The includes of a file, and of each test, begin with its own header; ours follow, then those of libraries, then the standard's.
 """
 
 import collections
@@ -141,7 +143,33 @@ def problems_within_rooms(source):
                 told.update(circle)
 
 
+def rank_of(bracket, name, path):
+    """0: a header with the name of the file, 1: another one of this project, 2: of a library or the system, 3: of the standard library."""
+    unit = pathlib.PurePath(path).stem.removesuffix("_test")
+    if path.endswith(".cpp") and pathlib.PurePath(name).name == unit + ".h":
+        return 0
+    if bracket == '"' or name.startswith("proximity_server/"):
+        return 1
+    return 3 if re.fullmatch(r"\w+", name) else 2
+
+
+def problems_of_order(source):
+    """Files whose first block of includes is not in the order that the top of this file tells."""
+    for tree in ("include", "src", "test"):
+        for path in sorted((source / tree).rglob("*")):
+            if path.suffix in SUFFIXES:
+                block = re.search(r'(?m)(^#include [<"][^>"]+[>"].*\n+)+', path.read_text() + "\n")
+                found = re.findall(r'#include ([<"])([^>"]+)', block[0]) if block else []
+                ranks = [max(rank_of(bracket, name, path.name), i > 0) for i, (bracket, name) in enumerate(found)]
+                if ranks != sorted(ranks):
+                    low = next(i for i in range(1, len(ranks)) if ranks[i] < ranks[i - 1])
+                    yield f"{path.relative_to(source)}: {found[low][1]} stands too low"
+
+
 class Rooms(unittest.TestCase):
+    def test_includes_stand_in_one_order(self):
+        self.assertEqual([], list(problems_of_order(SOURCE)))
+
     def test_rooms_are_small_and_have_no_circles(self):
         self.assertEqual([], list(problems_within_rooms(SOURCE)))
 
@@ -188,7 +216,8 @@ class BrokenRules(unittest.TestCase):
                 file = pathlib.Path(folder, path)
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(text)
-            return [*problems(pathlib.Path(folder)), *problems_within_rooms(pathlib.Path(folder))]
+            source = pathlib.Path(folder)
+            return [*problems(source), *problems_within_rooms(source), *problems_of_order(source)]
 
     def test_includes_of_the_same_and_of_lower_rooms_are_right(self):
         self.assertEqual([], self.found({
@@ -235,6 +264,11 @@ class BrokenRules(unittest.TestCase):
     def test_a_room_of_too_many_units_is_named(self):
         self.assertEqual([f"scene/mesh has {MOST_UNITS + 1} units"],
                          self.found({f"src/scene/mesh/unit_{i}.h": "" for i in range(MOST_UNITS)}))
+
+    def test_an_include_of_ours_below_one_of_the_standard_is_named(self):
+        text = '#include "scene/mesh/mesh.h"\n\n#include <vector>\n#include "system/pipeline.h"\n'
+        self.assertEqual(["src/scene/mesh/mesh.cpp: system/pipeline.h stands too low"],
+                         self.found({"src/scene/mesh/mesh.h": "", "src/scene/mesh/mesh.cpp": text}))
 
     def test_a_room_without_a_file_is_named(self):
         self.assertEqual(["the room scene/motion has no file"],

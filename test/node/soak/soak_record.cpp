@@ -19,7 +19,7 @@ constexpr double kMaxDescribed = 20;  // wrong answers of a service
 void SoakRecord::count(const std::string& service, Outcome outcome) {
   constexpr const char* kNames[] = {"right", "refused", "misled", "lost"};
   const Lock lock(mutex_);
-  answers_[service].add(kNames[outcome]);
+  answers_[service].add(kNames[static_cast<int>(outcome)]);
 }
 
 void SoakRecord::countWrong(const std::string& service, const std::string& why) {
