@@ -335,9 +335,9 @@ RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request) {
   return pairs;
 }
 
-void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t context,
+void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t pairs,
                                std::size_t states) {
-  const std::size_t each = maxReturned(request, context);
+  const std::size_t each = maxReturned(request, pairs);
   if (isWithinBatch(robot, each * states)) return;
   if (states == 1) refuseBatch(robot, "a and b", std::to_string(each) + " returned pairs");
   refuseBatch(robot, "states",

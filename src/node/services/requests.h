@@ -91,9 +91,9 @@ RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b,
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
 /// Throws RequestError OVER_BUDGET if the answers about `states` states could return more than Config::max_batch pairs.
-/// `asked` is the number of pairs in the question about each state; by the mode of the request an answer may return
+/// `pairs` is the number of pairs in the question about each state; by the mode of the request an answer may return
 /// fewer.
-void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t asked,
+void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t pairs,
                                std::size_t states = 1);
 
 /// Throws RequestError OVER_BUDGET if a trajectory has more points than Config::max_batch.

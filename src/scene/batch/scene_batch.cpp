@@ -50,6 +50,7 @@ class SceneBatch::Impl {
   const std::vector<PairProximity>& closestOfEach(const States& states, const Prepare& prepare,
                                                   std::vector<PairProximity>& closest) {
     closest.clear();
+    closest.reserve(states.rows());
     forEach(
         states, prepare,
         [&](int state) {

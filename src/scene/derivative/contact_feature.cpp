@@ -132,46 +132,42 @@ std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& fr
 
 /// One of the two shapes of a pair, in its pose.
 struct ContactFeatures::Side {
-  Part part;
+  const std::vector<Piece>* pieces;
+  const std::vector<int>* numbers;                  ///< the numbers of its pieces; nullptr: all pieces
+  const std::vector<PlacedHalfSpace>* half_spaces;  ///< nullptr: none
   Isometry3d pose;
 
   /// True if the plane is that of a half-space. Directions count as equal if they move points that are 1 m away by at
   /// most 1e-6 m. More common points can only make the smallest value smaller.
   bool fills(const ContactPlane& plane, double tolerance) const {
     constexpr double kSameDirection = 1e-6;
-    if (!part.isUnbounded()) return false;
-    const std::vector<PlacedHalfSpace>& half_spaces = part.halfSpaces();
-    return std::any_of(half_spaces.begin(), half_spaces.end(), [&](const PlacedHalfSpace& half_space) {
+    if (!half_spaces) return false;
+    return std::any_of(half_spaces->begin(), half_spaces->end(), [&](const PlacedHalfSpace& half_space) {
       const Vector3d normal = pose.linear() * half_space.normal;
       const double height = normal.dot(plane.origin - pose.translation()) - half_space.offset;
       return std::abs(height) <= tolerance && (normal - plane.normal).norm() <= kSameDirection;
     });
   }
 
-  /// Calls `visit(how far it may lie beside its place)` for each figure in the plane.
+  /// Calls `visit(error)` for each figure in the plane: how far [m] it may lie beside its true place.
   template <class Visit>
   void forEachFigure(const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure,
                      const Visit& visit) const {
-    forEachPiece(part.root, [&](const Piece& piece) {
+    const std::size_t count = numbers ? numbers->size() : pieces->size();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Piece& piece = (*pieces)[numbers ? (*numbers)[i] : i];
       if (const auto error = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, gap, figure))
         visit(*error);
-    });
-  }
-
- private:
-  template <class Look>
-  void forEachPiece(int volume, const Look& look) const {
-    const Volume& here = part[volume];
-    if (here.isLeaf()) return look(part.pieces[here.piece]);
-    if (here.isEmpty()) return;
-    for (const int half : here.parts) forEachPiece(half, look);
+    }
   }
 };
 
-ContactFeatures::ContactFeatures(const SceneModel& model) : volumes_(model.robot), paddings_(paddingsOf(model.pairs)) {
-  const std::size_t most = mostCorners(model.robot.pieces);
+ContactFeatures::ContactFeatures(const SceneModel& model) : robot_(model.robot), paddings_(paddingsOf(model.pairs)) {
+  const std::size_t most = mostCorners(robot_.pieces);
   figure_a_.reserve(most);
   figure_b_.reserve(most);
+  for (int link = 0; link < static_cast<int>(robot_.links.size()); ++link)
+    pieces_of_link_.push_back(robot_.piecesOf(link));
 }
 
 void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
@@ -184,24 +180,32 @@ void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
   }
 }
 
-std::optional<ContactFeatures::Side> ContactFeatures::sideOf(const ShapeRef& ref, const BodyPoses& poses,
-                                                             const FramePoses& frames) const {
-  const Part part = volumes_.part(ref, objects_.get());
-  std::optional<Isometry3d> pose;
-  if (!part.isFree())
-    pose = poses[part.body];
-  else if (part.object->kind == PlacedObject::Kind::Fixed)
-    pose = part.object->world_T_object;
-  else
-    pose = frames[objects_->frameOf(ref.object())];
+std::optional<ContactFeatures::Side> ContactFeatures::sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const {
+  const Link& link = robot_.links[ref.link()];
+  const std::optional<Isometry3d>& pose = poses[link.body];
   if (!pose) return std::nullopt;
-  return Side{part, *pose};
+  const std::vector<int>& numbers = ref.collision() > 0 ? robot_.collisions[link.collisions[ref.collision() - 1]].pieces
+                                                        : pieces_of_link_[ref.link()];
+  return Side{&robot_.pieces, &numbers, nullptr, *pose};
+}
+
+std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, const BodyPoses& poses,
+                                                                   const FramePoses& frames) const {
+  const PlacedObject& object = *objects_->placed(ref.object());
+  std::optional<Isometry3d> pose = object.world_T_object;
+  if (object.kind == PlacedObject::Kind::Attached) pose = poses[object.body];
+  if (object.kind == PlacedObject::Kind::Moving) pose = frames[objects_->frameOf(ref.object())];
+  if (!pose) return std::nullopt;
+  return Side{&object.geometry->pieces(), nullptr, &object.geometry->halfSpaces(), *pose};
 }
 
 double ContactFeatures::minimum(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
                                 const FramePoses& frames) {
   const narrowphase::SignedDistance& result = pair.result;
-  const std::optional<Side> a = sideOf(pair.asked.a, poses, frames), b = sideOf(pair.asked.b, poses, frames);
+  const auto sideOf = [&](const ShapeRef& ref) {
+    return ref.isLink() ? sideOfLink(ref, poses) : sideOfObject(ref, poses, frames);
+  };
+  const std::optional<Side> a = sideOf(pair.asked.a), b = sideOf(pair.asked.b);
   if (!a || !b) return std::numeric_limits<double>::quiet_NaN();
 
   const Vector3d from_surface = 0.5 * paddings_.of(pair.asked) * result.normal;

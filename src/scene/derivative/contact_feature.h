@@ -7,7 +7,6 @@
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/derivative/plane_figure.h"
-#include "scene/parts/volumes.h"
 
 #include <Eigen/Geometry>
 
@@ -28,7 +27,7 @@ struct ContactPlane {
 };
 
 /// Sets `figure` to the points of a shape that are farthest along the normal of the plane, projected into the plane:
-/// all points within `tolerance` [m] of the farthest. Returns how far they may lie beside their true place [m], see
+/// all points within `tolerance` [m] of the farthest. Returns the error [m] of their place in the plane, see
 /// sidewaysError(), for bounds with this gap [m]. Returns nullopt if the farthest points are not within `tolerance` of
 /// the plane.
 ///
@@ -69,9 +68,11 @@ class ContactFeatures {
   struct Side;
 
   /// nullopt if the place is not known.
-  std::optional<Side> sideOf(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
+  std::optional<Side> sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const;
+  std::optional<Side> sideOfObject(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
 
-  const Volumes volumes_;
+  const RobotModel& robot_;
+  std::vector<std::vector<int>> pieces_of_link_;
   const PairDistances paddings_;
   std::shared_ptr<const Objects> objects_;
   PlaneFigure figure_a_, figure_b_;

@@ -20,6 +20,7 @@ bool isCheckedPair(const PlacedRobot& robot, int a, int b) {
 
 void ObjectVisits::fit(const PlacedRobot& robot) {
   searchers_.clear();
+  queue_.clear();  // its visits point to them
   attached_.clear();
   unknown_pairs_ = 0;
   const Objects* objects = robot.objects();

@@ -53,7 +53,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files)
     const scene::MeshResolver resolve = scene::packageResolver(scene::rosPackagePath(), folderOf(files.urdf));
     return scene::loadRobotModel(readTextFile(files.urdf), resolve, options);
   });
-  return naming(files.srdf, [&] {
+  return naming(files.srdf.empty() ? files.urdf : files.srdf, [&] {
     return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf));
   });
 }

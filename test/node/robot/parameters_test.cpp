@@ -1,4 +1,4 @@
-// The table of parameters, what the node reads by it, and the files that are made of it: the table of config/README.md,
+// The table of parameters, what the node reads by it, and the files that are made of it: config/PARAMETERS.md,
 // config/proximity.yaml and config/Proximity.cfg. With PROXIMITY_WRITE_PARAMETERS set (./dev parameters), the tests
 // write these files before they compare them.
 
