@@ -141,7 +141,7 @@ int countVertices(const RobotModel& model, const Collision& collision) {
 
 bool isMesh(const Collision& collision) { return collision.description.rfind("mesh", 0) == 0; }
 
-/// Writes the pieces that stand for each mesh, for the table of test/benchmark/README.md. A volume ratio that is NaN
+/// Writes the pieces that stand for each mesh, for a table of test/benchmark/TABLES.md. A volume ratio that is NaN
 /// becomes null.
 nlohmann::json meshesOf(const RobotModel& model) {
   nlohmann::json meshes = nlohmann::json::array();

@@ -37,8 +37,12 @@ inline void expectIndependenceOfThreads(const Campaign& campaign, std::int64_t c
   const std::vector<Tally> one = observe(campaign, run);
   run.threads = 3;
   const std::vector<Tally> three = observe(campaign, run);
-  for (std::size_t i = 0; i < one.size(); ++i)
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_GT(one[i][campaign.cases], 0) << one[i].family;
     for (const char* name : names) EXPECT_EQ(one[i][name], three[i][name]) << one[i].family << ", " << name;
+  }
+  const std::map<std::string, double> all = sumOf(one).numbers();
+  for (const char* name : names) EXPECT_EQ(all.count(name), 1u) << "no family has counted " << name;
 }
 
 }  // namespace proximity_server::stress

@@ -393,7 +393,11 @@ Campaign driveCampaign(double duration) {
                       count("held", 7, "held"),
                       count("moving", 7, "moving"),
                       number("fastest", 8, "%*.3f", "fastest"),
-                      {"nearest mm", 10, "%*.3f", [](const Tally& tally) { return 1e3 * tally["nearest"]; }},
+                      {"nearest mm", 10, "%*.3f",
+                       [](const Tally& tally) {
+                         const bool is_near = tally.numbers().count("nearest") > 0;
+                         return is_near ? 1e3 * tally["nearest"] : std::numeric_limits<double>::infinity();
+                       }},
                       number("turns/s", 8, "%*.2f", "turns"),
                       count("unsolved", 8, "not_solved"),
                       ratio("ms/step", 9, "%*.3f", "seconds", "steps", 1e3),

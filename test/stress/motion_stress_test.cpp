@@ -32,6 +32,7 @@ TEST(MotionStress, MotionIsTheSameAfterItWasWrittenAndRead) {
 }
 
 TEST(MotionStress, RecordedMotionsKeepEveryPromise) {
+  EXPECT_GE(readRecordedMotions().size(), 3u);
   for (const RecordedMotion& recorded : readRecordedMotions()) {
     const MotionObservation seen = observeMotionWithOracle(recorded.motion);
     EXPECT_FALSE(seen.failure) << recorded.name << ": " << *seen.failure;

@@ -105,7 +105,8 @@ std::string thresholdsText(const Proposal& proposal) {
 
 std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
   const scene::StopAndWarn& usual = proposal.usual;
-  return "# Parameters of proximity_server_node; config/README.md of the package has all of them.\nstop_distance: " +
+  return "# Parameters of proximity_server_node; config/PARAMETERS.md of the package has all of "
+         "them.\nstop_distance: " +
          shortest(usual.stop) + "\nwarn_distance: " + shortest(usual.warn) + "\n" +
          (files.mesh_tolerance ? "mesh_tolerance: " + shortest(*files.mesh_tolerance) + "\n" : "") +
          (files.allow_missing_meshes ? "allow_missing_meshes: true\n" : "") +

@@ -63,6 +63,15 @@ TEST_F(LookaheadOfTheMonitor, TellsTheTimeToTheStopDistanceAndThePair) {
   EXPECT_NEAR(lookahead->pair.distance, 0.1, 1.01e-6);
 }
 
+TEST_F(LookaheadOfTheMonitor, IsAContactNowBelowTheStopDistance) {
+  gantry().hold({0.25, 0.0, 0.0});
+  joint_states_.hold(slidingAt(0.5));
+  const auto lookahead = withState(Lookahead::CONTACT);
+  ASSERT_TRUE(lookahead);
+  EXPECT_EQ(lookahead->time_to_contact, 0.0);
+  EXPECT_EQ(lookahead->time_free, 0.0);
+}
+
 TEST_F(LookaheadOfTheMonitor, ProvesThatThereIsNoContactWithinItsTime) {
   joint_states_.hold(slidingAt(-0.25));  // 0.6 m in 2.4 s
   const auto lookahead = withState(Lookahead::FREE);

@@ -290,6 +290,30 @@ TEST_F(Objects, AreMetInMotions) {
   }
 }
 
+TEST_F(Objects, AreMetOnTrajectories) {
+  add({addBall("part", poseAt(1.0, 0.9, 0.0))});
+  const auto response = ask<QueryTrajectoryResponse>("query_trajectory", alongY("ball", "part"));
+  ASSERT_TRUE(response.success) << response.status.message;
+  ASSERT_TRUE(response.contact);
+  EXPECT_NEAR(response.t_contact, 0.7 / 0.5, 1.01 * kMotionTolerance / 0.5);
+  EXPECT_EQ(response.segment, 1);
+  ASSERT_EQ(response.segments.size(), 2u);
+  EXPECT_NEAR(response.segments[0].upper_bound, 0.2, 1.01 * kMotionTolerance);
+  EXPECT_NEAR(response.segments[1].upper_bound, -0.2, 1.01 * kMotionTolerance) << "the centres meet at 1.8 s";
+}
+
+TEST_F(Objects, AreMetByBodiesThatMoveAtATwist) {
+  add({addBall("part", poseAt(1.0, 0.5, 0.0))});
+  FirstContactRequest request = sliding("ball", "part");
+  request.joints = {};
+  request.links = {"ball"};
+  request.twists.resize(1);
+  request.twists[0].linear.y = 0.5;
+  const auto response = firstContact(request);
+  ASSERT_TRUE(response.contact) << response.status.message;
+  EXPECT_NEAR(response.t_contact, 0.6, 1.01 * kMotionTolerance / 0.5);
+}
+
 TEST_F(Objects, MoveWithTheLinkThatHoldsThem) {
   add({addBall("held", poseAt(1.0, 0.25, 0.0)), attach("held", "ball"), addBall("part", poseAt(1.0, 0.75, 0.0))});
   const auto response = firstContact(sliding("held", "part"));

@@ -1,4 +1,6 @@
 #include <proximity_server/Clearance.h>
+#include <proximity_server/QueryConfiguration.h>
+#include <proximity_server/QueryTrajectory.h>
 #include "node/gantry.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
@@ -81,6 +83,51 @@ TEST_P(Robot, HasAValidClearanceWhileItMoves) {
     EXPECT_EQ(message->status.code, QueryStatus::OK) << message->status.message;
     EXPECT_LE(message->minimum.lower_bound, message->minimum.upper_bound);
     EXPECT_EQ(message->pairs_unknown, 0u);
+  }
+}
+
+TEST_P(Robot, IsAsCloseInEveryStateOfATrajectoryAsTheTrajectorySays) {
+  constexpr double kTolerance = 1e-6;        // [m]
+  constexpr double kContactDistance = 0.01;  // [m]
+  constexpr int kStates = 100;
+  const RobotModel robot = jointsOnly();
+  QueryTrajectoryRequest moving;
+  moving.missing_joints = QueryTrajectoryRequest::ZERO;
+  moving.contact_distance = kContactDistance;
+  moving.tolerance = kTolerance;
+  moving.time_budget = ros::Duration(30.0);
+  moving.trajectory.joint_names = swungBy(0.0, robot).name;
+  for (const double time : {0.0, 1.0}) {
+    trajectory_msgs::JointTrajectoryPoint point;
+    point.positions = swungBy(0.4 * time - 0.2, robot).position;
+    point.time_from_start = ros::Duration(time);
+    moving.trajectory.points.push_back(point);
+  }
+  QueryConfigurationRequest standing;
+  standing.missing_joints = QueryConfigurationRequest::ZERO;
+  for (int i = 0; i <= kStates; ++i) standing.states.push_back(swungBy(0.4 * i / kStates - 0.2, robot));
+
+  const auto path = call<QueryTrajectoryResponse>(ns_ + "/proximity_server/query_trajectory", moving);
+  const auto states = call<QueryConfigurationResponse>(ns_ + "/proximity_server/query_configuration", standing);
+  ASSERT_TRUE(path.success) << path.status.message;
+  ASSERT_TRUE(states.success) << states.status.message;
+  ASSERT_EQ(path.segments.size(), 1u);
+  EXPECT_LE(path.segments[0].lower_bound, path.segments[0].upper_bound);
+  for (int i = 0; i <= kStates; ++i) {
+    const Proximity& minimum = states.states[i].minimum;
+    EXPECT_LE(path.segments[0].lower_bound, minimum.upper_bound) << i;
+    EXPECT_LE(path.segments[0].upper_bound - kTolerance, minimum.upper_bound) << i;
+    if (1.0 * i / kStates < path.t_free) {
+      EXPECT_GT(minimum.upper_bound, kContactDistance) << i;
+    }
+  }
+  if (path.contact) {
+    QueryConfigurationRequest then;
+    then.missing_joints = QueryConfigurationRequest::ZERO;
+    then.states = {path.state};
+    const auto contact = call<QueryConfigurationResponse>(ns_ + "/proximity_server/query_configuration", then);
+    ASSERT_EQ(contact.states.size(), 1u);
+    EXPECT_LE(contact.states[0].minimum.lower_bound, kContactDistance + 2.0 * kTolerance);
   }
 }
 
