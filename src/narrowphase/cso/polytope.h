@@ -56,7 +56,7 @@ class Polytope {
     bool isCloserThan(double limit) const { return height * std::abs(height) < limit * std::abs(limit) * area2; }
   };
 
-  /// What happens to a face that lies in one plane with a new vertex. If it is replaced by the cone, the faces are
+  /// The treatment of a face that lies in one plane with a new vertex. If it is replaced by the cone, the faces are
   /// fewer and wider. The flat end of a curved core gets new vertices again and again, and its faces would be made anew
   /// with each; there they are kept.
   ///

@@ -96,7 +96,7 @@ std::vector<Eigen::Isometry3d> LaneBounds::bodyPoses(int state) const {
 
 // --- bounds
 
-/// Of a pair with geometry.
+/// Returns the poses of both links of a pair. Both have geometry.
 lanes::PairPoses LaneBounds::posesOf(const LaneModel::Pair& pair) const {
   return {&link_poses_[pair.a].tile, &link_poses_[pair.b].tile, static_cast<int>(model_->links.size())};
 }

@@ -78,7 +78,7 @@ struct Bodies {
   Tile* poses;
 };
 
-/// The same of its links.
+/// The links of a robot, and where their poses go.
 struct Links {
   const LinkPlan* plans;
   int count;
@@ -88,14 +88,14 @@ struct Links {
 /// The poses of two links.
 struct PairPoses {
   const Tile *a, *b;  ///< of the first columns
-  int stride;         ///< in tiles, to those of the next columns
+  int stride;         ///< the number of tiles to the poses of the next columns
 };
 
-/// What a search looks at.
+/// The work of a search: how many balls of the outlines it takes, and how many steps it makes.
 struct SearchEffort {
-  int balls_a, balls_b;  ///< the first ones of both outlines
+  int balls_a, balls_b;  ///< the number of balls at the begin of each outline
   float uncovered;       ///< [m] that both links together may stick out of them
-  int steps;             ///< at most
+  int steps;             ///< the largest number of steps
 };
 
 /// [m] A search is over where the lower bound is above the one limit, or the upper bound not above the other.

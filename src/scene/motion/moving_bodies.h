@@ -74,7 +74,7 @@ class MovingBodies {
     explicit Interval(int number);
     std::array<Interval, 2> halves() const { return {Interval(2 * number), Interval(2 * number + 1)}; }
 
-    /// Whether it is longer than the whole motion halved so often.
+    /// True if the interval is longer than the whole motion is after so many halvings.
     bool isLongerThan(int level) const { return number < 1 << level; }
 
     int number;

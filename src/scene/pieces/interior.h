@@ -33,7 +33,7 @@ class Interior {
 
   /// Finds the place of a point. For a point outside that is farther than `reach` [m], the upper bound may be infinite.
   ///
-  /// Where closed parts overlap, the nearest triangle may lie within the solid; the depth in the solid is then larger.
+  /// If closed parts overlap, the nearest triangle may lie within the solid. The depth in the solid is then larger.
   /// Error:  the bounds hold except for a rounding of a few eps of the coordinates. They are wider than that only at
   ///         triangles whose height is near to rounding.
   /// Source: Ericson, Real-Time Collision Detection, 2005 (nearest point of a triangle). Unlike there, the nearest

@@ -199,7 +199,7 @@ class RoomSearch {
       };
       cell.parts.erase(std::remove_if(cell.parts.begin(), cell.parts.end(), isSettled), cell.parts.end());
     }
-    // Where the settled parts make a solid, only a part that faces the other way can make a hole in it.
+    // If the settled parts fill the cell, only a part that faces the other way can make a hole in it.
     const auto facesTheSameWay = [&](std::size_t i) { return parts_[i].facing * cell.winding > 0; };
     if (cell.winding != 0 && std::all_of(cell.parts.begin(), cell.parts.end(), facesTheSameWay)) return;
 

@@ -64,7 +64,7 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
-  // Of many objects few are near; the hierarchy settles those that are far.
+  // Few of many objects are near, and the hierarchy settles the others without an entry here.
   const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
   kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
   const std::vector<int> changed = robot_.use(std::move(objects));
@@ -73,7 +73,7 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
 }
 
-/// What has half-spaces becomes the second.
+/// If one part has half-spaces, it becomes the second one.
 std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, PartPair parts, int number) const {
   auto& [a, b] = parts;
   if (b < a) std::swap(a, b);

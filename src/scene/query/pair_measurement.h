@@ -53,7 +53,7 @@ class PairMeasurement {
     return visitOf(pair, {robot_.numberOf(pair.a), robot_.numberOf(pair.b)}, number);
   }
 
-  /// The same by the two parts, in any order.
+  /// Returns the visit of a pair whose two parts, in any order, are known already.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, PartPair parts, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].

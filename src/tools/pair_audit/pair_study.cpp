@@ -249,7 +249,7 @@ class Studying {
                            [](int sum, const PairEvidence& evidence) { return sum + kindsSeen(evidence); });
   }
 
-  /// Those pairs, as if nothing had been seen of them.
+  /// Returns the evidence of these pairs without what was seen of them.
   BlockEvidence unseen(const std::vector<std::size_t>& indices) const {
     BlockEvidence fresh(indices.size());
     for (std::size_t i = 0; i < indices.size(); ++i) {

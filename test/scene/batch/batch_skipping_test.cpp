@@ -1,5 +1,5 @@
-// What lanes, bounds and limits must not change: the answers about many states are those of a new Scene, and those of
-// all pairs one by one, to the last bit.
+// Lanes, bounds and limits must not change an answer: the answers about many states are those of a new Scene, and those
+// of all pairs one by one, to the last bit.
 //
 // PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
 #include "allocations.h"

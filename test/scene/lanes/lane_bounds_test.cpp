@@ -1,5 +1,5 @@
-// What lanes prove: frames within their error, outlines around and balls inside of the links, bounds around the
-// distances, and verdicts that are those of a Scene. With the same bits on every processor.
+// The lanes prove what they say: frames lie within their error, outlines around and balls inside of the links, and
+// distances within their bounds. Verdicts are those of a Scene. The bits are the same on every processor.
 //
 // PROXIMITY_LANE_STATES: how many states of each robot are compared.
 #include "scene/lanes/lane_bounds.h"

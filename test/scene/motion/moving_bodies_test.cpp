@@ -119,8 +119,9 @@ TEST(BoxGapOfMovingBodies, IsAboutTheirMotionAgainstEachOther) {
   EXPECT_NEAR(together.bodies.boxGap(together.a, together.b, Interval(1), together.poses), 7.0, 1e-11);
 }
 
-// Of these cubes b turns in its place: an edge of it looks at a in the middle. All of its points are within
-// sqrt(3) of the axis, move at most so fast times the turning, and their velocities turn with it.
+// One of these two cubes, b, turns in its place. In the middle of the motion one of its edges points at a. All of its
+// points are within sqrt(3) of the axis, so their speed is at most sqrt(3) times the turning, and their velocities
+// turn with it.
 TEST(BoxGapOfMovingBodies, TurnsTheBoxes) {
   const double turning = 0.1;
   TwoMoving boxes(at(0, 0, 0), {}, turned(M_PI / 4 - turning / 2, Vector3d::UnitZ(), {6, 0, 0}),
