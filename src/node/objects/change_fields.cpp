@@ -27,7 +27,7 @@ narrowphase::Shape shapeOf(const shape_msgs::SolidPrimitive& primitive) {
     if (primitive.dimensions.size() != type.dimensions)
       throw std::invalid_argument("dimensions has " + std::to_string(primitive.dimensions.size()) +
                                   " numbers instead of " + type.meaning);
-    return scene::primitiveOf(type, {primitive.dimensions.begin(), primitive.dimensions.end()});
+    return type.shape({primitive.dimensions.begin(), primitive.dimensions.end()});
   }
   throw std::invalid_argument("type " + std::to_string(primitive.type) + " is none of BOX, SPHERE, CYLINDER and CONE");
 }

@@ -85,7 +85,7 @@ narrowphase::Shape shapeOf(const Field& field) {
   if (size.size() != known->dimensions)
     dimensions.refuse("has " + std::to_string(size.size()) + " numbers instead of " + known->meaning);
   try {
-    return primitiveOf(*known, size);
+    return known->shape(size);
   } catch (const std::invalid_argument& error) {
     dimensions.refuse(error.what());
   }
@@ -317,24 +317,24 @@ void requireOrder(const std::vector<Field>& entries, const std::vector<WrittenCh
 }  // namespace
 
 const std::array<PrimitiveType, 4>& primitiveTypes() {
-  static const std::array<PrimitiveType, 4> all = {{{"BOX", 1, 3, "3, the edges along x, y and z"},
-                                                    {"SPHERE", 2, 1, "1, the radius"},
-                                                    {"CYLINDER", 3, 2, "2, height and radius"},
-                                                    {"CONE", 4, 2, "2, height and radius"}}};
+  using Sizes = std::vector<double>;
+  using narrowphase::Shape;
+  static const std::array<PrimitiveType, 4> all = {{
+      {"BOX", 1, 3, "3, the edges along x, y and z",
+       [](const Sizes& d) -> Shape {
+         return narrowphase::Box{{d[0], d[1], d[2]}};
+       }},
+      {"SPHERE", 2, 1, "1, the radius", [](const Sizes& d) -> Shape { return narrowphase::Sphere{d[0]}; }},
+      {"CYLINDER", 3, 2, "2, height and radius",
+       [](const Sizes& d) -> Shape {
+         return narrowphase::Cylinder{d[1], d[0]};
+       }},
+      {"CONE", 4, 2, "2, height and radius",
+       [](const Sizes& d) -> Shape {
+         return narrowphase::Cone{d[1], d[0]};
+       }},
+  }};
   return all;
-}
-
-narrowphase::Shape primitiveOf(const PrimitiveType& type, const std::vector<double>& dimensions) {
-  switch (type.number) {
-    case 1:
-      return narrowphase::Box{{dimensions[0], dimensions[1], dimensions[2]}};
-    case 2:
-      return narrowphase::Sphere{dimensions[0]};
-    case 3:
-      return narrowphase::Cylinder{dimensions[1], dimensions[0]};
-    default:
-      return narrowphase::Cone{dimensions[1], dimensions[0]};
-  }
 }
 
 std::optional<HalfSpace> halfSpaceOf(const Vector3d& normal, double d) {

@@ -54,11 +54,12 @@ struct PrimitiveType {
   int number;
   std::size_t dimensions;  ///< the number of its dimensions
   const char* meaning;     ///< for messages: "1, the radius"
+
+  /// The shape with so many dimensions.
+  /// Failure: throws std::invalid_argument for a size that is not positive.
+  narrowphase::Shape (*shape)(const std::vector<double>& dimensions);
 };
 const std::array<PrimitiveType, 4>& primitiveTypes();
-
-/// Failure: throws std::invalid_argument for a size that is not positive.
-narrowphase::Shape primitiveOf(const PrimitiveType& type, const std::vector<double>& dimensions);
 
 /// All points x with normal . x + d <= 0. Returns nullopt if the normal is zero, or if a number is out of range.
 std::optional<HalfSpace> halfSpaceOf(const Eigen::Vector3d& normal, double d);
