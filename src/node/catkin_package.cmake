@@ -39,6 +39,7 @@ add_message_files(FILES
   ShapeRef.msg
   StateProximity.msg
 )
+install(FILES msg/migration.bmr DESTINATION share/${PROJECT_NAME}/msg)
 add_service_files(FILES
   ApplyObjects.srv
   FirstContact.srv
