@@ -20,6 +20,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <tuple>
 #include <utility>
@@ -152,7 +153,8 @@ std::unique_ptr<Robot> withWarnings(std::unique_ptr<Robot> robot) {
 
 std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
                                     const std::optional<std::filesystem::path>& thresholds, const Keywords& keywords) {
-  if (urdf.native().find('<') != std::string::npos && !std::filesystem::exists(urdf))
+  std::error_code is_no_path;  // a text may be longer than a path can be
+  if (urdf.native().find('<') != std::string::npos && !std::filesystem::exists(urdf, is_no_path))
     throw std::invalid_argument("the first argument is the path of a URDF; Robot.from_text takes its text");
   RobotText text;
   text.urdf = readTextFile(urdf);

@@ -204,6 +204,8 @@ class Loading(InFolder):
     def test_a_text_instead_of_a_path_leads_to_from_text(self):
         with self.assertRaisesRegex(ValueError, "Robot.from_text"):
             proximity.Robot(BALLS)
+        with self.assertRaisesRegex(ValueError, "takes its text"):
+            proximity.Robot(f'<robot name="{300 * "n"}"/>')  # longer than the name of a file can be
 
     def test_a_broken_urdf_is_named_with_file_and_link(self):
         broken = self.file("broken.urdf", BALLS.replace('radius="0.2"', 'radius="0"'))
