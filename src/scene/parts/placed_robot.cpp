@@ -155,21 +155,31 @@ int PlacedRobot::collisionNumber(const Part& part, int leaf) const {
 }
 
 PlacedRobot::Sphere PlacedRobot::sphereAround(int part) const {
-  const Bounds& bounds = (*this)[part].whole().bounds;
-  const BodyPlace& body = bodyOf(part);
   Sphere sphere;
-  sphere.is_placed = body.known;
-  sphere.centre = (body.origin - origin_) + body.rotation * bounds.centre;
-  sphere.radius = bounds.radius + kPoseRounding * sphere.centre.norm();
+  putAround(part, sphere);
   return sphere;
 }
 
-double PlacedRobot::sphereGap(int a, int b) const {
+void PlacedRobot::putAround(int part, Sphere& sphere) const {
+  const Bounds& bounds = (*this)[part].whole().bounds;
+  const BodyPlace& body = bodyOf(part);
+  sphere.is_placed = body.known;
+  sphere.centre = (body.origin - origin_) + body.rotation * bounds.centre;
+  sphere.radius = bounds.radius + kPoseRounding * sphere.centre.norm();
+}
+
+bool PlacedRobot::isUnboundedFirst(int a, int b) const {
+  if (!(*this)[a].isUnbounded()) return false;
+  if ((*this)[b].isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
+  return true;
+}
+
+/// sphereGap() of a pair with an object.
+double PlacedRobot::gapWithObject(int a, int b) const {
   PROXIMITY_ASSERT(!(*this)[a].isUnbounded(),
-                   "The first of the two has half-spaces: exchange them, as PairMeasurement::visitOf() does.");
+                   "The first of the two has half-spaces: exchange them, see isUnboundedFirst().");
   if ((*this)[b].isUnbounded()) return halfSpaceGap(sphereOf(a), b);
-  const Sphere sphere_a = sphereOf(a), sphere_b = sphereOf(b);
-  return (sphere_b.centre - sphere_a.centre).norm() - (sphere_a.radius + sphere_b.radius);
+  return gapOf(sphereOf(a), sphereOf(b));
 }
 
 /// A lower bound of the gap between a sphere and an object with half-spaces.
@@ -207,8 +217,8 @@ void PlacedRobot::placeSphere(int part) {
   PROXIMITY_ASSERT(narrowphase::isPlace(part, spheres_.size()),
                    "Only parts of the robot keep their spheres: that of an object is made when it is asked.");
   Sphere& sphere = spheres_[part];
-  sphere.is_placed = false;
-  if (bodyOf(part).known && !(*this)[part].whole().isEmpty()) sphere = sphereAround(part);
+  sphere.is_placed = bodyOf(part).known && !(*this)[part].whole().isEmpty();
+  if (sphere.is_placed) putAround(part, sphere);
 }
 
 RelativePose PlacedRobot::relative(int a, int b) const {

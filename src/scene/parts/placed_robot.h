@@ -95,8 +95,13 @@ class PlacedRobot {
   /// The pose of part b's body in the frame of part a's body.
   RelativePose relative(int a, int b) const;
 
+  /// True if the first of two has half-spaces, which only the second may have. Throws std::invalid_argument if both have.
+  bool isUnboundedFirst(int a, int b) const;
+
   /// [m] A lower bound of the signed distance of two parts. Only the second one may have half-spaces.
-  double sphereGap(int a, int b) const;
+  double sphereGap(int a, int b) const {
+    return isObject(a) || isObject(b) ? gapWithObject(a, b) : gapOf(spheres_[a], spheres_[b]);
+  }
 
   /// The box of the sphere of a placed link or <collision>, in the frame of the poses moved to the origin of one of the
   /// bodies.
@@ -141,10 +146,13 @@ class PlacedRobot {
     Eigen::Vector3d centre;
   };
 
+  static double gapOf(const Sphere& a, const Sphere& b) { return (b.centre - a.centre).norm() - (a.radius + b.radius); }
+  double gapWithObject(int a, int b) const;
   const BodyPlace& bodyOf(int part) const { return bodies_[(*this)[part].body]; }
   const Part& existing(int object) const;
   Sphere sphereOf(int part) const { return isObject(part) ? sphereAround(part) : spheres_[part]; }
   Sphere sphereAround(int part) const;
+  void putAround(int part, Sphere& sphere) const;
   double halfSpaceGap(const Sphere& sphere, int object) const;
   static void placeBody(const std::optional<Eigen::Isometry3d>& pose, BodyPlace& body);
   void placeSpheres();

@@ -74,15 +74,15 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
 }
 
 /// If one part has half-spaces, it becomes the second one.
-std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, PartPair parts, int number) const {
-  auto& [a, b] = parts;
-  if (b < a) std::swap(a, b);
+// All numbers are there before the visit is made of them: a search asks for each of its pairs, and would wait for the
+// parts of a visit that was just written to be read again as a whole.
+std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, const PartPair& parts, int number) const {
+  int a = std::min(parts.a, parts.b), b = std::max(parts.a, parts.b);
   if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
-  if (robot_[a].isUnbounded()) std::swap(a, b);
-  if (robot_[a].isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
-  Visit visit{parts, -kInfinity, number, paddings_.of(pair)};
-  if (skipping_ == Skipping::On) visit.lower_bound = robot_.sphereGap(a, b) - visit.padding;
-  return visit;
+  if (robot_.isObject(b) && robot_.isUnboundedFirst(a, b)) std::swap(a, b);
+  const double padding = paddings_.of(pair);
+  const double lower_bound = skipping_ == Skipping::On ? robot_.sphereGap(a, b) - padding : -kInfinity;
+  return Visit{{a, b}, lower_bound, number, padding};
 }
 
 Visit PairMeasurement::refined(Visit visit, double limit) const {

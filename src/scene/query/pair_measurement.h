@@ -54,7 +54,7 @@ class PairMeasurement {
   }
 
   /// Returns the visit of a pair whose two parts, in any order, are known already.
-  std::optional<Visit> visitOf(const ShapeRefPair& pair, PartPair parts, int number) const;
+  std::optional<Visit> visitOf(const ShapeRefPair& pair, const PartPair& parts, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
   Visit refined(Visit visit, double limit) const;

@@ -98,7 +98,7 @@ double PairRanking::limit(const Search& search) const {
   return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.first().rank);
 }
 
-PairRanking::QueriedPair PairRanking::inList(int number, const Search& search) const {
+inline PairRanking::QueriedPair PairRanking::inList(int number, const Search& search) const {
   const ShapeRefPair& pair = search.pairs.list()[number];
   return {{measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)}, number};
 }
@@ -110,8 +110,9 @@ ShapeRefPair PairRanking::refsOf(const QueriedPair& pair, const Search& search) 
 }
 
 /// The visit of a pair, with the threshold of the pair.
-std::optional<Visit> PairRanking::visitOf(const QueriedPair& pair, const Search& search) const {
-  const ShapeRefPair refs = refsOf(pair, search);
+inline std::optional<Visit> PairRanking::visitOf(const QueriedPair& pair, const Search& search) const {
+  ShapeRefPair of_parts;
+  const ShapeRefPair& refs = pair.isInList() ? search.pairs.list()[pair.number] : (of_parts = refsOf(pair, search));
   std::optional<Visit> visit = measurement_.visitOf(refs, pair, pair.number);
   if (visit && search.question.thresholds) visit->threshold = search.question.thresholds->of(refs);
   return visit;
@@ -188,7 +189,7 @@ void PairRanking::openNearby(const Search& search) {
     });
 }
 
-void PairRanking::enter(const QueriedPair& pair, const Search& search) {
+inline void PairRanking::enter(const QueriedPair& pair, const Search& search) {
   if (std::binary_search(likely_.begin(), likely_.end(), pair)) return;
   const std::optional<Visit> visit = visitOf(pair, search);
   if (!visit)
