@@ -14,4 +14,4 @@ install(CODE "
   file(WRITE \"\${made}/.catkin\" \"\")
   file(INSTALL \${files} DESTINATION \"\${CMAKE_INSTALL_PREFIX}\")
   file(INSTALL \"${CATKIN_DEVEL_PREFIX}/_setup_util.py\" \"${CMAKE_BINARY_DIR}/catkin_generated/installspace/env.sh\"
-    DESTINATION \"\${CMAKE_INSTALL_PREFIX}\" TYPE PROGRAM)")
+    DESTINATION \"\${CMAKE_INSTALL_PREFIX}\" TYPE PROGRAM)" COMPONENT setup)

@@ -45,7 +45,7 @@ CHEAPER = {
         f"ar rcs without_ros/src/narrowphase/libproximity_narrowphase.a @{BUILD}/test/readme/objects_of_narrowphase && "
         f"ar rcs without_ros/src/scene/libproximity_scene.a @{BUILD}/test/readme/objects_of_scene && "
         "ctest --test-dir without_ros -N | grep signed_distance_test && "
-        "cmake --install without_ros --component library",
+        "cmake --install without_ros --component library && cmake --install without_ros --component development",
     # Narrowphase as where there is nothing but what it needs: it has the same sources, whose library was made just before.
     "cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON -DBUILD_TESTING=ON && cmake --build build && "
     "ctest --test-dir build && cmake --install build":
