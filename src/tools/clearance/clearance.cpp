@@ -11,6 +11,7 @@
 #include "tools/clearance/state_sweep.h"
 #include "tools/clearance/sweep_files.h"
 #include "tools/clearance/trajectory_run.h"
+#include "tools/program/options.h"
 #include "tools/program/plot_script.h"
 #include "tools/program/progress.h"
 #include "tools/program/tool_main.h"
@@ -22,8 +23,6 @@
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
-
-#include <CLI/CLI.hpp>
 
 #include <cstdint>
 #include <ctime>
@@ -201,12 +200,11 @@ ExitCode run(const ClearanceOptions& options) {
 }  // namespace proximity_server::tools
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "How close a robot is to itself, and to objects, in recorded or planned states, and between them; lengths in "
-      "metres, in "
-      "the root link's frame",
-      "clearance");
+  proximity_server::tools::ProgramOptions program(
+      "clearance",
+      "How close a robot is to itself, and to objects, in recorded or planned states, and between them;\n"
+      "lengths in metres, in the root link's frame");
   proximity_server::tools::ClearanceOptions options;
-  proximity_server::tools::declareClearance(app, options);
-  return proximity_server::tools::runTool(app, argc, argv, [&] { return proximity_server::tools::run(options); });
+  proximity_server::tools::declareClearance(program, options);
+  return proximity_server::tools::runTool(program, argc, argv, [&] { return proximity_server::tools::run(options); });
 }

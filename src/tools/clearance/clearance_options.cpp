@@ -10,75 +10,73 @@ namespace {
 /// [m] The smallest legal tolerance of a motion: the narrowphase answers within 1e-9 m only.
 constexpr double kSmallestTolerance = 1e-8;
 
-void declareTrajectory(CLI::App& app, ClearanceOptions& options) {
-  CLI::Option* trajectory = app.add_flag_callback(
-      "--trajectory", [&] { options.rows = RowKind::Segment; },
+void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
+  program.addFlag(
+      "--trajectory", options.rows, RowKind::Segment,
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
   for (const char* other : {"--pairs", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range", "--summary",
                             "--second-opinion", "--thresholds"})
-    trajectory->excludes(other);
-  addLength(app, "--contact-distance", options.question.motion.contact_distance, 0.0,
+    program.atMostOneOf({"--trajectory", other});
+  addLength(program, "--contact-distance", options.question.motion.contact_distance, 0.0,
             "what counts as contact (default: 0)")
-      ->needs(trajectory);
-  addLength(app, "--tolerance", options.question.motion.tolerance, kSmallestTolerance,
+      .needs = "--trajectory";
+  addLength(program, "--tolerance", options.question.motion.tolerance, kSmallestTolerance,
             "of the minimum and of contact (default: 1e-6)")
-      ->needs(trajectory);
+      .needs = "--trajectory";
 }
 
-void declareOutput(CLI::App& app, ClearanceOptions& options) {
+void declareOutput(ProgramOptions& program, ClearanceOptions& options) {
   const auto readFormat = [](const std::string& name) {
     const std::optional<RowFormat> format = rowFormatNamed(name);
     if (!format) throw std::invalid_argument("'" + name + "' is neither csv, json nor npy");
     return *format;
   };
-  addRead(app, "--format", options.format, readFormat,
-          "csv, json, or npy: numbers for numpy, and FILE.manifest with the names of the pairs (default: csv)")
-      ->type_name("NAME");
-  app.add_option("--out", options.out, "where to write (default: standard output); the folder of --shard and --range")
-      ->type_name("FILE");
-  app.add_option(
-         "--plot", options.plot,
-         "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs")
-      ->type_name("FILE");
-  addLength(app, "--assert-above", options.assert_above, 0.0,
+  program.addRead("--format", "NAME", options.format, readFormat,
+                  "csv, json, or npy: numbers for numpy, and FILE.manifest with the names of the pairs (default: csv)");
+  program.addText("--out", "FILE", options.out,
+                  "where to write (default: standard output); the folder of --shard and --range");
+  program.addText(
+      "--plot", "FILE", options.plot,
+      "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs");
+  addLength(program, "--assert-above", options.assert_above, 0.0,
             "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
             "distance, and name the first and the worst on standard error");
-  app.footer(
-      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads or disk did "
-      "not suffice; 2: --assert-above does not hold, or is not proven; 3: --second-opinion refutes an answer.");
+  program.setFooter(
+      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads\n"
+      "or disk did not suffice; 2: --assert-above does not hold, or is not proven; 3: --second-opinion\n"
+      "refutes an answer.");
 }
 
 }  // namespace
 
-void declareClearance(CLI::App& app, ClearanceOptions& options) {
-  app.add_option("robot", options.robot.urdf, "the URDF")->type_name("FILE");
-  app.add_option("--srdf", options.robot.srdf, "which pairs not to check")->type_name("FILE");
-  app.add_option("--objects", options.question.objects_file,
-                 "what the robot holds and what stands around it: YAML, or a .scene of MoveIt")
-      ->type_name("FILE");
-  app.add_option("--thresholds", options.question.thresholds_file,
-                 "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
-                 "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID")
-      ->type_name("FILE");
-  app.add_flag("--list", options.list, "only list the joints of the robot, a line each: name, type, limits, unit");
-  declareStateOptions(app, options.states);
-  addRead(app, "--pairs", options.question.selection, readPairSelection,
-          "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
-          "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
-          "with the smallest distance less its threshold");
-  addRobotOptions(app, options.robot);
-  addQuiet(app, options.robot.warnings);
-  app.add_flag_callback(
-      "--no-filter", [&] { options.question.filter = PairFilter::Off; },
-      "every pair of links with geometry that are not one body, neighbours too");
-  app.add_flag_callback(
-      "--no-skip", [&] { options.question.skipping = scene::Skipping::Off; }, "compute every pair anew");
-  addThreads(app, options.question.threads);
-  declareSecondOpinion(app, options.second_opinion);
-  declareOutput(app, options);
-  declareSweepOptions(app, options.sweep);
-  declareTrajectory(app, options);
+void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
+  program.addText("robot", "FILE", options.robot.urdf, "the URDF");
+  program.addText("--srdf", "FILE", options.robot.srdf, "which pairs not to check");
+  program.addText("--objects", "FILE", options.question.objects_file,
+                  "what the robot holds and what stands around it: YAML, or a .scene of MoveIt");
+  program.addText(
+      "--thresholds", "FILE", options.question.thresholds_file,
+      "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
+      "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID");
+  program.addFlag("--list", options.list, true,
+                  "only list the joints of the robot, a line each: name, type, limits, unit");
+  declareStateOptions(program, options.states);
+  program.addRead(
+      "--pairs", "TEXT", options.question.selection, readPairSelection,
+      "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
+      "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
+      "with the smallest distance less its threshold");
+  addRobotOptions(program, options.robot);
+  addQuiet(program, options.robot.warnings);
+  program.addFlag("--no-filter", options.question.filter, PairFilter::Off,
+                  "every pair of links with geometry that are not one body, neighbours too");
+  program.addFlag("--no-skip", options.question.skipping, scene::Skipping::Off, "compute every pair anew");
+  addThreads(program, options.question.threads);
+  declareSecondOpinion(program, options.second_opinion);
+  declareOutput(program, options);
+  declareSweepOptions(program, options.sweep);
+  declareTrajectory(program, options);
 }
 
 void requireConsistent(const ClearanceOptions& options) {

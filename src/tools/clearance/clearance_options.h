@@ -7,8 +7,6 @@
 #include "tools/sweep/output_format.h"
 #include "tools/sweep/state_range.h"
 
-#include <CLI/CLI.hpp>
-
 #include <optional>
 #include <string>
 
@@ -28,7 +26,7 @@ struct ClearanceOptions {
   SweepOptions sweep;
 };
 
-void declareClearance(CLI::App& app, ClearanceOptions& options);
+void declareClearance(ProgramOptions& program, ClearanceOptions& options);
 
 /// Throws std::invalid_argument for options that do not go with each other.
 void requireConsistent(const ClearanceOptions& options);

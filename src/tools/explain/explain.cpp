@@ -7,8 +7,6 @@
 #include "tools/program/tool_main.h"
 #include "tools/text/output_file.h"
 
-#include <CLI/CLI.hpp>
-
 #include <iostream>
 #include <optional>
 #include <stdexcept>
@@ -31,66 +29,56 @@ struct ExplainArguments {
 };
 
 /// An option that is a text. An empty one is an error: it may come from an empty variable of a shell.
-template <typename Value>
-CLI::Option* addText(CLI::App& app, const std::string& name, Value& value, const std::string& description) {
+template <typename Text>
+Option& addFilled(ProgramOptions& program, const std::string& name, const std::string& type, Text& value,
+                  const std::string& description) {
   const auto read = [](const std::string& text) {
     if (text.empty()) throw std::invalid_argument("the text is empty");
     return text;
   };
-  return addRead(app, name, value, read, description);
+  return program.addRead(name, type, value, read, description);
 }
 
-void declarePair(CLI::App& app, ExplainArguments& arguments) {
-  app.add_option("a", arguments.a,
-                 "a shape: \"box x y z\", \"sphere radius\", \"capsule radius length\", \"cylinder radius length\", "
-                 "\"cone radius length\", \"ellipsoid rx ry rz\" or \"hull n x y z ...\", and behind it \"pad m\" and "
-                 "\"sweep\" with 12 numbers as of --pose; or, with --urdf, a link")
-      ->required()
-      ->type_name("SHAPE");
-  app.add_option("b", arguments.b, "the other one")->required()->type_name("SHAPE");
-  CLI::Option* xyz =
-      addText(app, "--xyz", arguments.xyz, "place of b in the frame of a, as in a URDF (default: \"0 0 0\")")
-          ->type_name("\"X Y Z\"");
-  CLI::Option* rpy =
-      addText(app, "--rpy", arguments.rpy, "its rotation [rad] (default: \"0 0 0\")")->type_name("\"R P Y\"");
-  CLI::Option* pose = addText(app, "--pose", arguments.pose, "both as 12 numbers: rotation row by row, translation")
-                          ->type_name("NUMBERS")
-                          ->excludes(xyz)
-                          ->excludes(rpy);
-  CLI::Option* urdf = addText(app, "--urdf", arguments.robot.urdf, "a and b are links of this robot")
-                          ->type_name("FILE")
-                          ->excludes(xyz)
-                          ->excludes(rpy)
-                          ->excludes(pose);
-  addText(app, "--state", arguments.state,
-          "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
-      ->type_name("\"JOINT=POSITION ...\"")
-      ->needs(urdf);
-  for (CLI::Option* option : addRobotOptions(app, arguments.robot)) option->needs(urdf);
+void declarePair(ProgramOptions& program, ExplainArguments& arguments) {
+  program
+      .addText("a", "SHAPE", arguments.a,
+               "a shape: \"box x y z\", \"sphere radius\", \"capsule radius length\", \"cylinder radius length\", "
+               "\"cone radius length\", \"ellipsoid rx ry rz\" or \"hull n x y z ...\", and behind it \"pad m\" and "
+               "\"sweep\" with 12 numbers as of --pose; or, with --urdf, a link")
+      .is_required = true;
+  program.addText("b", "SHAPE", arguments.b, "the other one").is_required = true;
+  addFilled(program, "--xyz", "\"X Y Z\"", arguments.xyz,
+            "place of b in the frame of a, as in a URDF (default: \"0 0 0\")");
+  addFilled(program, "--rpy", "\"R P Y\"", arguments.rpy, "its rotation [rad] (default: \"0 0 0\")");
+  addFilled(program, "--pose", "NUMBERS", arguments.pose, "both as 12 numbers: rotation row by row, translation");
+  addFilled(program, "--urdf", "FILE", arguments.robot.urdf, "a and b are links of this robot");
+  program.atMostOneOf({"--xyz", "--pose", "--urdf"});
+  program.atMostOneOf({"--rpy", "--pose", "--urdf"});
+  addFilled(program, "--state", "\"JOINT=POSITION ...\"", arguments.state,
+            "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
+      .needs = "--urdf";
+  addRobotOptions(program, arguments.robot, "--urdf");
 }
 
-void declareQuestion(CLI::App& app, ExplainArguments& arguments) {
-  addText(app, "--first-direction", arguments.first_direction,
-          "where the search begins, from a to b (default: from centre to centre)")
-      ->type_name("\"X Y Z\"");
-  addLength(app, "--tolerance", arguments.options.distance_tolerance, 0.0,
+void declareQuestion(ProgramOptions& program, ExplainArguments& arguments) {
+  addFilled(program, "--first-direction", "\"X Y Z\"", arguments.first_direction,
+            "where the search begins, from a to b (default: from centre to centre)");
+  addLength(program, "--tolerance", arguments.options.distance_tolerance, 0.0,
             "accepted gap of the bounds (default: 1e-9)");
-  addText(app, "--stop-above", arguments.stop_above, "end where the lower bound is above this")->type_name("METRES");
-  addText(app, "--stop-below", arguments.stop_below, "end where the upper bound is not above this")
-      ->type_name("METRES");
+  addFilled(program, "--stop-above", "METRES", arguments.stop_above, "end where the lower bound is above this");
+  addFilled(program, "--stop-below", "METRES", arguments.stop_below, "end where the upper bound is not above this");
 }
 
-void declareOutput(CLI::App& app, ExplainArguments& arguments) {
+void declareOutput(ProgramOptions& program, ExplainArguments& arguments) {
   const auto readFormat = [](const std::string& name) {
     if (name != "table" && name != "json") throw std::invalid_argument("'" + name + "' is neither table nor json");
     return name == "table" ? ExplainArguments::Format::Table : ExplainArguments::Format::Json;
   };
-  addRead(app, "--format", arguments.format, readFormat, "table or json (default: table)")->type_name("NAME");
-  addText(app, "--plot", arguments.plot,
-          "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
-      ->type_name("FILE");
-  addQuiet(app, arguments.robot.warnings);
-  app.footer("Exit codes: 0: done; 1: bad input, or memory or disk did not suffice.");
+  program.addRead("--format", "NAME", arguments.format, readFormat, "table or json (default: table)");
+  addFilled(program, "--plot", "FILE", arguments.plot,
+            "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds");
+  addQuiet(program, arguments.robot.warnings);
+  program.setFooter("Exit codes: 0: done; 1: bad input, or memory or disk did not suffice.");
 }
 
 /// Three numbers; zero where nothing is given.
@@ -138,10 +126,11 @@ ExitCode run(const ExplainArguments& arguments) {
 }  // namespace proximity_server::tools
 
 int main(int argc, char** argv) {
-  CLI::App app("One query of the narrowphase, step by step; lengths in metres, in the frame of shape a", "explain");
+  proximity_server::tools::ProgramOptions program(
+      "explain", "One query of the narrowphase, step by step; lengths in metres, in the frame of shape a");
   proximity_server::tools::ExplainArguments arguments;
-  proximity_server::tools::declarePair(app, arguments);
-  proximity_server::tools::declareQuestion(app, arguments);
-  proximity_server::tools::declareOutput(app, arguments);
-  return proximity_server::tools::runTool(app, argc, argv, [&] { return proximity_server::tools::run(arguments); });
+  proximity_server::tools::declarePair(program, arguments);
+  proximity_server::tools::declareQuestion(program, arguments);
+  proximity_server::tools::declareOutput(program, arguments);
+  return proximity_server::tools::runTool(program, argc, argv, [&] { return proximity_server::tools::run(arguments); });
 }

@@ -12,8 +12,6 @@
 #include "tools/text/csv.h"
 #include "tools/text/output_file.h"
 
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <iostream>
 #include <limits>
@@ -33,32 +31,29 @@ struct AuditArguments {
   std::string write, write_thresholds, setup;
 };
 
-void declare(CLI::App& app, AuditArguments& arguments) {
+void declare(ProgramOptions& program, AuditArguments& arguments) {
   StudyOptions& study = arguments.study;
   study.distance = kUsual.stop;
   study.warn_distance = kUsual.warn;
-  const auto addFile = [&](const std::string& name, std::string& path, const std::string& description) {
-    return app.add_option(name, path, description)->type_name("FILE");
-  };
-  addFile("robot", arguments.robot.urdf, "the URDF")->required();
-  addFile("--srdf", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
-  addRobotOptions(app, arguments.robot);
-  addQuiet(app, arguments.robot.warnings);
-  addLength(app, "--distance", study.distance, 0.0,
+  program.addText("robot", "FILE", arguments.robot.urdf, "the URDF").is_required = true;
+  program.addText("--srdf", "FILE", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
+  addRobotOptions(program, arguments.robot);
+  addQuiet(program, arguments.robot.warnings);
+  addLength(program, "--distance", study.distance, 0.0,
             "up to which two links count as near (default: 0.02, the stop distance of the node; 0: contact)");
-  addLength(app, "--warn-distance", study.warn_distance, 0.0,
+  addLength(program, "--warn-distance", study.warn_distance, 0.0,
             "pairs that are always within it get thresholds of their own (default: 0.05, that of the node)");
-  addCount(app, "--samples", study.most_samples, 1, 1000000000,
+  addCount(program, "--samples", study.most_samples, 1, 1000000000,
            "most random states (default: 100000); fewer where the classes of the pairs settle before");
-  addCount(app, "--seed", study.seed, 0, std::numeric_limits<long>::max(), "of the random states (default: 1)");
-  addFile("--write", arguments.write, "an SRDF that disables what is adjacent, always in contact or never near");
-  addFile("--write-thresholds", arguments.write_thresholds,
-          "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
-  app.add_option(
-         "--setup", arguments.setup,
-         "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest")
-      ->type_name("DIR");
-  addThreads(app, study.threads);
+  addCount(program, "--seed", study.seed, 0, std::numeric_limits<long>::max(), "of the random states (default: 1)");
+  program.addText("--write", "FILE", arguments.write,
+                  "an SRDF that disables what is adjacent, always in contact or never near");
+  program.addText("--write-thresholds", "FILE", arguments.write_thresholds,
+                  "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
+  program.addText(
+      "--setup", "DIR", arguments.setup,
+      "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest");
+  addThreads(program, study.threads);
 }
 
 PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options) {
@@ -154,9 +149,9 @@ ExitCode run(const AuditArguments& arguments) {
 }  // namespace proximity_server::tools
 
 int main(int argc, char** argv) {
-  CLI::App app("Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them",
-               "pair_audit");
+  proximity_server::tools::ProgramOptions program(
+      "pair_audit", "Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them");
   proximity_server::tools::AuditArguments arguments;
-  proximity_server::tools::declare(app, arguments);
-  return proximity_server::tools::runTool(app, argc, argv, [&] { return proximity_server::tools::run(arguments); });
+  proximity_server::tools::declare(program, arguments);
+  return proximity_server::tools::runTool(program, argc, argv, [&] { return proximity_server::tools::run(arguments); });
 }

@@ -1,6 +1,6 @@
 #include "tools/program/tool_main.h"
 
-#include <CLI/CLI.hpp>
+#include "tools/program/options.h"
 
 #include <csignal>
 #include <exception>
@@ -19,26 +19,15 @@ int fail(const std::string& tool, const char* message, const char* more = "") {
   return static_cast<int>(ExitCode::BadInput);
 }
 
-int parseAndRun(CLI::App& app, int argc, char** argv, const std::function<ExitCode()>& run) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    return fail(app.get_name(), error.what(), "\nRun with --help for more information.");
-  }
-  return static_cast<int>(run());
-}
-
 }  // namespace
 
-int runTool(CLI::App& app, int argc, char** argv, const std::function<ExitCode()>& run) {
+int runTool(ProgramOptions& program, int argc, char** argv, const std::function<ExitCode()>& run) {
   std::ios::sync_with_stdio(false);
-  app.set_version_flag("--version", app.get_name() + " of proximity_server " PROXIMITY_VERSION);
   std::signal(SIGXFSZ, SIG_IGN);  // so that a file which may not grow further is named like one on a full disk
-  const std::string& tool = app.get_name();
+  const std::string& tool = program.program();
   try {
-    return parseAndRun(app, argc, argv, run);
+    const std::optional<int> exit_code = program.parse(argc, argv);
+    return exit_code ? *exit_code : static_cast<int>(run());
   } catch (const std::bad_alloc&) {
     return fail(tool, "not enough memory");
   } catch (const std::length_error&) {  // thrown by containers of the standard library

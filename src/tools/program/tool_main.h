@@ -2,11 +2,9 @@
 
 #include <functional>
 
-namespace CLI {
-class App;
-}
-
 namespace proximity_server::tools {
+
+class ProgramOptions;
 
 /// The exit code of a tool.
 enum class ExitCode : int {
@@ -16,11 +14,11 @@ enum class ExitCode : int {
   Refuted = 3          ///< --second-opinion of clearance
 };
 
-/// The main() of a tool: adds --version, parses the options of the command line, then calls `run`.
+/// The main() of a tool: reads the options of the command line, then calls `run`.
 ///
-/// An exception of an option or of `run` becomes a message on standard error, which begins with the name of `app`, and
-/// the exit code BadInput.
+/// An exception of `run` becomes a message on standard error, which begins with the name of the program, and the exit
+/// code BadInput.
 /// Failure: never throws.
-int runTool(CLI::App& app, int argc, char** argv, const std::function<ExitCode()>& run);
+int runTool(ProgramOptions& program, int argc, char** argv, const std::function<ExitCode()>& run);
 
 }  // namespace proximity_server::tools

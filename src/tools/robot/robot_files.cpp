@@ -20,19 +20,23 @@ std::string folderOf(const std::string& file) { return std::filesystem::absolute
 
 }  // namespace
 
-std::vector<CLI::Option*> addRobotOptions(CLI::App& app, RobotFiles& files) {
-  return {
-      addMeshTolerance(app, files.mesh_tolerance),
-      app.add_flag("--allow-missing-meshes", files.allow_missing_meshes,
-                   "a mesh that cannot be read is a warning, and that geometry is NOT checked"),
-      app.add_flag("--allow-broken-mimics", files.allow_broken_mimics,
-                   "a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint has "
-                   "a position of its own")};
+void addRobotOptions(ProgramOptions& program, RobotFiles& files, const std::string& needs) {
+  addLength(program, "--mesh-tolerance", files.mesh_tolerance, 0.0,
+            "how far pieces may lie from their mesh (default: 0.005; 0: triangles)")
+      .needs = needs;
+  program
+      .addFlag("--allow-missing-meshes", files.allow_missing_meshes, true,
+               "a mesh that cannot be read is a warning, and that geometry is NOT checked")
+      .needs = needs;
+  program
+      .addFlag("--allow-broken-mimics", files.allow_broken_mimics, true,
+               "a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint has "
+               "a position of its own")
+      .needs = needs;
 }
 
-void addQuiet(CLI::App& app, Warnings& warnings) {
-  app.add_flag_callback(
-      "--quiet", [&] { warnings = Warnings::Hidden; }, "no warnings and no steps of loading on standard error");
+void addQuiet(ProgramOptions& program, Warnings& warnings) {
+  program.addFlag("--quiet", warnings, Warnings::Hidden, "no warnings and no steps of loading on standard error");
 }
 
 std::string readTextFile(const std::string& path) {

@@ -8,12 +8,9 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-class Option;
-}  // namespace CLI
-
 namespace proximity_server::tools {
+
+class ProgramOptions;
 
 /// Whether warnings, and the steps of loading that take long, are printed on standard error.
 enum class Warnings : unsigned char { Shown, Hidden };
@@ -28,11 +25,11 @@ struct RobotFiles {
   Warnings warnings = Warnings::Shown;
 };
 
-/// Adds --mesh-tolerance, --allow-missing-meshes and --allow-broken-mimics, and returns them.
-std::vector<CLI::Option*> addRobotOptions(CLI::App& app, RobotFiles& files);
+/// Adds --mesh-tolerance, --allow-missing-meshes and --allow-broken-mimics; `needs` as in Option.
+void addRobotOptions(ProgramOptions& program, RobotFiles& files, const std::string& needs = "");
 
 /// Adds --quiet.
-void addQuiet(CLI::App& app, Warnings& warnings);
+void addQuiet(ProgramOptions& program, Warnings& warnings);
 
 /// The whole text of a file. Throws std::invalid_argument with its name and the reason if it cannot be read.
 std::string readTextFile(const std::string& path);

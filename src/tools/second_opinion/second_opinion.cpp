@@ -5,8 +5,6 @@
 #include "tools/text/csv.h"
 #include "tools/text/output_file.h"
 
-#include <CLI/CLI.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -40,21 +38,20 @@ bool isListed(Ruling ruling) { return ruling != Ruling::Agrees && ruling != Ruli
 
 }  // namespace
 
-void declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options) {
+void declareSecondOpinion(ProgramOptions& program, SecondOpinionOptions& options) {
   const auto read = [](const std::string& name) {
     if (name != "fcl") throw std::invalid_argument("'" + name + "' is not fcl");
     if (!makeFcl()) throw std::invalid_argument("this build has no FCL");
     return true;
   };
-  CLI::Option* wanted = addRead(app, "--second-opinion", options.is_wanted, read,
-                                "fcl: ask FCL about the pairs that are listed too, and prove who is right where the "
-                                "two differ; exit code 3 if ours is refuted")
-                            ->type_name("LIBRARY");
-  addLength(app, "--second-opinion-tolerance", options.tolerance, 0.0, "what counts as a difference (default: 1e-5)")
-      ->needs(wanted);
-  app.add_option("--second-opinion-out", options.out, "where the pairs that differ are listed (CSV)")
-      ->type_name("FILE")
-      ->needs(wanted);
+  program.addRead("--second-opinion", "LIBRARY", options.is_wanted, read,
+                  "fcl: ask FCL about the pairs that are listed too, and prove who is right where the two differ; exit "
+                  "code 3 if ours is refuted");
+  addLength(program, "--second-opinion-tolerance", options.tolerance, 0.0,
+            "what counts as a difference (default: 1e-5)")
+      .needs = "--second-opinion";
+  program.addText("--second-opinion-out", "FILE", options.out, "where the pairs that differ are listed (CSV)").needs =
+      "--second-opinion";
 }
 
 SecondOpinion::SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model)

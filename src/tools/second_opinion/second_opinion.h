@@ -13,11 +13,9 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}  // namespace CLI
-
 namespace proximity_server::tools {
+
+class ProgramOptions;
 
 /// The options of the second opinion.
 struct SecondOpinionOptions {
@@ -28,7 +26,7 @@ struct SecondOpinionOptions {
 
 /// Declares --second-opinion, --second-opinion-tolerance and --second-opinion-out. The first is an error where this
 /// build has no FCL.
-void declareSecondOpinion(CLI::App& app, SecondOpinionOptions& options);
+void declareSecondOpinion(ProgramOptions& program, SecondOpinionOptions& options);
 
 /// Asks another library about the pairs that are listed, and judges where it differs from ours.
 ///

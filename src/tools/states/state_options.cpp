@@ -20,9 +20,6 @@
 namespace proximity_server::tools {
 namespace {
 
-const char* const kGroup =
-    "States (one of --states, --bag, --sample, --grid and --zero; without any: CSV from standard input)";
-
 /// Whether a file is a .npy or .npz. A pipe is not looked into, as its bytes would be gone.
 bool isNumpy(const std::string& file) {
   const std::filesystem::path suffix = std::filesystem::path(file).extension();
@@ -45,64 +42,42 @@ std::vector<std::string> readNames(const std::string& text) {
   return naming("'" + text + "'", [&] { return csvFields(text); });
 }
 
-CLI::Option* declareFile(CLI::App& app, StateOptions& options) {
-  CLI::Option* file =
-      app.add_option(
-             "--states", options.file,
-             "CSV: a header of joint names, a row for each state; -: standard input; or a table of NumPy (.npy, .npz)")
-          ->type_name("FILE");
-  addRead(app, "--joints", options.joints, readNames,
-          "the joints of the columns of a .npy or .npz (default: those in the .npz, or in "
-          "the file with the suffix .joints)")
-      ->type_name("NAME,...")
-      ->needs(file);
-  return file;
+void declareFile(ProgramOptions& program, StateOptions& options) {
+  program.addText(
+      "--states", "FILE", options.file,
+      "CSV: a header of joint names, a row for each state; -: standard input; or a table of NumPy (.npy, .npz)");
+  program
+      .addRead("--joints", "NAME,...", options.joints, readNames,
+               "the joints of the columns of a .npy or .npz (default: those in the .npz, or in the file with the "
+               "suffix .joints)")
+      .needs = "--states";
 }
 
-CLI::Option* declareBag(CLI::App& app, BagOptions& options) {
-  CLI::Option* bag =
-      app.add_option("--bag", options.file, "a rosbag with messages sensor_msgs/JointState")->type_name("FILE");
-  app.add_option("--topic", options.topic, "of the bag (default: /joint_states)")->type_name("NAME")->needs(bag);
-  addRead(app, "--rate", options.rate, readRate,
-          "that many states a second of the bag (default: one for every message)")
-      ->type_name("HZ")
-      ->needs(bag);
-  return bag;
+void declareBag(ProgramOptions& program, BagOptions& options) {
+  program.addText("--bag", "FILE", options.file, "a rosbag with messages sensor_msgs/JointState");
+  program.addText("--topic", "NAME", options.topic, "of the bag (default: /joint_states)").needs = "--bag";
+  program
+      .addRead("--rate", "HZ", options.rate, readRate,
+               "that many states a second of the bag (default: one for every message)")
+      .needs = "--bag";
 }
 
-CLI::Option* declareSample(CLI::App& app, StateOptions& options) {
+void declareSample(ProgramOptions& program, StateOptions& options) {
   constexpr long kMost = std::numeric_limits<long>::max();
-  CLI::Option* sample = addCount(app, "--sample", options.sample, 1, kMost,
-                                 "so many random states, uniform within the limits of the joints");
-  addCount(app, "--seed", options.seed, 0, kMost,
+  addCount(program, "--sample", options.sample, 1, kMost,
+           "so many random states, uniform within the limits of the joints");
+  addCount(program, "--seed", options.seed, 0, kMost,
            "of --sample (default: 0); state i is the same for any number of states")
-      ->needs(sample);
-  return sample;
+      .needs = "--sample";
 }
 
-CLI::Option* declareGrid(CLI::App& app, StateOptions& options) {
-  const auto read = [&](const std::vector<std::string>& texts) {
-    try {
-      for (const std::string& text : texts) options.grid.push_back(readGridAxis(text));
-    } catch (const std::invalid_argument& error) {
-      throw CLI::ValidationError("--grid", error.what());
-    }
-    return true;
-  };
-  return app
-      .add_option(
-          "--grid", read,
-          "JOINT=LOWER:UPPER:COUNT or JOINT=POSITION, for each joint of a regular grid; or COUNT, positions of every "
-          "joint within its limits; the last joint runs fastest")
-      ->type_name("AXIS")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-}
-
-CLI::Option* declareZero(CLI::App& app, StateOptions& options) {
-  return app.add_flag(
-      "--zero", options.is_zero,
-      "one state: every joint is at 0, or at the limit that is nearest to 0 if that is beyond its limits");
+void declareGrid(ProgramOptions& program, StateOptions& options) {
+  program
+      .add("--grid", "AXIS",
+           "JOINT=LOWER:UPPER:COUNT or JOINT=POSITION, for each joint of a regular grid; or COUNT, positions of every "
+           "joint within its limits; the last joint runs fastest",
+           [&](const std::string& text) { options.grid.push_back(readGridAxis(text)); })
+      .is_repeatable = true;
 }
 
 /// Joints without an axis are at 0.
@@ -117,15 +92,17 @@ std::vector<GridAxis> zeroAxes(const scene::RobotModel& robot) {
 
 }  // namespace
 
-void declareStateOptions(CLI::App& app, StateOptions& options) {
-  std::vector<CLI::Option*> sources{declareFile(app, options), declareBag(app, options.bag),
-                                    declareSample(app, options), declareGrid(app, options), declareZero(app, options)};
-  for (CLI::Option* one : sources)
-    for (CLI::Option* other : sources)
-      if (one != other) one->excludes(other);
-  for (const char* name :
-       {"--states", "--joints", "--bag", "--topic", "--rate", "--sample", "--seed", "--grid", "--zero"})
-    app.get_option(name)->group(kGroup);
+void declareStateOptions(ProgramOptions& program, StateOptions& options) {
+  program.setHeading(
+      "States (one of --states, --bag, --sample, --grid and --zero; without any: CSV from standard input)");
+  declareFile(program, options);
+  declareBag(program, options.bag);
+  declareSample(program, options);
+  declareGrid(program, options);
+  program.addFlag("--zero", options.is_zero, true,
+                  "one state: every joint is at 0, or at the limit that is nearest to 0 if that is beyond its limits");
+  program.atMostOneOf({"--states", "--bag", "--sample", "--grid", "--zero"});
+  program.setHeading();
 }
 
 void requireReadable(const StateOptions& options) {

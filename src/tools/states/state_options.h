@@ -4,8 +4,6 @@
 #include "tools/states/grid_states.h"
 #include "tools/states/state_source.h"
 
-#include <CLI/CLI.hpp>
-
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,6 +11,8 @@
 #include <vector>
 
 namespace proximity_server::tools {
+
+class ProgramOptions;
 
 /// The options of the states.
 struct StateOptions {
@@ -26,7 +26,7 @@ struct StateOptions {
 };
 
 /// Declares the options of the states: --states, --joints, --bag, --topic, --rate, --sample, --seed, --grid, --zero.
-void declareStateOptions(CLI::App& app, StateOptions& options);
+void declareStateOptions(ProgramOptions& program, StateOptions& options);
 
 /// Throws std::invalid_argument with the name of the file and the reason if it cannot be read, so that this is known
 /// before the robot is loaded.

@@ -46,21 +46,17 @@ StateRange rangeOf(const ShardNumber& shard, std::uint64_t count) {
 
 std::string textOf(const StateRange& range) { return std::to_string(range.begin) + ":" + std::to_string(range.end); }
 
-void declareSweepOptions(CLI::App& app, SweepOptions& options) {
-  CLI::Option* shard = addRead(app, "--shard", options.shard, readShard,
-                               "only the I-th of N parts of the states, into a file of the folder --out, unless it is "
-                               "there already")
-                           ->type_name("I/N");
-  CLI::Option* range =
-      addRead(app, "--range", options.range, readRange, "the same, of the states A to B - 1")->type_name("A:B");
-  shard->excludes(range);
-  CLI::Option* merge = app.add_option("--merge", options.merge,
-                                      "join the parts in a folder to the file --out, which one run would have written")
-                           ->type_name("DIR");
-  CLI::Option* summary = app.add_option("--summary", options.summary,
-                                        "JSON with a histogram, the worst states and the most frequent pairs")
-                             ->type_name("FILE");
-  for (CLI::Option* part : {shard, range}) part->excludes(merge)->excludes(summary);
+void declareSweepOptions(ProgramOptions& program, SweepOptions& options) {
+  program.addRead(
+      "--shard", "I/N", options.shard, readShard,
+      "only the I-th of N parts of the states, into a file of the folder --out, unless it is there already");
+  program.addRead("--range", "A:B", options.range, readRange, "the same, of the states A to B - 1");
+  program.addText("--merge", "DIR", options.merge,
+                  "join the parts in a folder to the file --out, which one run would have written");
+  program.addText("--summary", "FILE", options.summary,
+                  "JSON with a histogram, the worst states and the most frequent pairs");
+  program.atMostOneOf({"--shard", "--range", "--merge"});
+  program.atMostOneOf({"--shard", "--range", "--summary"});
 }
 
 StateRange rangeOf(const SweepOptions& options, const std::optional<std::uint64_t>& count, const std::string& source) {

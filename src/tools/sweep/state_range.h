@@ -1,7 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -9,6 +7,8 @@
 #include <utility>
 
 namespace proximity_server::tools {
+
+class ProgramOptions;
 
 /// The end of a range that has all states to their end.
 constexpr std::uint64_t kToTheEnd = std::numeric_limits<std::uint64_t>::max();
@@ -49,7 +49,7 @@ struct SweepOptions {
   bool isPart() const { return shard || range; }
 };
 
-void declareSweepOptions(CLI::App& app, SweepOptions& options);
+void declareSweepOptions(ProgramOptions& program, SweepOptions& options);
 
 /// The states that a part has. `source` names them in messages.
 /// Failure: throws std::invalid_argument if there are no states, fewer than the range wants, or if their number is not

@@ -1,7 +1,8 @@
 #include "tools/program/tool_main.h"
 
+#include "tools/program/options.h"
+
 #include <gtest/gtest.h>
-#include <CLI/CLI.hpp>
 
 #include <new>
 #include <stdexcept>
@@ -17,13 +18,13 @@ struct End {
 
 /// How a tool ends that does this, called with an option --name or another one.
 End endOf(const std::function<ExitCode()>& run, std::string option = "--name=x") {
-  CLI::App app("what it does", "tool");
+  ProgramOptions program("tool", "what it does");
   std::string name;
-  app.add_option("--name", name, "a name");
+  program.addText("--name", "NAME", name, "a name");
   std::string tool = "tool";
   char* arguments[] = {tool.data(), option.data()};
   testing::internal::CaptureStderr();
-  const int exit_code = runTool(app, 2, arguments, run);
+  const int exit_code = runTool(program, 2, arguments, run);
   return {exit_code, testing::internal::GetCapturedStderr()};
 }
 
