@@ -311,10 +311,11 @@ json measurePairs(int motions, const Wanted& wanted) {
 
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
-  CLI::App app{"Time of contact of moving solids and robots, beside FCL and sampling"};
+  proximity_server::tools::ProgramOptions program(
+      "motion_benchmark", "Time of contact of moving solids and robots, beside FCL and sampling");
   int motions = 400;
-  app.add_option("--motions", motions, "of each row")->check(CLI::PositiveNumber)->capture_default_str();
-  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) {
+  addPositive(program, "--motions", motions, "of each row");
+  return benchmarkMain(program, argc, argv, [&](const Wanted& wanted) {
     nlohmann::json result = measurePairs(motions, wanted);
     result["robots"] = measureMovingRobots(robotsToMeasure(), motions, wanted);
     return result;

@@ -375,8 +375,9 @@ json measureVertices(const Wanted& wanted) {
 
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
-  CLI::App app{"Time per query and error beside FCL, libccd and Bullet"};
-  return benchmarkMain(app, argc, argv, [](const Wanted& wanted) {
+  proximity_server::tools::ProgramOptions program("narrowphase_benchmark",
+                                                  "Time per query and error beside FCL, libccd and Bullet");
+  return benchmarkMain(program, argc, argv, [](const Wanted& wanted) {
     return json{{"rows", measureRows(wanted)},
                 {"tolerances", measureTolerances(wanted)},
                 {"vertices", measureVertices(wanted)},

@@ -469,9 +469,8 @@ int main(int argc, char** argv) {
   const std::string first = argc > 1 ? argv[1] : "";
   if (first == "--client" || first == "--padding" || first == "--stream") return playPart(argc, argv);
   BenchmarkOptions options;
-  CLI::App app("The node under load");
-  app.add_option("--seconds", options.seconds, "of one measurement")->check(CLI::PositiveNumber);
-  app.add_option("--monitor-seconds", options.monitor_seconds, "of one rate of the monitor")
-      ->check(CLI::PositiveNumber);
-  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) { return measure(argc, argv, options, wanted); });
+  proximity_server::tools::ProgramOptions program("node_benchmark", "The node under load");
+  addPositive(program, "--seconds", options.seconds, "of one measurement");
+  addPositive(program, "--monitor-seconds", options.monitor_seconds, "of one rate of the monitor");
+  return benchmarkMain(program, argc, argv, [&](const Wanted& wanted) { return measure(argc, argv, options, wanted); });
 }

@@ -535,10 +535,11 @@ json measureConstraintRows(const std::vector<NamedRobot>& robots, int states, co
 
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
-  CLI::App app{"Time per state of a robot's clearance, beside FCL"};
+  proximity_server::tools::ProgramOptions program("scene_benchmark",
+                                                  "Time per state of a robot's clearance, beside FCL");
   int states = 2000;
-  app.add_option("--states", states, "states of each motion")->check(CLI::PositiveNumber)->capture_default_str();
-  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) {
+  addPositive(program, "--states", states, "states of each motion");
+  return benchmarkMain(program, argc, argv, [&](const Wanted& wanted) {
     std::vector<NamedRobot> robots = robotsToMeasure();
     nlohmann::json result = {{"cells", nlohmann::json::array()}, {"added", nlohmann::json::array()}};
     if (const auto two = twoPandas()) {

@@ -222,6 +222,7 @@ nlohmann::json measure(const Wanted& wanted) {
 
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
-  CLI::App app{"Ways to find the nearest point of a simplex"};
-  return benchmarkMain(app, argc, argv, measure);
+  proximity_server::tools::ProgramOptions program("subalgorithms_benchmark",
+                                                  "Ways to find the nearest point of a simplex");
+  return benchmarkMain(program, argc, argv, measure);
 }

@@ -277,12 +277,12 @@ std::string instructionSet() { return lanes::kernels().name; }
 
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
-  CLI::App app{"Time per state of a sweep, beside FCL and spheres"};
+  proximity_server::tools::ProgramOptions program("sweep_benchmark",
+                                                  "Time per state of a sweep, beside FCL and spheres");
   int states = 16 * kBatch;
-  app.add_option("--states", states, "most states of each row")
-      ->check(CLI::Range(kFewest, 1 << 24))
-      ->capture_default_str();
-  return benchmarkMain(app, argc, argv, [&](const Wanted& wanted) {
+  addCount(program, "--states", states, kFewest, 1 << 24,
+           "most states of each row (default: " + std::to_string(states) + ")");
+  return benchmarkMain(program, argc, argv, [&](const Wanted& wanted) {
     nlohmann::json result = {{"instruction_set", instructionSet()}, {"batch", kBatch}};
     result["rows"] = result["threads"] = result["batches"] = nlohmann::json::array();
     for (const NamedRobot& robot : robotsToMeasure()) {

@@ -30,7 +30,7 @@ PATIENCE = 120.0  # [s] nothing takes this long unless it is broken
 
 # As if these packages were not there: narrowphase needs none of them.
 WITHOUT = " ".join(f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in (
-    "catkin", "assimp", "urdfdom", "console_bridge", "tinyxml2", "CLI11", "nlohmann_json", "fcl", "Bullet", "ccd"))
+    "catkin", "assimp", "urdfdom", "console_bridge", "tinyxml2", "Boost", "nlohmann_json", "fcl", "Bullet", "ccd"))
 
 # What a whole build takes too long for, and what is done instead.
 CHEAPER = {

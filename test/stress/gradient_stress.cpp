@@ -4,12 +4,13 @@
 #include "scene/objects/placed_object.h"
 #include "stress/campaign.h"
 #include "stress/gradient_checks.h"
-
-#include <CLI/CLI.hpp>
+#include "tools/program/options.h"
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -134,14 +135,14 @@ int main(int argc, char** argv) {
   unsigned seed = 1;
   double tolerance = Question().tolerance;
   std::string only;
-  CLI::App app("Holds the gradients of distances against differences of distances.", "gradient_stress");
-  app.add_option("--states", states, "how many, of all families together")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  app.add_option("--seed", seed, "the same seed gives the same states")->capture_default_str();
-  app.add_option("--tolerance", tolerance, "[m] of the questions")->capture_default_str()->check(CLI::PositiveNumber);
-  app.add_option("--family", only, "one family only, by its name in the table");
-  CLI11_PARSE(app, argc, argv);
+  tools::ProgramOptions program("gradient_stress",
+                                "Holds the gradients of distances against differences of distances.");
+  addPositive(program, "--states", states, "how many, of all families together");
+  addCount(program, "--seed", seed, 0, std::numeric_limits<unsigned>::max(),
+           "the same seed gives the same states (default: 1)");
+  addPositive(program, "--tolerance", tolerance, "[m] of the questions");
+  program.addText("--family", "NAME", only, "one family only, by its name in the table");
+  if (const std::optional<int> exit_code = program.parse(argc, argv)) return *exit_code;
   peers::surviveAborts();
 
   std::vector<GradientFamily> families = allFamilies();

@@ -1,14 +1,16 @@
 #include "benchmark/machine.h"
 #include "stress/campaign.h"
+#include "tools/program/options.h"
 
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 
@@ -110,20 +112,17 @@ int runProgram(Campaign campaign, int argc, char** argv) {
   std::string json_path, record_path = std::string(PROXIMITY_SOURCE_DIR) + "/test/data/" + campaign.record_file;
   const std::string cases = campaign.cases;
 
-  CLI::App app(campaign.about, campaign.program);
-  app.add_option(campaign.option, run.cases, "how many " + cases + ", of all families together")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+  tools::ProgramOptions program(campaign.program, campaign.about);
+  addPositive(program, campaign.option, run.cases, "how many " + cases + ", of all families together");
   if (campaign.reference_option)
-    app.add_option(campaign.reference_option, campaign.per_reference, campaign.reference_help)
-        ->capture_default_str()
-        ->check(CLI::PositiveNumber);
-  app.add_option("--seed", run.seed, "the same seed gives the same " + cases)->capture_default_str();
-  app.add_option("--family", run.family, "one family only, by its name in the table");
-  app.add_option("--threads", run.threads, "default: one for each core")->check(CLI::PositiveNumber);
-  app.add_option("--json", json_path, "where the table goes as JSON, for ./dev plot");
-  app.add_option("--record", record_path, "where failing " + cases + " go, one line each");
-  CLI11_PARSE(app, argc, argv);
+    addPositive(program, campaign.reference_option, campaign.per_reference, campaign.reference_help);
+  addCount(program, "--seed", run.seed, 0, std::numeric_limits<unsigned>::max(),
+           "the same seed gives the same " + cases + " (default: 1)");
+  program.addText("--family", "NAME", run.family, "one family only, by its name in the table");
+  addPositive(program, "--threads", run.threads, "as many as there are cores");
+  program.addText("--json", "FILE", json_path, "where the table goes as JSON, for ./dev plot");
+  program.addText("--record", "FILE", record_path, "where failing " + cases + " go, one line each");
+  if (const std::optional<int> exit_code = program.parse(argc, argv)) return *exit_code;
   try {
     return runAndReport(campaign, run, record_path, json_path);
   } catch (const std::exception& error) {

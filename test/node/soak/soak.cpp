@@ -12,11 +12,11 @@
 #include "node/soak/soak_monitor.h"
 #include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
+#include "tools/program/options.h"
 
 #include <ros/ros.h>
 #include <std_srvs/Trigger.h>
 #include <unistd.h>
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -24,6 +24,7 @@
 #include <cstdio>
 #include <deque>
 #include <iostream>
+#include <limits>
 #include <optional>
 #include <thread>
 
@@ -484,11 +485,13 @@ int main(int argc, char** argv) {
     return 0;
   }
   SoakOptions options;
-  CLI::App app("The node under faults for a long time, every answer checked.");
-  app.add_option("--minutes", options.minutes, "how long")->check(CLI::PositiveNumber);
-  app.add_option("--seed", options.seed, "of the faults and questions");
-  app.add_option("--only", options.only, "the only fault that happens, as the table at the end names it");
-  CLI11_PARSE(app, argc, argv);
+  proximity_server::tools::ProgramOptions program("soak",
+                                                  "The node under faults for a long time, every answer checked.");
+  addPositive(program, "--minutes", options.minutes, "how long");
+  addCount(program, "--seed", options.seed, 0, std::numeric_limits<unsigned>::max(),
+           "of the faults and questions (default: 1)");
+  program.addText("--only", "FAULT", options.only, "the only fault that happens, as the table at the end names it");
+  if (const std::optional<int> exit_code = program.parse(argc, argv)) return *exit_code;
   try {
     return soak(argc, argv, options);
   } catch (const std::exception& error) {
