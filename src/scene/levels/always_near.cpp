@@ -5,10 +5,10 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/query/scene.h"
 #include "scene/filter/given_model.h"
+#include "system/number_text.h"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -29,12 +29,6 @@ double roundedDown(double length) {
   // Dividing by a power of ten gives the number that the decimals stand for. 0.02 must not become 0.019.
   const double per_metre = std::pow(10.0, 1.0 - std::floor(std::log10(length)));
   return std::floor(length * per_metre * (1.0 + 1e-12)) / per_metre;
-}
-
-/// The text of a number without an exponent: the YAML reader of rosparam takes 1e-05 for a text.
-std::string numberText(double number) {
-  std::array<char, 400> text{};
-  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed).ptr};
 }
 
 /// A length in mm with three digits.
@@ -121,8 +115,9 @@ std::string distancesText(const AlwaysNear& pair) {
 }
 
 std::string thresholdEntry(const RobotModel& robot, const ShapeRefPair& pair, double distance) {
+  // The YAML reader of rosparam takes 1e-05 for a text.
   return "{links: [" + yamlName(nameOf(pair.a, robot)) + ", " + yamlName(nameOf(pair.b, robot)) +
-         "], distance: " + numberText(distance) + "}";
+         "], distance: " + system::shortestDecimal(distance) + "}";
 }
 
 std::string thresholdsYaml(const RobotModel& robot, const std::vector<AlwaysNear>& pairs, const StopAndWarn& usual) {

@@ -1,7 +1,8 @@
 #include "proximity_server/scene/model/names.h"
 
+#include "system/number_text.h"
+
 #include <algorithm>
-#include <charconv>
 #include <numeric>
 
 namespace proximity_server::scene {
@@ -39,10 +40,7 @@ std::string misspelledName(const std::string& name, const std::vector<std::strin
   return !nearest.empty() && distance > 0 && distance <= most ? nearest : "";
 }
 
-std::string shortest(double number) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, number).ptr};
-}
+std::string shortest(double number) { return system::shortest(number); }
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 

@@ -1,10 +1,11 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "system/number_text.h"
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -140,7 +141,7 @@ class SceneReader {
   Isometry3d pose() {
     const Vector3d position = vector();
     Eigen::Vector4d q;
-    for (double& component : q) component = number();
+    for (int i = 0; i < 4; ++i) q[i] = number();
     if (q.isZero(0.0)) refuse("the quaternion of a pose is zero");
     Eigen::Quaterniond rotation(q);
     rotation.coeffs().stableNormalize();
@@ -149,27 +150,23 @@ class SceneReader {
 
   Vector3d vector() {
     Vector3d v;
-    for (double& component : v) component = number();
+    for (int i = 0; i < 3; ++i) v[i] = number();
     return v;
   }
 
   double number() {
     const std::string_view text = word();
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-      refuse("a finite number is expected, not " + quoted(std::string(text)));
-    return value;
+    const std::optional<double> value = system::numberIn<double>(text);
+    if (!value || !std::isfinite(*value)) refuse("a finite number is expected, not " + quoted(std::string(text)));
+    return *value;
   }
 
   /// Reads a number of things, or the number of one thing.
   long count(const std::string& of) {
     const std::string_view text = word();
-    long value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || value < 0 || value > kMost)
-      refuse("the " + of + " is expected, not " + quoted(std::string(text)));
-    return value;
+    const std::optional<long> value = system::numberIn<long>(text);
+    if (!value || *value < 0 || *value > kMost) refuse("the " + of + " is expected, not " + quoted(std::string(text)));
+    return *value;
   }
   static constexpr long kMost = 2'000'000'000;
 

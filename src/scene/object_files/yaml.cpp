@@ -2,10 +2,11 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/file_value.h"
+#include "system/number_text.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -41,11 +42,11 @@ std::string_view textOf(const yaml_event_t& scalar) {
   return {reinterpret_cast<const char*>(scalar.data.scalar.value), scalar.data.scalar.length};
 }
 
-/// Reads a text as a finite number; returns false if it is not one.
-bool isNumber(std::string_view text, double& number) {
+/// The finite number that a text is; nullopt if it is anything else.
+std::optional<double> finiteNumberIn(std::string_view text) {
   if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() && std::isfinite(number);
+  const std::optional<double> number = system::numberIn<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
 bool isAnyOf(std::string_view text, std::initializer_list<std::string_view> words) {
@@ -56,8 +57,7 @@ decltype(FileValue::content) plainScalar(std::string_view text) {
   if (isAnyOf(text, {"", "~", "null", "Null", "NULL"})) return std::monostate();
   if (isAnyOf(text, {"true", "True", "TRUE"})) return true;
   if (isAnyOf(text, {"false", "False", "FALSE"})) return false;
-  double number = 0.0;
-  if (isNumber(text, number)) return number;
+  if (const std::optional<double> number = finiteNumberIn(text)) return *number;
   return std::string(text);
 }
 

@@ -1,12 +1,11 @@
 #pragma once
 
 #include "proximity_server/scene/model/names.h"
+#include "system/number_text.h"
 
-#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <vector>
 
 namespace proximity_server::tools {
@@ -18,14 +17,7 @@ std::vector<std::string> csvFields(const std::string& record);
 /// The text as one field, in quotes if necessary.
 std::string csvField(const std::string& text);
 
-/// The number that the whole of a text is, without blanks; nullopt if it is anything else.
-template <typename Number>
-std::optional<Number> numberIn(std::string_view text) {
-  Number value{};
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && stop == end ? std::optional<Number>(value) : std::nullopt;
-}
+using system::numberIn;
 
 /// Reads a number as numberIn() does, from a text that may begin with a plus sign.
 template <typename Number>

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace proximity_server::system {
+
+// Numbers as texts, the same ones in every locale.
+
+/// The number that the whole of a text is, without blanks and without a plus sign before it; nullopt if the text is
+/// anything else, such as a hexadecimal number, or if no number of this type is near it.
+template <typename Number>
+std::optional<Number> numberIn(std::string_view text) {
+  Number value{};
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end ? std::optional<Number>(value) : std::nullopt;
+}
+template <>
+std::optional<double> numberIn<double>(std::string_view text);
+
+/// The shortest text that gives the same number when it is read: "0.02", "1e-05".
+std::string shortest(double number);
+
+/// The shortest such text without an exponent: "0.00001".
+std::string shortestDecimal(double number);
+
+}  // namespace proximity_server::system

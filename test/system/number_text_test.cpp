@@ -1,0 +1,173 @@
+#include "system/number_text.h"
+
+#include "scene/files.h"
+
+#include <gtest/gtest.h>
+#include <locale.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <random>
+
+namespace proximity_server::system::number_text_test {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+
+struct Written {
+  double number;
+  const char *shortest, *decimal;
+};
+
+const Written kWritten[] = {
+    {0.0, "0", "0"},
+    {-0.0, "-0", "-0"},
+    {1.0, "1", "1"},
+    {-0.02, "-0.02", "-0.02"},
+    {0.1 + 0.2, "0.30000000000000004", "0.30000000000000004"},
+    {1.0 / 3.0, "0.3333333333333333", "0.3333333333333333"},
+    {123456.789, "123456.789", "123456.789"},
+    // Of two texts of one length the one without an exponent.
+    {1e-3, "0.001", "0.001"},
+    {1e-4, "1e-04", "0.0001"},
+    {1.5e-5, "1.5e-05", "0.000015"},
+    {10000.0, "10000", "10000"},
+    {100000.0, "1e+05", "100000"},
+    {123456789012345680.0, "123456789012345680", "123456789012345680"},
+    // A whole number shows all of its own digits, not those that tell it from others.
+    {123456789012345678901.0, "123456789012345683968", "123456789012345683968"},
+    {1e22, "1e+22", "10000000000000000000000"},
+    {1e23, "1e+23", "99999999999999991611392"},
+    // A power of two: rounded to 16 digits it is another number, so that the next one of 16 digits is the shortest.
+    {5.684341886080802e-14, "5.684341886080802e-14", "0.00000000000005684341886080802"},
+    {9007199254740992.0, "9007199254740992", "9007199254740992"},
+    {kInfinity, "inf", "inf"},
+    {-kInfinity, "-inf", "-inf"},
+    {kNan, "nan", "nan"},
+};
+
+TEST(NumberText, IsTheShortestThatIsReadAsTheNumber) {
+  for (const Written& written : kWritten) {
+    EXPECT_EQ(shortest(written.number), written.shortest);
+    EXPECT_EQ(shortestDecimal(written.number), written.decimal);
+  }
+  EXPECT_EQ(shortest(5e-324), "5e-324");
+  EXPECT_EQ(shortest(2.2250738585072011e-308), "2.225073858507201e-308");  // the largest that is not normal
+  EXPECT_EQ(shortest(1e308), "1e+308");
+  EXPECT_EQ(shortest(-1.7976931348623157e308), "-1.7976931348623157e+308");
+  EXPECT_EQ(shortestDecimal(5e-324), "0." + std::string(323, '0') + "5");
+  EXPECT_EQ(shortestDecimal(1e308).size(), 309U);
+}
+
+struct Read {
+  const char* text;
+  double number;
+};
+
+TEST(NumberText, IsReadAsTheNearestNumber) {
+  const Read all[] = {
+      {"0.1", 0.1},
+      {"-7", -7.0},
+      {".5", 0.5},
+      {"5.", 5.0},
+      {"1e3", 1000.0},
+      {"1E+03", 1000.0},
+      {"1e-3", 0.001},
+      {"000012.500", 12.5},
+      {"5e-324", 5e-324},
+      {"2.2250738585072011e-308", 2.2250738585072011e-308},
+      {"1.7976931348623157e308", 1.7976931348623157e308},
+      {"0e400", 0.0},
+      {"9007199254740993", 9007199254740992.0},  // between two numbers: the even one
+      {"9007199254740993.00000000000000000000000000000000000001", 9007199254740994.0},
+      {"inf", kInfinity},
+      {"-Infinity", -kInfinity},
+  };
+  for (const Read& read : all) EXPECT_EQ(numberIn<double>(read.text), read.number) << read.text;
+  EXPECT_TRUE(std::signbit(numberIn<double>("-0").value()));
+  EXPECT_TRUE(std::isnan(numberIn<double>("nan").value()));
+}
+
+TEST(NumberText, IsRefusedIfAnythingElseIsThere) {
+  for (const char* const text :
+       {"",      " ",   "+1",  "+",     "-",  "--1", "-+1", " 1",  "1 ",       "\n1",   "1\t",    "0x10",
+        "0X1p3", "1p3", "1,5", "1.5.2", "1e", "1e+", "e5",  "one", "infinite", "1e400", "-1e400", "1e-400"})
+    EXPECT_FALSE(numberIn<double>(text)) << text;
+  EXPECT_FALSE(numberIn<double>(std::string_view("1\0", 2)));
+  EXPECT_EQ(numberIn<double>(std::string_view("12345").substr(0, 2)), 12.0);
+}
+
+TEST(NumberText, WholeNumbersHaveTheRangeOfTheirType) {
+  EXPECT_EQ(numberIn<std::uint64_t>("18446744073709551615"), 18446744073709551615U);
+  EXPECT_FALSE(numberIn<std::uint64_t>("18446744073709551616"));
+  EXPECT_FALSE(numberIn<std::uint64_t>("-1"));
+  EXPECT_FALSE(numberIn<int>("1.0"));
+  EXPECT_FALSE(numberIn<int>("+1"));
+}
+
+/// A text of so many digits, or of fewer.
+std::string digits(double number, int precision) {
+  char text[64];
+  return {text, static_cast<std::size_t>(std::snprintf(text, sizeof text, "%.*e", precision, number))};
+}
+
+std::size_t digitsIn(const std::string& text) {
+  std::size_t count = 0;
+  for (const char c : text.substr(0, text.find('e'))) count += c >= '0' && c <= '9' ? 1 : 0;
+  return count;
+}
+
+// All bit patterns are equally likely, so nearly all exponents come.
+TEST(NumberText, OfARandomNumberIsReadBackBitByBitAndNoDigitCanBeLeftOut) {
+  std::mt19937_64 random(36);
+  int with_exponent = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const std::uint64_t bits = random();
+    double number = 0.0;
+    std::memcpy(&number, &bits, sizeof number);
+    if (!std::isfinite(number)) continue;
+    const std::string text = shortest(number);
+    EXPECT_EQ(numberIn<double>(text), number) << text;
+    EXPECT_EQ(numberIn<double>(shortestDecimal(number)), number) << text;
+    if (text.find('e') == std::string::npos) continue;
+    ++with_exponent;
+    const int shorter = static_cast<int>(digitsIn(text)) - 2;  // one digit stands before the point
+    if (shorter < 0) continue;
+    EXPECT_NE(std::strtod(digits(number, shorter).c_str(), nullptr), number) << text;
+  }
+  EXPECT_GT(with_exponent, 19000);
+}
+
+/// A locale that writes 0,5; null if it cannot be made.
+locale_t commaLocale() {
+  const scene::TemporaryFiles files;
+  const std::string source =
+      files.write("source", "LC_NUMERIC\ndecimal_point \",\"\nthousands_sep \"\"\ngrouping -1\nEND LC_NUMERIC\n");
+  // It misses the other categories, and says so.
+  [[maybe_unused]] const int code =
+      std::system(("localedef --no-archive -c -i " + source + " " + files.path("xx_XX") + " 2>/dev/null").c_str());
+  setenv("LOCPATH", files.path("").c_str(), 1);
+  const locale_t comma = newlocale(LC_NUMERIC_MASK, "xx_XX", nullptr);
+  unsetenv("LOCPATH");
+  return comma;
+}
+
+TEST(NumberText, IsTheSameInEveryLocale) {
+  const locale_t comma = commaLocale();
+  ASSERT_TRUE(comma);
+  const locale_t before = uselocale(comma);
+  const std::string printed = digits(1.5, 1), written = shortest(0.5), decimal = shortestDecimal(1.5e-5);
+  const std::optional<double> read = numberIn<double>("0.5"), with_comma = numberIn<double>("0,5");
+  uselocale(before);
+  freelocale(comma);
+  EXPECT_EQ(printed, "1,5e+00");
+  EXPECT_EQ(written, "0.5");
+  EXPECT_EQ(decimal, "0.000015");
+  EXPECT_EQ(read, 0.5);
+  EXPECT_FALSE(with_comma);
+}
+
+}  // namespace proximity_server::system::number_text_test
