@@ -12,11 +12,13 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <filesystem>
 #include <fstream>
 #include <new>
 #include <optional>
 #include <stdexcept>
 #include <system_error>
+#include <vector>
 
 namespace proximity_server::system {
 namespace {
@@ -37,10 +39,21 @@ struct Head {
 constexpr int kOutOfMemory = 3;  // exit code
 constexpr int kOutput = 3;       // the only descriptor of the child, after the standard ones
 
+/// close_range() needs Linux 5.9 and glibc 2.34.
+void closeAbove(int last) {
+  std::error_code error;
+  std::vector<int> open;
+  for (std::filesystem::directory_iterator all("/proc/self/fd", error), end; !error && all != end;
+       all.increment(error)) {
+    open.push_back(std::stoi(all->path().filename()));
+  }
+  for (const int descriptor : open)
+    if (descriptor > last) close(descriptor);
+}
+
 void keepOnly(int output) {
   dup2(output, kOutput);
-  // A kernel that does not know the call (before Linux 5.9) leaves them open until the child ends.
-  close_range(kOutput + 1, ~0U, 0);
+  closeAbove(kOutput);
   close(STDIN_FILENO);
   open("/dev/null", O_RDWR);
   dup2(STDIN_FILENO, STDOUT_FILENO);
@@ -185,13 +198,22 @@ class Child {
   int status_ = -1;
 };
 
+/// The name of a signal in English; nullptr if it has none.
+const char* signalName(int number) {
+#if __GLIBC_PREREQ(2, 32)
+  return sigdescr_np(number);
+#else
+  return number > 0 && number < NSIG ? sys_siglist[number] : nullptr;  // a later glibc has no such table
+#endif
+}
+
 std::string describeEnding(int status, const ProcessLimits& limits) {
   if (status == -1) return "it ends without an answer";
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
     return "it takes more than " + std::to_string(limits.processor_time.count()) + " s of processor time";
   }
   if (WIFSIGNALED(status)) {
-    const char* name = sigdescr_np(WTERMSIG(status));
+    const char* name = signalName(WTERMSIG(status));
     return std::string("it crashes: ") + (name ? name : "unknown signal");
   }
   if (WEXITSTATUS(status) == kOutOfMemory) {
