@@ -89,7 +89,7 @@ inline std::string stlOf(const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     for (int i = 0; i < 3; ++i) append(0.0F);  // the normal
     for (const int corner : triangle)
-      for (const double coordinate : mesh.vertices[corner]) append(static_cast<float>(coordinate));
+      for (int i = 0; i < 3; ++i) append(static_cast<float>(mesh.vertices[corner][i]));
     append(std::uint16_t{0});
   }
   return bytes;

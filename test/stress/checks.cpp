@@ -199,7 +199,7 @@ double thresholdNear(const SignedDistance& first, double size, Chance& chance) {
 unsigned seedOf(const StressPair& p) {
   const std::hash<double> hash;
   std::size_t seed = 0;
-  for (const double entry : p.a_T_b.matrix().reshaped()) seed = 31 * seed + hash(entry);
+  for (int i = 0; i < 16; ++i) seed = 31 * seed + hash(p.a_T_b.matrix().data()[i]);
   return static_cast<unsigned>(seed ^ (seed >> 32));
 }
 

@@ -181,7 +181,7 @@ TwoShapes roundShapes(Chance& chance) {
 /// A shape of any size down to 1e-318 m.
 Shape vanishing(Chance& chance) {
   Vector3d sizes;
-  for (double& size : sizes) size = chance.below(3) == 0 ? chance.between(0.2, 1.0) : chance.decades(-318, 0);
+  for (int i = 0; i < 3; ++i) sizes[i] = chance.below(3) == 0 ? chance.between(0.2, 1.0) : chance.decades(-318, 0);
   return chance.below(4) == 0 ? hullOf(boxCorners(sizes)) : primitive(chance, sizes);
 }
 /// One of them has some size of about a metre: all together must not vanish.
@@ -250,7 +250,7 @@ Isometry3d nearlyConcentric(const TwoShapes& shapes, Chance& chance) {
 /// Offsets and a tilt of every size.
 Isometry3d vanishingOffset(const TwoShapes& shapes, Chance& chance) {
   Vector3d offset;
-  for (double& entry : offset) entry = chance.below(3) == 0 ? 0.0 : chance.eitherSign(chance.decades(-320, 0));
+  for (int i = 0; i < 3; ++i) offset[i] = chance.below(3) == 0 ? 0.0 : chance.eitherSign(chance.decades(-320, 0));
   const double tilt = chance.below(2) == 0 ? 0.0 : chance.decades(-320, 0);
   Matrix3d rotation = Eigen::AngleAxisd(tilt, Vector3d::Unit(chance.below(3))).toRotationMatrix();
   if (chance.below(2) == 0) rotation = rotation * quarterTurns(chance);

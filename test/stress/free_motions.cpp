@@ -87,7 +87,7 @@ class Cell : public ControlledCell {
       (gradient_.array().abs() / weights_.array().max(1e-9)).maxCoeff(&steepest);
       motion[steepest] = -gradient_[steepest];
     } else {
-      for (double& own : motion) own = chance_.between(-1, 1);
+      for (Eigen::Index i = 0; i < motion.size(); ++i) motion[i] = chance_.between(-1, 1);
     }
     return motion;
   }
@@ -154,7 +154,7 @@ class Cell : public ControlledCell {
         const double alone = free_.alone(one);
         motion[one] = (chance_.below(2) == 0 ? 1.0 : -1.0) * std::min(alone, 10.0);
       } else {
-        for (double& own : motion) own = chance_.between(-3, 3);
+        for (Eigen::Index k = 0; k < motion.size(); ++k) motion[k] = chance_.between(-3, 3);
         motion *= free_.scale(motion);
       }
       if (!free_.contains(motion * (1.0 - 1e-14))) failure = "a scaled motion is not in the bubbles";

@@ -97,7 +97,7 @@ Isometry3d pose(Bytes& bytes) {
   Isometry3d result = Isometry3d::Identity();
   Eigen::Vector4d q;
   const bool coarse = bytes.byte() % 2 == 0;
-  for (double& entry : q) entry = coarse ? bytes.byte() % 3 - 1.0 : bytes.fraction();
+  for (int i = 0; i < 4; ++i) q[i] = coarse ? bytes.byte() % 3 - 1.0 : bytes.fraction();
   if (q.norm() > 1e-3) result.linear() = Eigen::Quaterniond(q).normalized().toRotationMatrix();
   result.translation() = 2.0 * bytes.point();
   return result;

@@ -101,7 +101,7 @@ GradientObservation GradientObserver::observe(unsigned seed) {
   Chance chance(seed);
   const GradientSample sample = family_.draw(scene_, chance);
   VectorXd velocity(row_.size());
-  for (double& entry : velocity) entry = chance.between(-1.0, 1.0);
+  for (Eigen::Index i = 0; i < velocity.size(); ++i) velocity[i] = chance.between(-1.0, 1.0);
   poses_ = sample.posture.poses();
   scene_.update(poses_);
   derivatives_.update(poses_);

@@ -309,7 +309,7 @@ class Meeting {
     const GradientSample sample{posture, pair_};
     const DegreesOfFreedom& columns = asked_.derivatives.degreesOfFreedom();
     VectorXd velocity(12), gradient(12);
-    for (double& entry : velocity) entry = chance.between(-0.5, 0.5);
+    for (Eigen::Index i = 0; i < velocity.size(); ++i) velocity[i] = chance.between(-0.5, 0.5);
     asked_.update(posture.poses());
     const PairProximity answer = asked_.scene.proximity(pair_);
     ASSERT_NEAR(answer.result.distance, distance, 1e-9) << a_.name << ", " << b_.name;
@@ -377,7 +377,7 @@ TEST(Rate, OfFacesAndEdgesThatAreParallelIsTheOneSidedDerivative) {
 /// Any velocity of two bodies that float freely.
 VectorXd anyVelocity(Chance& chance, Eigen::Index size) {
   VectorXd velocity(size);
-  for (double& entry : velocity) entry = chance.between(-0.5, 0.5);
+  for (Eigen::Index i = 0; i < size; ++i) velocity[i] = chance.between(-0.5, 0.5);
   return velocity;
 }
 

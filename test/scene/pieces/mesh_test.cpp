@@ -68,7 +68,7 @@ std::string binaryStl(const TriangleMesh& mesh, std::string header, std::uint32_
   for (const auto& triangle : mesh.triangles) {
     for (int i = 0; i < 3; ++i) put(header, 0.0F);
     for (const int corner : triangle) {
-      for (const double x : mesh.vertices[corner]) put(header, static_cast<float>(x));
+      for (int i = 0; i < 3; ++i) put(header, static_cast<float>(mesh.vertices[corner][i]));
     }
     put(header, std::uint16_t{0});
   }
@@ -326,7 +326,7 @@ TEST(ConvexPieces, SeparateBoxesAreExactlyTheirHulls) {
 TEST(ConvexPieces, PlusAndMinusZeroAreTheSamePlace) {
   TriangleMesh mesh = soup(box({0, 0, 0}, {1, 1, 1}));
   for (std::size_t i = 0; i < mesh.vertices.size(); i += 2) {
-    for (double& x : mesh.vertices[i]) x = x == 0.0 ? -0.0 : x;
+    for (int k = 0; k < 3; ++k) mesh.vertices[i][k] = mesh.vertices[i][k] == 0.0 ? -0.0 : mesh.vertices[i][k];
   }
   EXPECT_EQ(convexPieces(mesh).hulls.size(), 1U);
 }
