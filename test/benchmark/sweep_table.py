@@ -25,7 +25,7 @@ def times(rows):
     for row, libraries in rows.items():
         ours, fcl = libraries[OURS], best_fcl(libraries, "ns")
         yield [row, nanoseconds(ours["ns"]), rate(ours["ns"]), nanoseconds(libraries[SCENE]["ns"]),
-               f"{nanoseconds(fcl['ns'])} ({fcl['library'].removeprefix('FCL ')})", nanoseconds(libraries[SPHERES]["ns"]),
+               f"{nanoseconds(fcl['ns'])} ({fcl['library'].replace('FCL ', '')})", nanoseconds(libraries[SPHERES]["ns"]),
                f"{fcl['ns'] / ours['ns']:.1f}", f"{libraries[SPHERES]['ns'] / ours['ns']:.2f}"]
 
 

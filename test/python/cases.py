@@ -18,7 +18,7 @@ import xml.etree.ElementTree as ElementTree
 
 SOURCE = pathlib.Path(sys.argv[1]).resolve()
 MODULE, ANSWERS, BUILD = sys.argv[2:5]
-RESULTS = next((option.removeprefix("--gtest_output=xml:") for option in sys.argv[5:]), None)
+RESULTS = next((option.replace("--gtest_output=xml:", "") for option in sys.argv[5:]), None)
 IS_SANITIZED = "instrumented_python" in sys.executable
 SUITE = pathlib.Path(sys.argv[0]).stem
 
@@ -36,7 +36,7 @@ class Results(unittest.TextTestResult):
         self.begin = time.monotonic()
 
     def case(self, test, outcome=None, text=""):
-        name = test.id().removeprefix("__main__.")
+        name = test.id().replace("__main__.", "")
         seconds = f"{time.monotonic() - self.begin:.3f}"
         case = ElementTree.SubElement(self.suite, "testcase", classname=SUITE, name=name, time=seconds)
         if outcome:

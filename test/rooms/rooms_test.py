@@ -41,7 +41,7 @@ def name_of(path):
     """The path of a file below its tree, without suffix: what an include of it and its room have in common."""
     for tree in (PUBLIC, "src"):
         if path.startswith(tree + "/"):
-            return path.removeprefix(tree + "/").rpartition(".")[0]
+            return path[len(tree) + 1:].rpartition(".")[0]
     raise ValueError(path)
 
 
@@ -145,7 +145,7 @@ def problems_within_rooms(source):
 
 def rank_of(bracket, name, path):
     """0: a header with the name of the file, 1: another one of this project, 2: of a library or the system, 3: of the standard library."""
-    unit = pathlib.PurePath(path).stem.removesuffix("_test")
+    unit = re.sub("_test$", "", pathlib.PurePath(path).stem)
     if path.endswith(".cpp") and pathlib.PurePath(name).name == unit + ".h":
         return 0
     if bracket == '"' or name.startswith("proximity_server/"):
@@ -212,7 +212,7 @@ class BrokenRules(unittest.TestCase):
 
     def found(self, files):
         with tempfile.TemporaryDirectory() as folder:
-            for path, text in (FILES | files).items():
+            for path, text in {**FILES, **files}.items():
                 file = pathlib.Path(folder, path)
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(text)

@@ -81,7 +81,7 @@ def texts_of(version):
         texts[each._type] = parts[0]
         for part in parts[1:]:
             head, _, text = part.partition("\n")
-            texts[head.removeprefix("MSG: ")] = text
+            texts[head.replace("MSG: ", "", 1)] = text
     return texts
 
 

@@ -260,7 +260,7 @@ class PlainNode:
         return matching[-1] if matching else False
 
     def told(self):
-        return {(key.removesuffix(" (world)"), bool(body.holder)): body.told() for key, body in self.objects.items()}
+        return {(key.replace(" (world)", ""), bool(body.holder)): body.told() for key, body in self.objects.items()}
 
 
 def label_of(shape):
