@@ -42,9 +42,10 @@ function(proximity_layer_options layer target)
 endfunction()
 
 # proximity_compile_rooms(<target>): the sources of a folder are compiled together, as the templates of Eigen that they share take
-# longer than the sources; so a room has one definition of a name. Errors name the source. `./dev lint` compiles each by itself.
+# longer than the sources; so a room has one definition of a name. Errors name the source. `./dev lint` compiles each by itself, and
+# so does a CMake that knows no groups of sources.
 function(proximity_compile_rooms target)
-  if(CMAKE_DISABLE_PRECOMPILE_HEADERS)
+  if(CMAKE_DISABLE_PRECOMPILE_HEADERS OR CMAKE_VERSION VERSION_LESS 3.18)
     return()
   endif()
   get_target_property(sources ${target} SOURCES)
