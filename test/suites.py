@@ -23,7 +23,7 @@ OUT_OF_MEMORY = "allocator is out of memory|failed to allocate|exceeds maximum s
 
 def suites(build):
     """(folder, name, command) of every suite."""
-    listing = subprocess.check_output(["ctest", "--test-dir", build, "--show-only=json-v1"])
+    listing = subprocess.check_output(["ctest", "--show-only=json-v1"], cwd=build)
     tests = pathlib.Path(build, "test").resolve()
     for test in json.loads(listing)["tests"]:
         folder = next(item["value"] for item in test["properties"] if item["name"] == "WORKING_DIRECTORY")
@@ -100,16 +100,20 @@ def findings(build):
             yield path.name, text
 
 
+def ended_suites(build):
+    """{name: (verdict, seconds)} of each suite that came to an end, from what ctest printed."""
+    log = pathlib.Path(build, "test_results/ctest.log")
+    text = log.read_text(errors="replace") if log.exists() else ""
+    lines = re.findall(r"(?m)^ *\d+/\d+ Test +#\d+: (\S+) \.+ *(.*?) +([0-9.]+) sec", text)
+    return {name: ("passed" if word == "Passed" else "failed", float(seconds)) for name, word, seconds in lines}
+
+
 def count(build):
     selected = {line.split()[0] for line in pathlib.Path(build, "selected_suites").read_text().splitlines()}
-    verdicts = {}
-    for path in pathlib.Path(build, "test_results").glob("ctest*.xml"):
-        for case in ElementTree.parse(path).iter("testcase"):
-            verdicts[case.get("name")] = "passed" if case.get("status") == "run" else "failed"
-
+    ended = ended_suites(build)
     counts = {"passed": 0, "failed": 0, "skipped": 0}
     for _, name, command in suites(build):
-        for case, outcome in outcomes(name, command, verdicts.get(name, "failed")) if name in selected else ():
+        for case, outcome in outcomes(name, command, ended.get(name, ("failed",))[0]) if name in selected else ():
             counts[outcome] += 1
             if outcome != "passed":
                 print(f"{outcome}: {case}")

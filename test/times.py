@@ -3,8 +3,8 @@
 usage: times.py record BUILD_DIR NINJA_LOG COMMAND [STAGE=MICROSECONDS...]     prints it, and names the file it wrote
        times.py compare FILE FILE                                              two such files, side by side
 
-The steps of the build are those of ninja's log that NINJA_LOG, the log of before, does not have; the times of the suites come from
-ctest's result files.
+The steps of the build are those of ninja's log that NINJA_LOG, the log of before, does not have; the times of the suites are those
+that ctest printed.
 """
 
 import collections
@@ -13,7 +13,8 @@ import json
 import pathlib
 import re
 import sys
-import xml.etree.ElementTree as ElementTree
+
+import suites
 
 SLOWEST = 10
 
@@ -43,10 +44,9 @@ def new_steps(build, log_before):
     return {key[0]: seconds for key, seconds in ninja_steps(build / ".ninja_log").items() if key not in before}
 
 
-def suites(build):
+def suites_of(build):
     """{suite: seconds} of the last ctest."""
-    return {case.get("name"): float(case.get("time")) for path in (build / "test_results").glob("ctest*.xml")
-            for case in ElementTree.parse(path).iter("testcase")}
+    return {name: seconds for name, (_, seconds) in suites.ended_suites(build).items()}
 
 
 def folders(steps):
@@ -67,7 +67,7 @@ def record(build, log_before, command, *stages):
     stages = {name: int(microseconds) / 1e6 for name, microseconds in (stage.split("=") for stage in stages)}
     steps = new_steps(build, pathlib.Path(log_before)) if "build" in stages else {}
     times = {"command": command, "stages": stages, "build": folders(steps), "steps": steps,
-             "suites": suites(build) if "tests" in stages else {}}
+             "suites": suites_of(build) if "tests" in stages else {}}
     stamp = datetime.datetime.now().strftime("%Y-%m-%dT%H.%M.%S")
     path = build / "times" / f"{stamp}_{re.sub('[^a-z]+', '_', command)}.json"
     path.parent.mkdir(exist_ok=True)
@@ -94,8 +94,8 @@ def flat(times):
 def compare(*paths):
     first, second = (flat(json.loads(pathlib.Path(path).read_text())) for path in paths)
     print(f"{'first':>8} {'second':>8} {'ratio':>6}   [s]")
-    shown = dict(slowest({row: max(first.get(row, 0.0), second.get(row, 0.0)) for row in first | second if row.startswith("suite")}))
-    for row in first | second:
+    shown = dict(slowest({row: max(first.get(row, 0.0), second.get(row, 0.0)) for row in {**first, **second} if row.startswith("suite")}))
+    for row in {**first, **second}:
         if row.startswith("suite") and row not in shown:
             continue
         a, b = first.get(row), second.get(row)

@@ -30,7 +30,7 @@ PATIENCE = 120.0  # [s] nothing takes this long unless it is broken
 
 # As if these packages were not there: narrowphase needs none of them.
 WITHOUT = " ".join(f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON" for package in (
-    "catkin", "assimp", "urdfdom", "console_bridge", "tinyxml2", "Boost", "nlohmann_json", "fcl", "Bullet", "ccd"))
+    "catkin", "urdfdom", "console_bridge", "Boost", "nlohmann_json", "fcl", "Bullet", "ccd"))
 
 # What a whole build takes too long for, and what is done instead.
 CHEAPER = {
@@ -38,20 +38,20 @@ CHEAPER = {
     "cmake -S . -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build -j$(nproc)": "test -e build/devel/setup.bash",
     # Without ROS: all is configured, one source of narrowphase is compiled, and the libraries are installed; static, as the build of
     # this test has the shared ones. All other objects are those of that build, as neither layer knows ROS.
-    "cmake -S . -B build -DBUILD_TESTING=ON && cmake --build build && ctest --test-dir build && cmake --install build":
+    "cmake -S . -B build -DBUILD_TESTING=ON && cmake --build build && cmake --build build --target test && cmake --install build":
         "cmake -S . -B without_ros -DBUILD_TESTING=ON -DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON -DCMAKE_BUILD_TYPE=None "
         "-DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX=$PWD/installed_without_ros && "
         "cmake --build without_ros --target narrowphase_headers && make -C without_ros/src/narrowphase shape/rigid_pose.o && "
         f"ar rcs without_ros/src/narrowphase/libproximity_narrowphase.a @{BUILD}/test/readme/objects_of_narrowphase && "
         f"ar rcs without_ros/src/scene/libproximity_scene.a @{BUILD}/test/readme/objects_of_scene && "
-        "ctest --test-dir without_ros -N | grep signed_distance_test && "
+        "(cd without_ros && ctest -N) | grep signed_distance_test && "
         "cmake --install without_ros --component library && cmake --install without_ros --component development",
     # Narrowphase as where there is nothing but what it needs: it has the same sources, whose library was made just before.
     "cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON -DBUILD_TESTING=ON && cmake --build build && "
-    "ctest --test-dir build && cmake --install build":
+    "cmake --build build --target test && cmake --install build":
         "cmake -S . -B narrowphase -DPROXIMITY_NARROWPHASE_ONLY=ON -DBUILD_TESTING=ON -DCMAKE_BUILD_TYPE=None "
         f"-DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX=$PWD/installed_narrowphase {WITHOUT} && "
-        "ctest --test-dir narrowphase -N | grep narrowphase_closed_form_test && "
+        "(cd narrowphase && ctest -N) | grep narrowphase_closed_form_test && "
         "cp without_ros/src/narrowphase/libproximity_narrowphase.a narrowphase/src/narrowphase/ && cmake --install narrowphase",
 }
 
@@ -270,7 +270,7 @@ class Readme(unittest.TestCase):
                 self.commands(line)
 
     def shown_output(self, text):
-        command, *shown = text.removeprefix("$ ").splitlines()
+        command, *shown = text.replace("$ ", "", 1).splitlines()
         for option, code in EXIT_CODES.items():
             if option in command:
                 command = f"{{ {command}; }} 2>&1 || test $? = {code}"
@@ -499,7 +499,7 @@ def add_blocks():
     for file, path in enumerate(readmes()):
         for line, _, text in blocks(path):
             functions = [function for beginning, function in BLOCKS if text.startswith(beginning)]
-            name = path.relative_to(SOURCE).as_posix().replace("/", "_").removesuffix(".md")
+            name = path.relative_to(SOURCE).with_suffix("").as_posix().replace("/", "_")
             case = known(functions[0], text) if functions else unknown(text)
             setattr(Readme, f"test_{file:02}_{name}_line_{line:04}", case)
 
