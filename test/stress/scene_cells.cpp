@@ -3,6 +3,7 @@
 #include "oracle/shape_pairs.h"
 #include "peers/robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
+#include "scene/random_objects.h"
 #include "stress/random_geometry.h"
 
 #include <algorithm>
@@ -130,6 +131,7 @@ const std::vector<SceneFamily>& sceneFamilies() {
     add("every magnitude", [](Family& f) { f.has_any_size = true, f.farthest_slide = 300, f.objects = 3; });
     add("boxes in bulk", [](Family& f) { f.bulk = 0.6, f.objects = 3, f.rarity = 4; });
     add("many objects", [](Family& f) { f.objects = 60, f.attached = f.moving = 0.05, f.jumps = 0.2, f.rarity = 8; });
+    add("closed meshes", [](Family& f) { f.solids = 0.5, f.jumps = 0.2, f.rarity = 2; });
     if (!examples().empty())
       add("example robots", [](Family& f) { f.robot = Family::Robot::Example, f.objects = 8, f.rarity = 16; });
     return all;
@@ -322,7 +324,24 @@ ObjectShape SceneCell::someObjectShape(std::vector<Part>& parts, bool with_plane
   return shape;
 }
 
+/// Its pieces are those of the library: the triangles, and an Interior, which has its own tests.
+Object SceneCell::someClosedMesh(const std::string& id, const Placement& placement) {
+  Object solid = someSolid(id, placement, chance_);
+  std::vector<Part>& parts = described_[id];
+  parts.clear();
+  for (const Piece& piece : piecesOf(solid))
+    parts.push_back({piece.shape,
+                     {},
+                     longPose(piece.body_T_piece),
+                     /*padding=*/0.0,
+                     piece.collision + 1,
+                     piece.interior,
+                     piece.is_representative});
+  return solid;
+}
+
 Object SceneCell::someObject(const std::string& id, const Placement& placement) {
+  if (family_.solids > 0.0 && chance_.happens(family_.solids)) return someClosedMesh(id, placement);
   std::vector<Part> parts;
   std::vector<ObjectShape> shapes;
   ObjectOptions options;
@@ -455,7 +474,8 @@ std::optional<WorldSolid> SceneCell::solidOf(const ShapeRef& ref) const {
   for (const Part& part : described_.at(object.id)) {
     const LongPose world_T_part = *world_T_object * part.object_T_part;
     if (part.shape) {
-      solid.parts.push_back({part.shape->padded(part.padding), world_T_part, part.number});
+      solid.parts.push_back(
+          {part.shape->padded(part.padding), world_T_part, part.number, part.interior, part.is_representative});
       continue;
     }
     const Vector3l normal = world_T_part.rotation * part.half_space.normal.cast<long double>().normalized();

@@ -32,9 +32,10 @@ struct SceneFamily {
   double attached = 0.2;                                                           ///< share of the objects
   double moving = 0.2;                                                             ///< share of the objects
   double planes = 0.1;                                                             ///< share of the shapes
-  double bulk = 0.05;  ///< share of the shapes that are many boxes
-  double jumps = 0.4;  ///< share of the states; in all others little moves
-  int smallest = -1;   ///< [decades of m] of the shapes
+  double bulk = 0.05;   ///< share of the shapes that are many boxes
+  double solids = 0.0;  ///< share of the objects that are closed meshes, as their triangles
+  double jumps = 0.4;   ///< share of the states; in all others little moves
+  int smallest = -1;    ///< [decades of m] of the shapes
   int largest = 0;
   int farthest = -1;           ///< [decades of m] of the cell from the origin of the poses; -1: it stands there
   double beyond_limits = 0.0;  ///< share of the joints
@@ -117,6 +118,10 @@ class SceneCell {
     LongPose object_T_part;
     double padding;
     int number;
+
+    // Parts of a mesh have these, see Piece.
+    std::shared_ptr<const Interior> interior = nullptr;
+    bool is_representative = true;
   };
 
   /// [rad], or [m] of the cell.
@@ -126,6 +131,7 @@ class SceneCell {
   Shape someShape();
   ObjectShape someObjectShape(std::vector<Part>& parts, bool with_planes, double padding);
   Object someObject(const std::string& id, const Placement& placement);
+  Object someClosedMesh(const std::string& id, const Placement& placement);
   Placement freePlacement();
   Attached attachment();
   Placement anyPlacement();

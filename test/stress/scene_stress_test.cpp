@@ -15,7 +15,9 @@ TEST(SceneStress, ScenesOfEveryFamilyKeepEveryPromise) {
     for (const char* number : {"pairs", "motions"}) EXPECT_GT(family[number], 0) << family.family << ", " << number;
   if (kIsSanitized) return;  // what follows is of the whole test
   const stress::Tally all = stress::sumOf(families);
-  for (const char* number : {"with_oracle", "with_object", "overlaps", "contacts"}) EXPECT_GT(all[number], 0) << number;
+  for (const char* number : {"with_oracle", "with_object", "overlaps", "contacts", "at_rest", "by_motion"})
+    EXPECT_GT(all[number], 0) << number;
+  EXPECT_LT(all["computed"], all["counted"] / 2);
   EXPECT_LT(all["overlaps"], all["minima"]);
   EXPECT_LT(all["contacts"], all["motions"]);
   EXPECT_LT(all["motions_open"], all["motions"]);

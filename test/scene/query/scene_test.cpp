@@ -2,10 +2,10 @@
 
 #include "allocations.h"
 #include "narrowphase/certificate.h"
-#include "oracle/oracle.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
+#include "scene/query/all_pairs.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/SVD>
@@ -591,48 +591,8 @@ class RandomScene : public testing::TestWithParam<unsigned> {
   std::uniform_real_distribution<double> spread_{1.0, 12.0};
 };
 
-/// The distances of all pairs, each settled alone: what every other question has to agree with.
-class BruteForce {
- public:
-  BruteForce(const std::vector<ShapeRefPair>& pairs, const std::vector<PairProximity>& all) : pairs_(pairs) {
-    for (const PairProximity& pair : all) distances_.push_back(pair.result.distance);
-    sorted_ = distances_;
-    std::sort(sorted_.begin(), sorted_.end());
-  }
-
-  double smallest(std::size_t i) const { return sorted_[i]; }
-
-  double of(const ShapeRefPair& asked) const {
-    for (std::size_t i = 0; i < pairs_.size(); ++i)
-      if (std::memcmp(&pairs_[i], &asked, sizeof(ShapeRefPair)) == 0) return distances_[i];
-    ADD_FAILURE() << "nobody asked for that pair";
-    return kNaN;
-  }
-
-  std::size_t countBelow(double threshold) const {
-    return static_cast<std::size_t>(std::upper_bound(sorted_.begin(), sorted_.end(), threshold) - sorted_.begin());
-  }
-
- private:
-  const std::vector<ShapeRefPair>& pairs_;
-  std::vector<double> distances_, sorted_;
-};
-
 /// Each of two searches that converged may be off by the tolerance.
 constexpr double kAgreement = 2.0 * kTolerance;
-
-void expectClosest(const std::vector<PairProximity>& found, const BruteForce& brute_force) {
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    EXPECT_EQ(found[i].result.status, Status::Converged);
-    EXPECT_NEAR(found[i].result.distance, brute_force.smallest(i), kAgreement);
-    EXPECT_NEAR(found[i].result.distance, brute_force.of(found[i].asked), kAgreement);
-    if (i > 0) {
-      EXPECT_LE(found[i - 1].result.distance, found[i].result.distance);
-    }
-    for (std::size_t j = 0; j < i; ++j)
-      EXPECT_NE(std::memcmp(&found[i].asked, &found[j].asked, sizeof(ShapeRefPair)), 0) << "the same pair twice";
-  }
-}
 
 void expectCountsAddUp(const PairCounts& counts, std::size_t total) {
   EXPECT_EQ(counts.total, static_cast<int>(total));
@@ -646,19 +606,19 @@ TEST_P(RandomScene, SkippingNeverChangesAnAnswer) {
     const BodyPoses poses = nextPoses();
     scene.update(poses);
     reference.update(poses);
-    const BruteForce brute_force(pairs_, reference.all(pairs_));
+    const AllPairs brute_force(reference.all(pairs_), kAgreement);
     EXPECT_EQ(reference.counts().computed, static_cast<int>(pairs_.size()));
     overlapping += static_cast<long>(brute_force.countBelow(0.0));
 
     const PairProximity* minimum = scene.minimum(pairs_);
     ASSERT_TRUE(minimum);
-    expectClosest({*minimum}, brute_force);
+    brute_force.expectClosest({*minimum});
     expectCountsAddUp(scene.counts(), pairs_.size());
     skipped += scene.counts().by_bounds;
 
     const std::vector<PairProximity>& closest = scene.closest(pairs_, 7);
     ASSERT_EQ(closest.size(), 7u);
-    expectClosest(closest, brute_force);
+    brute_force.expectClosest(closest);
     expectCountsAddUp(scene.counts(), pairs_.size());
   }
   const long asked = static_cast<long>(pairs_.size()) * kStates;
@@ -675,23 +635,21 @@ TEST_P(RandomScene, ThresholdsDivideThePairsAsBruteForceDoes) {
     const BodyPoses poses = nextPoses();
     scene.update(poses);
     reference.update(poses);
-    const BruteForce brute_force(pairs_, reference.all(pairs_));
+    const AllPairs brute_force(reference.all(pairs_), kAgreement);
     Question question;
     question.threshold = threshold(random_);
     const std::size_t surely = brute_force.countBelow(question.threshold - kAgreement);
     const std::size_t perhaps = brute_force.countBelow(question.threshold + kAgreement);
 
     const std::vector<PairProximity> below = scene.below(pairs_, question);
-    EXPECT_GE(below.size(), surely);
-    EXPECT_LE(below.size(), perhaps);
-    expectClosest(below, brute_force);
+    brute_force.expectCount(below.size(), question.threshold);
+    brute_force.expectClosest(below);
     expectCountsAddUp(scene.counts(), pairs_.size());
 
     const PairsBelow some = scene.closestBelow(pairs_, 3, question);
-    EXPECT_GE(some.count, static_cast<int>(surely));
-    EXPECT_LE(some.count, static_cast<int>(perhaps));
+    brute_force.expectCount(some.count, question.threshold);
     EXPECT_EQ(some.closest.size(), std::min<std::size_t>(3, some.count));
-    expectClosest(some.closest, brute_force);
+    brute_force.expectClosest(some.closest);
     expectCountsAddUp(scene.counts(), pairs_.size());
 
     const PairProximity* first = scene.first(pairs_, question);
@@ -703,7 +661,7 @@ TEST_P(RandomScene, ThresholdsDivideThePairsAsBruteForceDoes) {
 
     const PairProximity* minimum = scene.minimum(pairs_, question);
     EXPECT_TRUE(minimum ? perhaps > 0 : surely == 0);
-    if (minimum) expectClosest({*minimum}, brute_force);
+    if (minimum) brute_force.expectClosest({*minimum});
 
     for (const PairProximity& pair : scene.all(pairs_, question)) {
       const double distance = brute_force.of(pair.asked);
@@ -734,7 +692,7 @@ TEST_P(RandomScene, StatusFitsTheBoundsAtLooseTolerances) {
     const BodyPoses poses = nextPoses();
     scene.update(poses);
     reference.update(poses);
-    const BruteForce brute_force(pairs_, reference.all(pairs_));
+    const AllPairs brute_force(reference.all(pairs_), kAgreement);
     question.threshold = threshold(random_);
     for (const PairProximity& pair : scene.all(pairs_, question)) {
       const SignedDistance& result = pair.result;
@@ -760,7 +718,7 @@ TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
     const BodyPoses poses = nextPoses();
     scene.update(poses);
     reference.update(poses);
-    const BruteForce brute_force(pairs_, reference.all(pairs_));
+    const AllPairs brute_force(reference.all(pairs_), kAgreement);
     const PairProximity* minimum = scene.minimum(pairs_, question);
     ASSERT_TRUE(minimum);
     if (brute_force.smallest(0) > kAgreement) {
@@ -772,8 +730,7 @@ TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
       EXPECT_LE(minimum->result.lower_bound, brute_force.of(minimum->asked) + kTolerance);
     }
     const std::size_t found = scene.below(pairs_, {kTolerance, 0.5, Question::Depth::NotWanted}).size();
-    EXPECT_GE(found, brute_force.countBelow(0.5 - kAgreement));
-    EXPECT_LE(found, brute_force.countBelow(0.5 + kAgreement));
+    brute_force.expectCount(found, 0.5);
   }
   EXPECT_GT(overlaps, 10);
 }
@@ -792,77 +749,6 @@ TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
       }
     }
   }
-}
-
-/// The truth about the closest pieces of two links, from the poses alone.
-struct LinkTruth {
-  double distance = kInfinity;
-  double rounding = 0.0;
-  double error = 0.0;
-};
-
-Isometry3d piecePose(const RobotModel& robot, const Piece& piece, const BodyPoses& poses) {
-  const int link = robot.collisions[piece.collision].link;
-  const int body = robot.links[link].body;
-  return *poses[body] * piece.body_T_piece;
-}
-
-LinkTruth linkTruth(const RobotModel& robot, const ShapeRefPair& pair, const BodyPoses& poses) {
-  LinkTruth truth;
-  for (const Piece& a : robot.pieces)
-    for (const Piece& b : robot.pieces) {
-      if (robot.collisions[a.collision].link != pair.a.link()) continue;
-      if (robot.collisions[b.collision].link != pair.b.link()) continue;
-      const Isometry3d a_T_b = piecePose(robot, a, poses).inverse() * piecePose(robot, b, poses);
-      const ShapePair shapes{a.shape, b.shape, a_T_b};
-      // The deepest of all, so that a bad lower bound of any of them shows.
-      const Truth found = signedDistanceOracle(shapes, 20000);
-      truth.distance = std::min(truth.distance, static_cast<double>(found.distance));
-      truth.error = std::max(truth.error, static_cast<double>(found.error_bound));
-      truth.rounding = std::max(truth.rounding, roundingOf(shapes) + 16.0 * kEpsilon * poses[0]->translation().norm());
-    }
-  return truth;
-}
-
-/// Whether a point lies on the surface of a piece of a <collision>, enlarged by `padding`.
-bool liesOn(const RobotModel& robot, const ShapeRef& ref, double padding, const BodyPoses& poses,
-            const Vector3d& point) {
-  const Link& link = robot.links[ref.link()];
-  const int index = link.collisions[ref.collision() - 1];
-  for (const int piece_index : robot.collisions[index].pieces) {
-    const Piece& piece = robot.pieces[piece_index];
-    const Vector3d in_piece = piecePose(robot, piece, poses).inverse() * point;
-    if (std::abs(static_cast<double>(outsideBy(piece.shape, in_piece)) - padding) <= kTolerance) return true;
-  }
-  return false;
-}
-
-TEST_P(RandomScene, BoundsEncloseTheTruthOfTheOracle) {
-  Scene scene(model_);
-  const int links = static_cast<int>(model_->robot.links.size());
-  int apart = 0, overlapping = 0;
-  for (int state = 0; state < 12; ++state) {
-    const BodyPoses poses = randomPoses(random_, model_->robot.bodies.size(), 1.2);
-    scene.update(poses);
-    for (int b = 1; b < links; b += 2) {
-      const ShapeRefPair pair{{0, 0}, {b, 0}};
-      double padding = 0.0;
-      if (const int index = model_->pairs.find(0, b); index >= 0) padding = model_->pairs.pairs[index].padding;
-      const PairProximity proximity = scene.proximity(pair);
-      const SignedDistance& result = proximity.result;
-      const LinkTruth truth = linkTruth(model_->robot, pair, poses);
-      EXPECT_LE(result.lower_bound, truth.distance - padding + truth.error + truth.rounding);
-      EXPECT_GE(result.upper_bound, truth.distance - padding - truth.rounding);
-      EXPECT_EQ(result.status, Status::Converged);
-      EXPECT_LE(result.upper_bound - result.lower_bound, kTolerance);
-      expectIdentity(result, 10.0);
-      EXPECT_TRUE(liesOn(model_->robot, {0, proximity.collision_a}, 0.5 * padding, poses, result.point_a));
-      EXPECT_TRUE(liesOn(model_->robot, {b, proximity.collision_b}, 0.5 * padding, poses, result.point_b));
-      (result.distance > 0.0 ? apart : overlapping) += 1;
-    }
-  }
-  EXPECT_GT(apart, 5);
-  EXPECT_GT(overlapping, 5);
 }
 
 // --- far from the origin
@@ -893,23 +779,6 @@ TEST_P(RandomScene, AShiftThatDoublesCanHoldChangesNoBit) {
     near.all(pairs_, question);
     far.all(pairs_, question);
     for (std::size_t i = 0; i < pairs_.size(); ++i) EXPECT_TRUE(sameNumbers(here[i].result, there[i].result));
-  }
-}
-
-// A coordinate below 2^20 m is rounded by up to 2^-34, a translation by sqrt(3) times that, and a distance feels two.
-TEST_P(RandomScene, AMillionMetresAwayTheDistancesAreThoseOfTheRoundedPoses) {
-  const double pose_rounding = 2.0 * std::sqrt(3.0) * std::ldexp(1.0, -34);
-  Scene near(model_), far(model_);
-  for (int state = 0; state < 20; ++state) {
-    const BodyPoses poses = nextPoses();
-    near.update(poses);
-    far.update(shifted(poses, {1e6, -1e6, 1e6}));
-    const std::vector<PairProximity>&here = near.all(pairs_), &there = far.all(pairs_);
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      EXPECT_EQ(there[i].result.status, Status::Converged);
-      EXPECT_LE(there[i].result.lower_bound, here[i].result.upper_bound + pose_rounding);
-      EXPECT_GE(there[i].result.upper_bound, here[i].result.lower_bound - pose_rounding);
-    }
   }
 }
 

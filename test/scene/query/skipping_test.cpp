@@ -3,6 +3,7 @@
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
+#include "scene/query/all_pairs.h"
 #include "scene/two_arms.h"
 
 #include <gtest/gtest.h>
@@ -94,40 +95,6 @@ class Mover {
 
 // --- the same questions with skipping and without
 
-/// The distances of all pairs without skipping.
-class Truth {
- public:
-  explicit Truth(const std::vector<PairProximity>& all) : all_(all) {
-    for (const PairProximity& pair : all) sorted_.push_back(pair.result.distance);
-    std::sort(sorted_.begin(), sorted_.end());
-  }
-
-  double smallest(std::size_t i) const { return sorted_[i]; }
-
-  double of(const ShapeRefPair& asked) const {
-    const auto found = std::find_if(all_.begin(), all_.end(), [&](const PairProximity& pair) {
-      return pair.asked.a.link() == asked.a.link() && pair.asked.b.link() == asked.b.link();
-    });
-    return found->result.distance;
-  }
-
-  std::size_t countBelow(double threshold) const {
-    return static_cast<std::size_t>(std::upper_bound(sorted_.begin(), sorted_.end(), threshold) - sorted_.begin());
-  }
-
- private:
-  const std::vector<PairProximity>& all_;
-  std::vector<double> sorted_;
-};
-
-/// The i-th of the found is the i-th closest; where two distances agree either pair may be.
-void expectClosest(const std::vector<PairProximity>& found, const Truth& truth) {
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    ASSERT_NEAR(found[i].result.distance, truth.smallest(i), kAgreement);
-    ASSERT_NEAR(found[i].result.distance, truth.of(found[i].asked), kAgreement);
-  }
-}
-
 /// As the levels of a monitor divide the distances.
 int levelOf(double distance) { return (distance <= 0.0) + (distance <= 0.02) + (distance <= 0.05); }
 
@@ -155,11 +122,11 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
     const BodyPoses poses = mover.next();
     scene.update(poses);
     everything.update(poses);
-    const Truth truth(everything.all(pairs, question));
+    const AllPairs truth(everything.all(pairs, question), kAgreement);
     ASSERT_EQ(everything.counts().computed, static_cast<int>(pairs.size()));
 
     const PairProximity minimum = *scene.minimum(pairs, question);
-    expectClosest({minimum}, truth);
+    truth.expectClosest({minimum});
     counts.total += scene.counts().total;
     counts.at_rest += scene.counts().at_rest;
     counts.by_motion += scene.counts().by_motion;
@@ -167,10 +134,9 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
     counts.computed += scene.counts().computed;
 
     const std::vector<PairProximity>& found = scene.below(pairs, below);
-    ASSERT_GE(found.size(), truth.countBelow(below.threshold - kAgreement));
-    ASSERT_LE(found.size(), truth.countBelow(below.threshold + kAgreement));
-    expectClosest(found, truth);
-    expectClosest(scene.closest(pairs, kClosest, question), truth);
+    truth.expectCount(found.size(), below.threshold);
+    truth.expectClosest(found);
+    truth.expectClosest(scene.closest(pairs, kClosest, question));
     const int level = levelOf(minimum.result.distance);
     ASSERT_TRUE(level == levelOf(truth.smallest(0) - kAgreement) || level == levelOf(truth.smallest(0) + kAgreement));
 
@@ -201,12 +167,11 @@ TEST_P(MovingRobot, PairsBeyondTheListAreCountedAsIfTheyWereComputed) {
     const BodyPoses poses = mover.next();
     scene.update(poses);
     everything.update(poses);
-    const Truth truth(everything.all(everything.candidates(), question));
+    const AllPairs truth(everything.all(everything.candidates(), question), kAgreement);
     const PairsBelow found = scene.closestBelow(scene.candidates(), kListed, below);
-    ASSERT_GE(found.count, static_cast<int>(truth.countBelow(below.threshold - kAgreement)));
-    ASSERT_LE(found.count, static_cast<int>(truth.countBelow(below.threshold + kAgreement)));
+    truth.expectCount(found.count, below.threshold);
     ASSERT_EQ(static_cast<int>(found.closest.size()), std::min(kListed, found.count));
-    expectClosest(found.closest, truth);
+    truth.expectClosest(found.closest);
     const PairCounts& counts = scene.counts();
     ASSERT_EQ(counts.total, counts.at_rest + counts.by_motion + counts.by_bounds + counts.computed);
     counted += found.count;
@@ -241,15 +206,13 @@ TEST_P(MovingRobot, SkippingNeverChangesWhichPairsAreNearestToTheirThresholds) {
     scene.update(poses);
     everything.update(poses);
     question.thresholds = nullptr;
-    const auto excess = [&](const PairProximity& pair) { return pair.result.distance - thresholds.of(pair.asked); };
-    std::vector<double> truth;
-    for (const PairProximity& pair : everything.all(pairs, question)) truth.push_back(excess(pair));
-    std::sort(truth.begin(), truth.end());
+    const AllPairs truth(everything.all(pairs, question), kAgreement, thresholds);
     const ShapeRefPair closest = scene.minimum(pairs, question)->asked;
 
     question.thresholds = &thresholds;
     const std::vector<PairProximity>& found = scene.closest(pairs, kClosest, question);
-    for (std::size_t i = 0; i < kClosest; ++i) ASSERT_NEAR(excess(found[i]), truth[i], kAgreement);
+    ASSERT_EQ(found.size(), kClosest);
+    truth.expectClosest(found);
     not_closest += found[0].asked.a != closest.a || found[0].asked.b != closest.b;
   }
   if (!kIsSanitized) {
