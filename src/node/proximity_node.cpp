@@ -25,7 +25,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
     : nh_(nh),
       private_nh_(private_nh),
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
-      tf_(robot_->config().realtime_priority),
+      tf_listener_(tf_, robot_->config().realtime_priority),
       objects_(
           robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
           [this](const Robot& robot) { monitor_.takeObjects(robot); }, ObjectLimits(),

@@ -11,6 +11,7 @@
 #include "node/robot/robot.h"
 #include "node/robot/settings_server.h"
 #include "node/services/queries.h"
+#include "node/tf/tf_listener.h"
 #include "node/tf/tf_poses.h"
 #include "node/threads/request_queue.h"
 
@@ -76,6 +77,7 @@ class ProximityNode {
   std::shared_ptr<const Robot> robot_;  // a reload replaces it, so access needs std::atomic_load and atomic_store
   std::mutex reload_mutex_;
   TfPoses tf_;
+  TfListener tf_listener_;
   ObjectStore objects_;  // declared before monitor_, so that its first cycle knows the objects at the start
   ObjectKeeper object_keeper_;
   MonitorLoop monitor_;

@@ -42,7 +42,7 @@ void JointVelocities::listen(const Robot& robot) {
     if (subscribers_.count(topic)) continue;
     subscribers_[topic] = nh_.subscribe<sensor_msgs::JointState>(
         named, 10, [this, name = topic](const sensor_msgs::JointState::ConstPtr& state) { onJointState(*state, name); },
-        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // TfTree's constructor tells why
+        ros::VoidConstPtr(), ros::TransportHints().tcpNoDelay());  // TfListener's constructor tells why
   }
 }
 

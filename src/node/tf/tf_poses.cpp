@@ -188,16 +188,21 @@ void placeFramesOfLinks(const Robot& robot, const CarrierFrames& frames, const s
   }
 }
 
-void TfPoses::onChange(std::function<void()> listener) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  listener_ = std::move(listener);
-}
-
-void TfPoses::transformsChanged() {
+void TfPoses::add(const tf2_msgs::TFMessage& message, TfTree::Kind kind) {
+  if (kind == TfTree::Kind::Moving) {
+    for (const geometry_msgs::TransformStamped& transform : message.transforms)
+      if (!transform.header.stamp.isZero()) jumps_.add(transform);
+  }
+  tree_.add(message, kind);
   const std::lock_guard<std::mutex> lock(mutex_);
   ++changes_;
   changed_.notify_all();
   if (listener_) listener_();
+}
+
+void TfPoses::onChange(std::function<void()> listener) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  listener_ = std::move(listener);
 }
 
 ros::Time TfPoses::readClock() {

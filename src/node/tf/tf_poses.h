@@ -86,18 +86,13 @@ struct TfLookup {
 /// latest stamps of all joints, so that nothing is extrapolated. Fixed joints are taken from the URDF, so /tf_static is
 /// not needed. If a transform is missing, is not finite or is no rotation, the poses of the bodies beyond it are
 /// unknown. If the stamp of a transform is too far from the clock, all poses are unknown. If the clock jumps back, all
-/// transforms are forgotten. Thread-safe; a thread of its own receives the transforms.
+/// transforms are forgotten. Thread-safe.
 class TfPoses {
  public:
-  /// The listening thread has the given priority, see runInRealTime().
-  explicit TfPoses(int realtime_priority = 0)
-      : tree_(
-            realtime_priority, [this](const auto& transform) { jumps_.add(transform); },
-            [this] { transformsChanged(); }) {}
-  TfPoses(const TfPoses&) = delete;
-  TfPoses& operator=(const TfPoses&) = delete;
+  /// Adds the transforms of a message of /tf or /tf_static, see TfListener.
+  void add(const tf2_msgs::TFMessage& message, TfTree::Kind kind);
 
-  /// Sets the function that the listening thread calls after every message of tf.
+  /// Sets the function that add() calls at its end.
   void onChange(std::function<void()> listener);
 
   /// Sets the robot whose joints jumps() reports.
@@ -142,8 +137,6 @@ class TfPoses {
   QueryStatus standingStill(const Robot& robot, const std::vector<int>& robots);
 
  private:
-  void transformsChanged();
-
   /// Repeats `look_up`, which returns a snapshot, after every change of tf until its status is OK or the time is over.
   template <class LookUp>
   auto await(double timeout, LookUp look_up);
@@ -160,7 +153,7 @@ class TfPoses {
   ros::Time last_now_;
   LatestTransforms latest_;
   JointJumps jumps_;
-  TfTree tree_;  // destroyed first, because it calls transformsChanged()
+  TfTree tree_;
 };
 
 }  // namespace proximity_server::node

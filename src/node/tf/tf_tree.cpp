@@ -1,8 +1,5 @@
 #include "node/tf/tf_tree.h"
 
-#include "node/threads/real_time.h"
-#include "node/threads/request_queue.h"
-
 #include <ros/console.h>
 
 #include <stdexcept>
@@ -10,8 +7,6 @@
 
 namespace proximity_server::node {
 namespace {
-
-constexpr std::uint32_t kQueueSize = 100;  // [messages] as in tf2_ros
 
 constexpr double kWarningPeriod = 5.0;  // [s] shortest time between two equal warnings
 
@@ -25,25 +20,6 @@ void warnAboutBoth(const std::string& child) {
 }
 
 }  // namespace
-
-TfTree::TfTree(int realtime_priority, OnMoving on_moving, std::function<void()> on_change)
-    : on_moving_(std::move(on_moving)),
-      on_change_(std::move(on_change)),
-      buffer_(std::make_shared<tf2::BufferCore>()),
-      spinner_(1, &queue_) {
-  nh_.setCallbackQueue(&queue_);
-  // Without this option the publisher's kernel delays small messages by tens of milliseconds (Nagle's algorithm).
-  const ros::TransportHints at_once = ros::TransportHints().tcpNoDelay();
-  moving_sub_ = nh_.subscribe("/tf", kQueueSize, &TfTree::onMoving, this, at_once);
-  static_sub_ = nh_.subscribe("/tf_static", kQueueSize, &TfTree::onStatic, this, at_once);
-  queue_.addCallback(callbackOf([realtime_priority] { runInRealTime(realtime_priority); }));
-  spinner_.start();
-}
-
-TfTree::~TfTree() {
-  queue_.disable();
-  spinner_.stop();
-}
 
 TfTree::View TfTree::view() const {
   std::unique_lock<std::mutex> lock(mutex_);
@@ -61,22 +37,11 @@ void TfTree::forgetAllThatMoves() {
   for (const auto& [child, transform] : static_) keep(transform, Kind::Static);
 }
 
-void TfTree::onMoving(const Message& message) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const geometry_msgs::TransformStamped& transform : message.transforms) keepMoving(transform);
-    ++changes_;
-  }
-  on_change_();
-}
-
-void TfTree::onStatic(const Message& message) {
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    for (const geometry_msgs::TransformStamped& transform : message.transforms) keepStatic(transform);
-    ++changes_;
-  }
-  on_change_();
+void TfTree::add(const tf2_msgs::TFMessage& message, Kind kind) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const geometry_msgs::TransformStamped& transform : message.transforms)
+    kind == Kind::Moving ? keepMoving(transform) : keepStatic(transform);
+  ++changes_;
 }
 
 void TfTree::keepMoving(const geometry_msgs::TransformStamped& transform) {
@@ -86,7 +51,6 @@ void TfTree::keepMoving(const geometry_msgs::TransformStamped& transform) {
     ROS_WARN_STREAM_THROTTLE(kWarningPeriod, "frame '" << child << "' comes on /tf without a stamp: ignored");
     return;
   }
-  on_moving_(transform);
   if (moving_.insert(child).second && static_.erase(child) > 0) {
     warnAboutBoth(child);
     forgetAllThatMoves();

@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-#include <stdexcept>
 
 namespace proximity_server::node::monitor_memory_test {
 
@@ -22,7 +21,7 @@ using namespace scene;
 
 const std::string kLongName = "_with_a_name_that_no_string_holds_in_itself";
 constexpr int kTfRemembers = 1000;  // cycles: 10 s
-constexpr int kBatch = 20;          // cycles whose transforms are published at once: the slowest part of the test
+constexpr int kBatch = 20;          // cycles whose transforms come at once
 using Transforms = std::array<geometry_msgs::TransformStamped, 3>;
 
 ros::Time stampOf(std::int64_t cycle) { return ros::Time(1000.0 + 0.01 * static_cast<double>(cycle)); }
@@ -90,12 +89,6 @@ class MonitoredGantry {
   enum class With : unsigned char { LinksOnly, Objects, ObjectsAndAController };
   explicit MonitoredGantry(With with = With::LinksOnly) : has_controller_(with == With::ObjectsAndAController) {
     if (with != With::LinksOnly) addObjects(*robot_, 0.5);
-    publisher_ = nh_.advertise<tf2_msgs::TFMessage>("/tf", 100);
-    tf_.onChange([this] {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      is_under_way_ = false;
-      arrived_.notify_all();
-    });
     monitor_.follow(robot_);
     settings_.threshold = 0.5;
     settings_.gradients = has_controller_;
@@ -105,7 +98,7 @@ class MonitoredGantry {
 
   const Clearance& cycle() {
     const bool is_new = cycles_ % kBatch == 0;  // then the latest transforms are looked up, once for the batch
-    if (is_new) publishBatch();
+    if (is_new) addBatch();
     ++cycles_;
     const bool is_latest = cycles_ % kBatch == 0;
     const long before = allocations();
@@ -135,30 +128,18 @@ class MonitoredGantry {
                                           [](double bound) { return std::isfinite(bound); }));
   }
 
-  void publishBatch() {
+  void addBatch() {
     tf2_msgs::TFMessage message;
     for (std::int64_t cycle = cycles_ + 1; cycle <= cycles_ + kBatch; ++cycle) {
       const Transforms transforms = transformsOf(cycle);
       message.transforms.insert(message.transforms.end(), transforms.begin(), transforms.end());
     }
     ros::Time::setNow(stampOf(cycles_ + kBatch));
-    std::unique_lock<std::mutex> lock(mutex_);
-    is_under_way_ = true;
-    lock.unlock();
-    publisher_.publish(message);
-    lock.lock();
-    if (!arrived_.wait_for(lock, kPatience, [this] { return !is_under_way_; })) {
-      throw std::runtime_error("the transforms got lost on their way to tf");
-    }
+    tf_.add(message, TfTree::Kind::Moving);
   }
 
   const bool has_controller_;
   int rows_in_use_ = 0;
-  ros::NodeHandle nh_;
-  ros::Publisher publisher_;
-  std::mutex mutex_;
-  std::condition_variable arrived_;
-  bool is_under_way_ = false;
   std::int64_t cycles_ = 0;
   long allocations_ = 0;
   const long of_the_latest_ = allocationsOfTf2(ros::Time()), at_a_stamp_ = allocationsOfTf2(stampOf(1));
@@ -169,7 +150,7 @@ class MonitoredGantry {
   TfLookup lookup_{*robot_, {0, 1, 2}};
 };
 
-/// The least over as many cycles as tf remembers: a message on its way to tf is no part of what the monitor keeps.
+/// The least over as many cycles as tf remembers.
 std::size_t heapThatStaysInUse(MonitoredGantry& gantry) {
   std::size_t least = heapInUse();
   for (int i = 0; i < kTfRemembers; ++i) {
