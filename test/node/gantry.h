@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace proximity_server::node {
 
@@ -52,6 +53,9 @@ class Gantry {
   static geometry_msgs::TransformStamped post(const GantryPosition& position) {
     return transform("base", "post", 0.0, 0.0, position.z);
   }
+  static std::vector<geometry_msgs::TransformStamped> all(const GantryPosition& position) {
+    return {slide(position), ball(position), post(position)};
+  }
 
   /// A stamp ahead of now delays those of moveTo(): between the two tf would interpolate.
   void publish(geometry_msgs::TransformStamped transform, const ros::Time& stamp) {
@@ -64,7 +68,7 @@ class Gantry {
 
   void publish(const GantryPosition& position, const ros::Time& stamp) {
     tf2_msgs::TFMessage message;
-    message.transforms = {slide(position), ball(position), post(position)};
+    message.transforms = all(position);
     for (geometry_msgs::TransformStamped& transform : message.transforms) transform.header.stamp = stamp;
     publisher_.publish(message);
   }

@@ -1,27 +1,24 @@
-#include <proximity_server/ApplyObjects.h>
-#include <proximity_server/FirstContact.h>
-#include <proximity_server/QueryTrajectory.h>
 #include "node/answers.h"
-#include "node/gantry.h"
+#include "node/asked_robot.h"
 #include "node/limited_robot.h"
 #include "node/object_messages.h"
+#include "node/services/queries.h"
 
 #include <Eigen/Core>
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 #include <vector>
 
-// Every expected number is read off gantry.urdf. With the ball at (x, 0, 0) it is x - 0.2 from the base.
+// Questions about motions. Every expected number is read off gantry.urdf and limits.urdf. With the gantry's ball at
+// (x, 0, 0) it is x - 0.2 from the base.
 
-namespace proximity_server::node::motion_services_test {
+namespace proximity_server::node::motion_queries_test {
 
 constexpr double kMotionTolerance = 1e-6;  // [m] of the searches: the default of the requests
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-const std::string kNode = "/proximity_server/";
-
-Gantry& gantry() { return connectedGantry(2); }
-
 using node::saysNothing;
 
 bool saysNothing(const MotionMinimum& minimum) {
@@ -49,23 +46,24 @@ void expectMinimum(const MotionMinimum& minimum, double paper) {
 
 // ---- time_of_contact
 
-FirstContactResponse ask(const FirstContactRequest& request, const std::string& node = kNode) {
-  return call<FirstContactResponse>(node + "time_of_contact", request);
-}
-
 FirstContactRequest between(const std::string& a, const std::string& b, const ros::Time& stamp) {
   auto request = node::between<FirstContactRequest>(a, b, stamp);
   request.horizon = 3.0;
   return request;
 }
 
-/// Base and ball, whose joint moves.
-FirstContactRequest sliding(double velocity, const GantryPosition& start) {
-  FirstContactRequest request = between("base", "ball", gantry().moveTo(start));
-  request.joints.name = {"x_axis"};
-  request.joints.velocity = {velocity};
-  return request;
-}
+class TimeOfContact : public AskedGantry {
+ protected:
+  using AskedGantry::AskedGantry;
+
+  /// Base and ball, whose joint moves.
+  FirstContactRequest sliding(double velocity, const GantryPosition& start) {
+    FirstContactRequest request = between("base", "ball", moveTo(start));
+    request.joints.name = {"x_axis"};
+    request.joints.velocity = {velocity};
+    return request;
+  }
+};
 
 geometry_msgs::Twist twist(const Eigen::Vector3d& linear, const Eigen::Vector3d& angular = Eigen::Vector3d::Zero()) {
   geometry_msgs::Twist result;
@@ -86,7 +84,7 @@ void expectFailure(const FirstContactResponse& response, int code, const std::st
   EXPECT_TRUE(saysNothing(response.minimum));
 }
 
-TEST(TimeOfContact, OfBallAndBaseIsThatOfThePaper) {
+TEST_F(TimeOfContact, OfBallAndBaseIsThatOfThePaper) {
   const auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   const auto response = ask(request);
   expectContact(response, 1.6, 0.5);
@@ -95,7 +93,7 @@ TEST(TimeOfContact, OfBallAndBaseIsThatOfThePaper) {
   EXPECT_TRUE(saysNothing(response.minimum)) << "a contact needs no minimum";
 }
 
-TEST(TimeOfContact, GivesThePointsAsTheyAreThen) {
+TEST_F(TimeOfContact, GivesThePointsAsTheyAreThen) {
   const auto response = ask(sliding(-0.5, {1.0, 0.0, 0.0}));
   const Proximity& pair = response.pair;
   EXPECT_EQ(pair.a.link, "base");
@@ -107,7 +105,7 @@ TEST(TimeOfContact, GivesThePointsAsTheyAreThen) {
   expectNear(pair.point_b_link, 0.0, 0.1, 0.0, 1e-5);  // the ball's frame is turned by a quarter about z
 }
 
-TEST(TimeOfContact, ComesEarlierWithAContactDistance) {
+TEST_F(TimeOfContact, ComesEarlierWithAContactDistance) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.contact_distance = 0.3;
   const auto response = ask(request);
@@ -115,7 +113,7 @@ TEST(TimeOfContact, ComesEarlierWithAContactDistance) {
   EXPECT_NEAR(response.pair.distance, 0.3, 1.01 * kMotionTolerance);
 }
 
-TEST(TimeOfContact, IsAtTheStopDistanceIfTheContactDistanceIsNoNumber) {
+TEST_F(TimeOfContact, IsAtTheStopDistanceIfTheContactDistanceIsNoNumber) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.contact_distance = kNaN;
   const auto response = ask(request);
@@ -124,7 +122,7 @@ TEST(TimeOfContact, IsAtTheStopDistanceIfTheContactDistanceIsNoNumber) {
   EXPECT_NEAR(response.pair.distance, 0.02, 1.01 * kMotionTolerance);  // the default of stop_distance
 }
 
-TEST(TimeOfContact, ReachesTheToleranceThatIsAsked) {
+TEST_F(TimeOfContact, ReachesTheToleranceThatIsAsked) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.tolerance = 1e-3;
   EXPECT_LE(ask(request).pair.distance, 1.01e-3);
@@ -132,7 +130,7 @@ TEST(TimeOfContact, ReachesTheToleranceThatIsAsked) {
   EXPECT_LE(ask(request).pair.distance, 1.01e-9);
 }
 
-TEST(TimeOfContact, OfTwoInContactIsTheStart) {
+TEST_F(TimeOfContact, OfTwoInContactIsTheStart) {
   const auto response = ask(sliding(0.5, {0.15, 0.0, 0.0}));
   ASSERT_TRUE(response.success) << response.status.message;
   EXPECT_TRUE(response.contact);
@@ -141,9 +139,9 @@ TEST(TimeOfContact, OfTwoInContactIsTheStart) {
   EXPECT_NEAR(response.pair.distance, -0.05, kTolerance);
 }
 
-TEST(TimeOfContact, WithoutNamesIsThatOfTheFirstPair) {
+TEST_F(TimeOfContact, WithoutNamesIsThatOfTheFirstPair) {
   FirstContactRequest request;
-  request.stamp = gantry().moveTo({0.0, 0.5, 0.0});
+  request.stamp = moveTo({0.0, 0.5, 0.0});
   request.horizon = 2.0;
   request.joints.name = {"y_axis"};
   request.joints.velocity = {0.5};
@@ -152,9 +150,9 @@ TEST(TimeOfContact, WithoutNamesIsThatOfTheFirstPair) {
   EXPECT_EQ(links(response.pair), (std::set<std::string>{"ball", "block"}));
 }
 
-TEST(TimeOfContact, ThatNeverComesIsProvenAndTheMinimumIsTold) {
+TEST_F(TimeOfContact, ThatNeverComesIsProvenAndTheMinimumIsTold) {
   // Past the base at x = 0.5, along y: 0.3 away while the ball is beside the face, from 0.9 s to 1.1 s.
-  auto request = between("base", "ball", gantry().moveTo({0.5, -1.0, -1.0}));
+  auto request = between("base", "ball", moveTo({0.5, -1.0, -1.0}));
   request.joints.name = {"y_axis"};
   request.joints.velocity = {1.0};
   const auto response = ask(request);
@@ -173,7 +171,7 @@ TEST(TimeOfContact, ThatNeverComesIsProvenAndTheMinimumIsTold) {
   EXPECT_TRUE(saysNothing(ask(request).minimum));
 }
 
-TEST(TimeOfContact, OfTwoThatRestIsNever) {
+TEST_F(TimeOfContact, OfTwoThatRestIsNever) {
   const auto response = ask(sliding(0.0, {0.5, 0.0, 0.0}));
   ASSERT_TRUE(response.success) << response.status.message;
   EXPECT_FALSE(response.contact);
@@ -181,10 +179,10 @@ TEST(TimeOfContact, OfTwoThatRestIsNever) {
   expectMinimum(response.minimum, 0.3);
 }
 
-TEST(TimeOfContact, StartsFromThePosesOfTheStamp) {
+TEST_F(TimeOfContact, StartsFromThePosesOfTheStamp) {
   const auto then = sliding(-0.5, {1.0, 0.0, 0.0});
   auto latest = sliding(-0.5, {0.7, 0.0, 0.0});
-  expectContact(ask(latest), 1.0, 0.5);  // waits until it is there
+  expectContact(ask(latest), 1.0, 0.5);
   expectContact(ask(then), 1.6, 0.5);
   latest.stamp = ros::Time();
   expectContact(ask(latest), 1.0, 0.5);
@@ -192,25 +190,27 @@ TEST(TimeOfContact, StartsFromThePosesOfTheStamp) {
 
 // ---- twists
 
-TEST(Twist, IsTakenAlongTheAxesOfTheHeader) {
-  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+using Twist = AskedGantry;
+
+TEST_F(Twist, IsTakenAlongTheAxesOfTheHeader) {
+  auto request = between("base", "ball", moveTo({1.0, 0.0, 0.0}));
   request.links = {"ball"};
   request.twists = {twist({-0.5, 0.0, 0.0})};
   expectContact(ask(request), 1.6, 0.5);
 }
 
-TEST(Twist, TurnsALinkAboutItsOwnOriginWhateverCarriesIt) {
+TEST_F(Twist, TurnsALinkAboutItsOwnOriginWhateverCarriesIt) {
   // The low cube turns about z, its edge of 0.2 at a distance of 0.22 from the ball's centre: they touch when
   // 0.22 cos(t) = 0.1 + 0.1, with the foot still on the face. Its body has its frame a metre away, in the post.
-  auto request = between("ball", "block", gantry().moveTo({0.0, 0.78, 0.0}));
+  auto request = between("ball", "block", moveTo({0.0, 0.78, 0.0}));
   request.links = {"block"};
   request.twists = {twist({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0})};
   const double paper = std::acos(0.2 / 0.22);
   expectContact(ask(request), paper, 0.22 * std::sin(paper));
 }
 
-TEST(Twist, OfLinksThatAreOneBodyMustAgree) {
-  auto request = between("ball", "block", gantry().moveTo({0.0, 0.78, 0.0}));
+TEST_F(Twist, OfLinksThatAreOneBodyMustAgree) {
+  auto request = between("ball", "block", moveTo({0.0, 0.78, 0.0}));
   request.links = {"block", "post"};
   // Turning about the block's origin at (0, 1, 0), the post at (0, 0, 0) moves along +x.
   request.twists = {twist({0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}), twist({1.0, 0.0, 0.0}, {0.0, 0.0, 1.0})};
@@ -219,8 +219,8 @@ TEST(Twist, OfLinksThatAreOneBodyMustAgree) {
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "'block' and 'post' disagree");
 }
 
-TEST(Twist, DoesNotMoveWhatHangsOnTheLink) {
-  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+TEST_F(Twist, DoesNotMoveWhatHangsOnTheLink) {
+  auto request = between("base", "ball", moveTo({1.0, 0.0, 0.0}));
   request.links = {"slide"};
   request.twists = {twist({-0.5, 0.0, 0.0})};
   const auto response = ask(request);
@@ -228,8 +228,8 @@ TEST(Twist, DoesNotMoveWhatHangsOnTheLink) {
   EXPECT_FALSE(response.contact);
 }
 
-TEST(Twist, OfTheReferenceFrameItselfIsRefused) {
-  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+TEST_F(Twist, OfTheReferenceFrameItselfIsRefused) {
+  auto request = between("base", "ball", moveTo({1.0, 0.0, 0.0}));
   request.links = {"base", "ball"};
   request.twists = {twist({0.0, 0.0, 0.0}), twist({-0.5, 0.0, 0.0})};
   EXPECT_TRUE(ask(request).contact);
@@ -239,8 +239,13 @@ TEST(Twist, OfTheReferenceFrameItselfIsRefused) {
 
 // ---- the frame of a link that moves
 
-TEST(ReferenceFrameOfMotion, OfALinkIsThatOfTheTimeOfContact) {
-  const auto response = ask(sliding(-0.5, {1.0, 0.0, 0.0}), "/in_ball/");
+class ReferenceFrameOfMotion : public TimeOfContact {
+ protected:
+  ReferenceFrameOfMotion() : TimeOfContact("ball") {}
+};
+
+TEST_F(ReferenceFrameOfMotion, OfALinkIsThatOfTheTimeOfContact) {
+  const auto response = ask(sliding(-0.5, {1.0, 0.0, 0.0}));
   expectContact(response, 1.6, 0.5);
   EXPECT_EQ(response.header.frame_id, "ball");
   expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);  // towards the base is +y in the turned frame
@@ -248,33 +253,32 @@ TEST(ReferenceFrameOfMotion, OfALinkIsThatOfTheTimeOfContact) {
   expectNear(response.pair.normal, 0.0, -1.0, 0.0, 1e-5);
 }
 
-TEST(ReferenceFrameOfMotion, OfALinkIsWhatTwistsAreRelativeTo) {
-  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+TEST_F(ReferenceFrameOfMotion, OfALinkIsWhatTwistsAreRelativeTo) {
+  auto request = between("base", "ball", moveTo({1.0, 0.0, 0.0}));
   request.links = {"base"};
   request.twists = {twist({0.0, -0.5, 0.0})};
-  const auto response = ask(request, "/in_ball/");
+  const auto response = ask(request);
   expectContact(response, 1.6, 0.5);
   expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
 }
 
 // A fixed object stands in the reference frame: in that of the ball it goes with the ball. Its centre is 0.3 nearer to
 // the base, which is +y in the turned frame.
-TEST(ReferenceFrameOfMotion, OfALinkCarriesFixedObjects) {
-  const auto applied =
-      call<ApplyObjectsResponse>("/in_ball/apply_objects", requestOf({addBall("part", poseAt(0, 0.3, 0))}));
+TEST_F(ReferenceFrameOfMotion, OfALinkCarriesFixedObjects) {
+  const auto applied = ask(requestOf({addBall("part", poseAt(0, 0.3, 0))}));
   ASSERT_TRUE(applied.success) << applied.status.message;
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.b = shape("part");
-  const auto response = ask(request, "/in_ball/");
-  const auto remove = requestOf({change(ObjectChange::REMOVE, "*")});
-  EXPECT_TRUE(call<ApplyObjectsResponse>("/in_ball/apply_objects", remove).success);
+  const auto response = ask(request);
   expectContact(response, 1.0, 0.5);
   expectNear(response.pair.point_b, 0.0, 0.4, 0.0, 1e-5);
 }
 
 // ---- what cannot be answered
 
-TEST(BadContactRequest, NumbersAreNamed) {
+using BadContactRequest = TimeOfContact;
+
+TEST_F(BadContactRequest, NumbersAreNamed) {
   const auto good = sliding(-0.5, {1.0, 0.0, 0.0});
   for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
     auto request = good;
@@ -294,7 +298,7 @@ TEST(BadContactRequest, NumbersAreNamed) {
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "time_budget");
 }
 
-TEST(BadContactRequest, MustMoveEitherLinksOrJoints) {
+TEST_F(BadContactRequest, MustMoveEitherLinksOrJoints) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.links = {"ball"};
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "same length");
@@ -303,8 +307,8 @@ TEST(BadContactRequest, MustMoveEitherLinksOrJoints) {
   expectFailure(ask(between("base", "ball", request.stamp)), QueryStatus::INVALID_ARGUMENT, "nothing moves");
 }
 
-TEST(BadContactRequest, LinksAndJointsAreNamed) {
-  auto request = between("base", "ball", gantry().moveTo({1.0, 0.0, 0.0}));
+TEST_F(BadContactRequest, LinksAndJointsAreNamed) {
+  auto request = between("base", "ball", moveTo({1.0, 0.0, 0.0}));
   request.links = {"bal"};
   request.twists = {twist({-0.5, 0.0, 0.0})};
   expectFailure(ask(request), QueryStatus::UNKNOWN_LINK, "did you mean 'ball'?");
@@ -328,8 +332,8 @@ TEST(BadContactRequest, LinksAndJointsAreNamed) {
   expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "did you mean 'x_axis'?");
 }
 
-TEST(BadContactRequest, PairsThatTheFilterExcludesNeedIgnoreFilter) {
-  auto request = between("base", "block", gantry().moveTo({1.0, 0.0, 0.0}));
+TEST_F(BadContactRequest, PairsThatTheFilterExcludesNeedIgnoreFilter) {
+  auto request = between("base", "block", moveTo({1.0, 0.0, 0.0}));
   request.joints.name = {"lift"};
   request.joints.velocity = {0.1};
   expectFailure(ask(request), QueryStatus::PAIR_EXCLUDED, "adjacent");
@@ -339,13 +343,16 @@ TEST(BadContactRequest, PairsThatTheFilterExcludesNeedIgnoreFilter) {
   expectMinimum(response.minimum, 0.8);
 }
 
-TEST(BadContactRequest, WithoutTfNothingIsSaid) {
-  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
-  request.stamp = ros::Time();
-  expectFailure(ask(request, "/blind/"), QueryStatus::TF_UNAVAILABLE, "_axis'");
+TEST_F(BadContactRequest, WithoutTfNothingIsSaid) {
+  auto request = between("base", "ball", ros::Time());
+  request.joints.name = {"x_axis"};
+  request.joints.velocity = {-0.5};
+  expectFailure(ask(request), QueryStatus::TF_UNAVAILABLE, "_axis'");
 }
 
-TEST(TimeBudget, ThatEndsLeavesWhatIsProven) {
+using TimeBudget = TimeOfContact;
+
+TEST_F(TimeBudget, ThatEndsLeavesWhatIsProven) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.time_budget = ros::Duration(0, 1);
   const auto response = ask(request);
@@ -359,19 +366,22 @@ TEST(TimeBudget, ThatEndsLeavesWhatIsProven) {
 
 // ---- joints at their limits, see limits.urdf
 
-LimitedRobot& limitedRobot() { return connectedLimitedRobot(); }
+class JointLimits : public TimeOfContact {
+ protected:
+  ros::Time moveLimitedTo(double run, double turn) { return limited_.moveTo(LimitedRobot::all(run, turn)); }
 
-/// A request for two links of limits.urdf, one of whose joints moves.
-FirstContactRequest moving(const std::string& a, const std::string& b, const std::string& joint, double velocity,
-                           const ros::Time& stamp) {
-  FirstContactRequest request = between(a, b, stamp);
-  request.ignore_filter = true;
-  request.joints.name = {joint};
-  request.joints.velocity = {velocity};
-  return request;
-}
+  /// A request for two links of limits.urdf, one of whose joints moves.
+  static FirstContactRequest moving(const std::string& a, const std::string& b, const std::string& joint,
+                                    double velocity, const ros::Time& stamp) {
+    FirstContactRequest request = between(a, b, stamp);
+    request.ignore_filter = true;
+    request.joints.name = {joint};
+    request.joints.velocity = {velocity};
+    return request;
+  }
 
-FirstContactResponse askLimits(const FirstContactRequest& request) { return ask(request, "/limits/proximity_server/"); }
+  AskedRobot limited_{{robotText("limits.urdf"), ""}};
+};
 
 void expectStops(const FirstContactResponse& response, const std::vector<std::string>& joints,
                  const std::vector<double>& times) {
@@ -387,14 +397,14 @@ void expectNoContact(const FirstContactResponse& response, double minimum) {
   expectMinimum(response.minimum, minimum);
 }
 
-TEST(JointLimits, StopAJointBeforeAContactThatLiesBeyond) {
-  const auto response = askLimits(moving("wall", "ball", "run", -0.5, limitedRobot().moveTo(1.0, 0.0)));
+TEST_F(JointLimits, StopAJointBeforeAContactThatLiesBeyond) {
+  const auto response = limited_.ask(moving("wall", "ball", "run", -0.5, moveLimitedTo(1.0, 0.0)));
   expectNoContact(response, 0.3);  // without a limit there would be contact at 1.6 s
   expectStops(response, {"run"}, {1.0});
   EXPECT_GE(response.minimum.time, 1.0 - 1e-5);
 }
 
-TEST(JointLimits, AreToldBesideAContactThatComesBefore) {
+TEST_F(JointLimits, AreToldBesideAContactThatComesBefore) {
   auto request = sliding(-0.5, {1.0, 0.0, 0.0});
   request.horizon = 10.0;
   const auto response = ask(request);
@@ -402,49 +412,47 @@ TEST(JointLimits, AreToldBesideAContactThatComesBefore) {
   expectStops(response, {"x_axis"}, {6.0});
 }
 
-TEST(JointLimits, DoNotStopTwists) {
-  FirstContactRequest request = between("wall", "ball", limitedRobot().moveTo(1.0, 0.0));
+TEST_F(JointLimits, DoNotStopTwists) {
+  FirstContactRequest request = between("wall", "ball", moveLimitedTo(1.0, 0.0));
   request.ignore_filter = true;
   request.links = {"ball"};
   request.twists = {twist({-0.5, 0.0, 0.0})};
-  const auto response = askLimits(request);
+  const auto response = limited_.ask(request);
   expectContact(response, 1.6, 0.5);
   expectStops(response, {}, {});
 }
 
 // At 6 rad, 0.25 before the limit, the hand stands as it does at 6 - 2 pi, from where it would reach the pin.
-TEST(JointLimits, CountInTheTurnThatTheRequestTells) {
-  auto request = moving("pin", "hand", "turn", 0.5, limitedRobot().moveTo(1.0, 6.0));
+TEST_F(JointLimits, CountInTheTurnThatTheRequestTells) {
+  auto request = moving("pin", "hand", "turn", 0.5, moveLimitedTo(1.0, 6.0));
   const double way = 0.5 - 2.0 * std::asin(0.1) - (6.0 - 2.0 * M_PI);
-  expectContact(askLimits(request), way / 0.5, 0.5);
+  expectContact(limited_.ask(request), way / 0.5, 0.5);
   request.joints.position = {kNaN};
-  expectContact(askLimits(request), way / 0.5, 0.5);
+  expectContact(limited_.ask(request), way / 0.5, 0.5);
   request.joints.position = {6.0};
-  const auto response = askLimits(request);
+  const auto response = limited_.ask(request);
   expectNoContact(response, 2.0 * std::sin((0.5 - (6.25 - 2.0 * M_PI)) / 2.0) - 0.2);
   expectStops(response, {"turn"}, {0.5});
   request.joints.position = {6.0, 6.0};
-  expectFailure(askLimits(request), QueryStatus::INVALID_ARGUMENT, "2 positions for 1 names");
+  expectFailure(limited_.ask(request), QueryStatus::INVALID_ARGUMENT, "2 positions for 1 names");
 }
 
 // Regression: a joint stated more than 0.05 rad beyond a limit was taken to be a turn away, within its limits.
-TEST(JointLimits, AreThoseOfTheStatedTurnAlsoBeyondThem) {
-  auto request = moving("pin", "hand", "turn", -0.5, limitedRobot().moveTo(1.0, -6.35));
+TEST_F(JointLimits, AreThoseOfTheStatedTurnAlsoBeyondThem) {
+  auto request = moving("pin", "hand", "turn", -0.5, moveLimitedTo(1.0, -6.35));
   request.joints.position = {-6.35};
-  const auto response = askLimits(request);
+  const auto response = limited_.ask(request);
   expectNoContact(response, 2.0 * std::sin((0.5 - (2.0 * M_PI - 6.35)) / 2.0) - 0.2);
   expectStops(response, {"turn"}, {0.0});
   request.joints.position = {9.5};  // more than half a turn beyond
-  expectFailure(askLimits(request), QueryStatus::INVALID_ARGUMENT, "joints: joint 'turn' is stated to be at 9.5");
+  expectFailure(limited_.ask(request), QueryStatus::INVALID_ARGUMENT, "joints: joint 'turn' is stated to be at 9.5");
   request.joints.velocity = {0.0};
-  EXPECT_TRUE(askLimits(request).success) << "it rests";
+  EXPECT_TRUE(limited_.ask(request).success) << "it rests";
 }
 
 // ---- query_trajectory
 
-QueryTrajectoryResponse ask(const QueryTrajectoryRequest& request, const std::string& node = kNode) {
-  return call<QueryTrajectoryResponse>(node + "query_trajectory", request);
-}
+using QueryTrajectory = AskedGantry;
 
 struct WayPoint {
   double time;
@@ -478,8 +486,8 @@ void expectFailure(const QueryTrajectoryResponse& response, int code, const std:
   EXPECT_TRUE(saysNothing(response.pair));
 }
 
-TEST(QueryTrajectory, FindsTheFirstContactItsSegmentAndState) {
-  const auto response = ask(towardsTheBase(), "/blind/");  // every joint is named: no tf is needed
+TEST_F(QueryTrajectory, FindsTheFirstContactItsSegmentAndState) {
+  const auto response = ask(towardsTheBase());  // every joint is named: no tf is needed
   expectContact(response, 1.0 + 4.0 / 3.0, 0.3);
   EXPECT_TRUE(response.header.stamp.isZero());
   EXPECT_EQ(response.segment, 1);
@@ -491,7 +499,7 @@ TEST(QueryTrajectory, FindsTheFirstContactItsSegmentAndState) {
   expectNear(response.pair.point_b, 0.1, 0.0, 0.0, 1e-5);
 }
 
-TEST(QueryTrajectory, TellsTheMinimumOfEverySegment) {
+TEST_F(QueryTrajectory, TellsTheMinimumOfEverySegment) {
   const auto response = ask(towardsTheBase());
   ASSERT_EQ(response.segments.size(), 2u);
   EXPECT_EQ(response.segments_finished, 2u);
@@ -502,13 +510,13 @@ TEST(QueryTrajectory, TellsTheMinimumOfEverySegment) {
   EXPECT_EQ(response.segments[1].pair.state, Proximity::PENETRATING);
 }
 
-TEST(QueryTrajectory, KeepsTheClockOfTheTrajectory) {
+TEST_F(QueryTrajectory, KeepsTheClockOfTheTrajectory) {
   auto request = along({"x_axis", "y_axis"}, {{5.0, {1.0, 0.0}}, {9.0, {0.0, 0.0}}});
   request.contact_distance = 0.3;
   expectContact(ask(request), 7.0, 0.25);  // at x = 0.5
 }
 
-TEST(QueryTrajectory, WithoutContactIsProvenToItsEnd) {
+TEST_F(QueryTrajectory, WithoutContactIsProvenToItsEnd) {
   auto request = along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {0.6, 0.0}}, {2.5, {0.8, 0.0}}});
   const auto response = ask(request);
   ASSERT_TRUE(response.success) << response.status.message;
@@ -525,7 +533,7 @@ TEST(QueryTrajectory, WithoutContactIsProvenToItsEnd) {
   EXPECT_TRUE(ask(request).segments.empty());
 }
 
-TEST(QueryTrajectory, IsFollowedBeyondLimitsAndSaysSo) {
+TEST_F(QueryTrajectory, IsFollowedBeyondLimitsAndSaysSo) {
   const auto beyond = ask(along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {2.5, -3.0}}, {2.0, {0.8, 0.0}}}));
   ASSERT_TRUE(beyond.success) << beyond.status.message;
   EXPECT_EQ(beyond.status.message,
@@ -535,9 +543,9 @@ TEST(QueryTrajectory, IsFollowedBeyondLimitsAndSaysSo) {
   EXPECT_EQ(within.status.message, "");
 }
 
-TEST(QueryTrajectory, LeavesJointsThatItDoesNotNameAsInTf) {
+TEST_F(QueryTrajectory, LeavesJointsThatItDoesNotNameAsInTf) {
   auto request = along({"y_axis"}, {{0.0, {-1.0}}, {2.0, {1.0}}});
-  request.stamp = gantry().moveTo({0.5, 0.0, 0.0});
+  request.stamp = moveTo({0.5, 0.0, 0.0});
   const auto beside = ask(request);
   ASSERT_TRUE(beside.success) << beside.status.message;
   EXPECT_EQ(beside.header.stamp, request.stamp);
@@ -548,13 +556,15 @@ TEST(QueryTrajectory, LeavesJointsThatItDoesNotNameAsInTf) {
   expectContact(ask(request), 0.8, 1.0);  // at y = -0.2
 }
 
-TEST(QueryTrajectory, AnswersInTheFrameOfALinkAsItStandsThen) {
-  const auto response = ask(towardsTheBase(), "/in_ball/");
+TEST_F(ReferenceFrameOfMotion, OfALinkIsThatOfTheTimeOfContactOnATrajectory) {
+  const auto response = ask(towardsTheBase());
   expectContact(response, 1.0 + 4.0 / 3.0, 0.3);
   expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
 }
 
-TEST(BadTrajectory, PointsAndJointsAreNamed) {
+using BadTrajectory = AskedGantry;
+
+TEST_F(BadTrajectory, PointsAndJointsAreNamed) {
   const auto with = [](const std::vector<WayPoint>& points) { return along({"x_axis", "lift"}, points); };
   const int invalid = QueryStatus::INVALID_ARGUMENT;
   expectFailure(ask(with({})), invalid, "two points");
@@ -568,12 +578,11 @@ TEST(BadTrajectory, PointsAndJointsAreNamed) {
   expectFailure(ask(along({"x_axes"}, {{0.0, {1.0}}, {1.0, {1.0}}})), invalid, "did you mean 'x_axis'?");
 }
 
-TEST(BadTrajectory, WithoutTheTfItNeedsNothingIsSaid) {
-  expectFailure(ask(along({"x_axis"}, {{0.0, {1.0}}, {1.0, {0.0}}}), "/blind/"), QueryStatus::TF_UNAVAILABLE,
-                "'y_axis'");
+TEST_F(BadTrajectory, WithoutTheTfItNeedsNothingIsSaid) {
+  expectFailure(ask(along({"x_axis"}, {{0.0, {1.0}}, {1.0, {0.0}}})), QueryStatus::TF_UNAVAILABLE, "'y_axis'");
 }
 
-TEST(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
+TEST_F(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
   auto request = towardsTheBase();
   request.time_budget = ros::Duration(0, 1);
   const auto response = ask(request);
@@ -586,4 +595,4 @@ TEST(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
   EXPECT_TRUE(saysNothing(response.segments[1]));
 }
 
-}  // namespace proximity_server::node::motion_services_test
+}  // namespace proximity_server::node::motion_queries_test
