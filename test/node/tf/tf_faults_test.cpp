@@ -22,9 +22,7 @@ constexpr double kBlindAfter = kMaxTfAge + 2.0 * kPeriod;  // [s] from the last 
 constexpr double kRecovery = 1.0;                          // [s] from the end of the fault to the right answer
 
 std::vector<geometry_msgs::TransformStamped> stillGantry(const ros::Time& now) {
-  const GantryPosition position{kDistance + 0.2, 0.0, 0.0};
-  std::vector<geometry_msgs::TransformStamped> transforms = {Gantry::slide(position), Gantry::ball(position),
-                                                             Gantry::post(position)};
+  std::vector<geometry_msgs::TransformStamped> transforms = Gantry::all({kDistance + 0.2, 0.0, 0.0});
   for (geometry_msgs::TransformStamped& transform : transforms) transform.header.stamp = now;
   return transforms;
 }
@@ -155,26 +153,6 @@ TEST_P(HarmlessFaultOfTf, LeavesEveryAnswerRight) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, HarmlessFaultOfTf, testing::ValuesIn(faultsThat(TfEffect::None)), nameOf);
-
-// ---- a joint that is said to be static
-
-/// "static_first" has a tf of its own.
-TEST(StaticJoint, ThatMovesLaterStillGetsStale) {
-  ros::NodeHandle nh;
-  Inbox<Clearance> inbox(nh, "/static_first/clearance");
-  ros::Publisher static_tf = nh.advertise<tf2_msgs::TFMessage>("/static_first/tf_static", 1, /*latch=*/true);
-  tf2_msgs::TFMessage still;
-  still.transforms = stillGantry(ros::Time::now());
-  static_tf.publish(still);
-  ASSERT_TRUE(inbox.next([](const Clearance& message) { return isAt(message, kDistance); }));
-
-  TfStream tf(nh, kTfRate, stillGantry, "/static_first/tf");
-  ASSERT_TRUE(inbox.next([](const Clearance& m) { return isAt(m, kDistance) && !m.tf_age.isZero(); }));
-  tf.apply(TfFault::Silence);
-  EXPECT_TRUE(inbox.next([](const Clearance& message) { return !isValid(message); })) << "it stays fresh for ever";
-  tf.apply(TfFault::None);
-  EXPECT_TRUE(inbox.next([](const Clearance& message) { return isAt(message, kDistance); }));
-}
 
 // ---- what tf says without a contradiction
 
