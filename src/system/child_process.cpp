@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <new>
 #include <optional>
 #include <stdexcept>
@@ -112,11 +113,22 @@ void send(Head::Kind kind, std::string_view text) {
   send(text.data(), text.size());
 }
 
+/// A child that is forked while another thread unwinds its stack has a lock that nobody releases, and hangs at its first
+/// exception: with glibc before 2.35. So it has one before it says that it begins.
+void sayThatItBegins() {
+  try {
+    throw 0;
+  } catch (int) {
+    send("", 1);
+  }
+}
+
 /// Leaves by _exit(), because functions that are registered with atexit() belong to the parent.
 [[noreturn]] void beChild(int output, const std::function<void()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // the child does not outlive the thread that waits for it
   keepOnly(output);
   forgetSignalHandlers();
+  sayThatItBegins();
   try {
     lowerLimit(RLIMIT_CORE, 0, 0);
     work();
@@ -150,77 +162,6 @@ struct Pipe {
   }
   int input, output;
 };
-
-/// Forks while all signals are blocked, because the handlers of this process must not run in the child.
-pid_t forkSilently() {
-  sigset_t all, before;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &before);
-  const pid_t child = fork();
-  const int error = errno;
-  if (child != 0) pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  errno = error;
-  return child;
-}
-
-/// A child process that does some work. It has ended and is collected when this object is destroyed.
-class Child {
- public:
-  explicit Child(const std::function<void()>& work) {
-    id_ = forkSilently();
-    if (id_ < 0) failWithErrno("no child process");
-    if (id_ == 0) beChild(pipe_.output, work);
-    pipe_.closeOutput();
-  }
-  ~Child() { end(); }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  int input() const { return pipe_.input; }
-
-  /// Returns its status as waitpid() gives it; -1 if another part of the program has collected it. The kill has no
-  /// effect on a child that has ended by itself.
-  int end() {
-    if (id_ < 0) return status_;
-    kill(id_, SIGKILL);
-    while (waitpid(id_, &status_, 0) < 0) {
-      if (errno == EINTR) continue;
-      status_ = -1;
-      break;
-    }
-    id_ = -1;
-    return status_;
-  }
-
- private:
-  Pipe pipe_;
-  pid_t id_;
-  int status_ = -1;
-};
-
-/// The name of a signal in English; nullptr if it has none.
-const char* signalName(int number) {
-#if __GLIBC_PREREQ(2, 32)
-  return sigdescr_np(number);
-#else
-  return number > 0 && number < NSIG ? sys_siglist[number] : nullptr;  // a later glibc has no such table
-#endif
-}
-
-std::string describeEnding(int status, const ProcessLimits& limits) {
-  if (status == -1) return "it ends without an answer";
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
-    return "it takes more than " + std::to_string(limits.processor_time.count()) + " s of processor time";
-  }
-  if (WIFSIGNALED(status)) {
-    const char* name = signalName(WTERMSIG(status));
-    return std::string("it crashes: ") + (name ? name : "unknown signal");
-  }
-  if (WEXITSTATUS(status) == kOutOfMemory) {
-    return "it takes more than " + std::to_string(limits.memory >> 20) + " MiB of memory";
-  }
-  return "it ends without an answer, with exit code " + std::to_string(WEXITSTATUS(status));
-}
 
 class Reader {
  public:
@@ -260,6 +201,92 @@ class Reader {
   std::optional<Clock::time_point> deadline_;
 };
 
+/// Forks while all signals are blocked, because the handlers of this process must not run in the child.
+pid_t forkSilently() {
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  const pid_t child = fork();
+  const int error = errno;
+  if (child != 0) pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  errno = error;
+  return child;
+}
+
+/// A child process that does some work. It has ended and is collected when this object is destroyed.
+class Child {
+ public:
+  explicit Child(const std::function<void()>& work) {
+    id_ = forkSilently();
+    if (id_ < 0) failWithErrno("no child process");
+    if (id_ == 0) beChild(pipe_.output, work);
+    pipe_.closeOutput();
+  }
+  ~Child() { end(); }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  int input() const { return pipe_.input; }
+
+  /// Waits until it begins, see sayThatItBegins(). False if it has not by then.
+  bool beginsWithin(std::chrono::seconds time) const {
+    char begin = 0;
+    return Reader(input(), Clock::now() + time).read(&begin, 1) != Reader::End::TooLate;
+  }
+
+  /// Returns its status as waitpid() gives it; -1 if another part of the program has collected it. The kill has no
+  /// effect on a child that has ended by itself.
+  int end() {
+    if (id_ < 0) return status_;
+    kill(id_, SIGKILL);
+    while (waitpid(id_, &status_, 0) < 0) {
+      if (errno == EINTR) continue;
+      status_ = -1;
+      break;
+    }
+    id_ = -1;
+    return status_;
+  }
+
+ private:
+  Pipe pipe_;
+  pid_t id_;
+  int status_ = -1;
+};
+
+/// The name of a signal in English; nullptr if it has none.
+const char* signalName(int number) {
+#if __GLIBC_PREREQ(2, 32)
+  return sigdescr_np(number);
+#else
+  return number > 0 && number < NSIG ? sys_siglist[number] : nullptr;  // a later glibc has no such table
+#endif
+}
+
+/// Replaces a child that does not begin. Each next one has more time, in case that the machine is busy.
+std::unique_ptr<Child> startChild(const std::function<void()>& work) {
+  for (int patience = 1; patience <= 10; ++patience) {
+    auto child = std::make_unique<Child>(work);
+    if (child->beginsWithin(std::chrono::seconds(patience))) return child;
+  }
+  throw std::runtime_error("no child process begins its work");
+}
+
+std::string describeEnding(int status, const ProcessLimits& limits) {
+  if (status == -1) return "it ends without an answer";
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) {
+    return "it takes more than " + std::to_string(limits.processor_time.count()) + " s of processor time";
+  }
+  if (WIFSIGNALED(status)) {
+    const char* name = signalName(WTERMSIG(status));
+    return std::string("it crashes: ") + (name ? name : "unknown signal");
+  }
+  if (WEXITSTATUS(status) == kOutOfMemory) {
+    return "it takes more than " + std::to_string(limits.memory >> 20) + " MiB of memory";
+  }
+  return "it ends without an answer, with exit code " + std::to_string(WEXITSTATUS(status));
+}
+
 /// Reads all of `bytes`. If that fails, throws an error that tells how the child ended.
 void receive(char* bytes, std::size_t size, const Reader& reader, Child& child, const ProcessLimits& limits) {
   switch (reader.read(bytes, size)) {
@@ -275,28 +302,28 @@ void receive(char* bytes, std::size_t size, const Reader& reader, Child& child, 
 }  // namespace
 
 std::string answerOfChild(const std::function<std::string()>& work, const ProcessLimits& limits) {
-  Child child([&] {
+  const auto child = startChild([&] {
     setLimits(limits);
     send(Head::Message, work());
   });
   // Read to the stated length, not to the end of the pipe: a child that another thread makes may hold the pipe open.
-  const Reader reader(child.input(), Clock::now() + limits.time);
+  const Reader reader(child->input(), Clock::now() + limits.time);
   Head head{};
-  receive(reinterpret_cast<char*>(&head), sizeof head, reader, child, limits);
+  receive(reinterpret_cast<char*>(&head), sizeof head, reader, *child, limits);
   if (head.size > limits.answer) {
     throw std::runtime_error("its answer has " + std::to_string(head.size) + " bytes, more than " +
                              std::to_string(limits.answer));
   }
   std::string text(head.size, '\0');
-  receive(text.data(), text.size(), reader, child, limits);
+  receive(text.data(), text.size(), reader, *child, limits);
   if (head.kind != Head::Message) throw std::runtime_error(text);
   return text;
 }
 
 int messagesOfChild(const std::function<void(const SendMessage&)>& work,
                     const std::function<void(const std::string&)>& receive) {
-  Child child([&] { work([](std::string_view message) { send(Head::Message, message); }); });
-  const Reader reader(child.input());
+  const auto child = startChild([&] { work([](std::string_view message) { send(Head::Message, message); }); });
+  const Reader reader(child->input());
   const auto readAll = [&](void* bytes, std::size_t size) {
     return reader.read(static_cast<char*>(bytes), size) == Reader::End::Complete;
   };
@@ -307,7 +334,7 @@ int messagesOfChild(const std::function<void(const SendMessage&)>& work,
     if (head.kind == Head::Refusal) throw std::runtime_error(text);
     receive(text);
   }
-  const int status = child.end();
+  const int status = child->end();
   return WIFSIGNALED(status) ? WTERMSIG(status) : 0;
 }
 

@@ -141,14 +141,22 @@ TEST(NumberText, OfARandomNumberIsReadBackBitByBitAndNoDigitCanBeLeftOut) {
   EXPECT_GT(with_exponent, 19000);
 }
 
-/// A locale that writes 0,5; null if it cannot be made.
+/// A locale that writes 0,5, of nothing but what localedef itself has; null if it cannot be made.
 locale_t commaLocale() {
   const scene::TemporaryFiles files;
-  const std::string source =
-      files.write("source", "LC_NUMERIC\ndecimal_point \",\"\nthousands_sep \"\"\ngrouping -1\nEND LC_NUMERIC\n");
-  // It misses the other categories, and says so.
-  [[maybe_unused]] const int code =
-      std::system(("localedef --no-archive -c -i " + source + " " + files.path("xx_XX") + " 2>/dev/null").c_str());
+  std::string characters =
+      "<code_set_name> ASCII\n<comment_char> %\n<escape_char> /\n<mb_cur_min> 1\n<mb_cur_max> 1\nCHARMAP\n";
+  for (int code = 0; code < 128; ++code) {
+    char line[32];
+    std::snprintf(line, sizeof line, "<U%04X> /x%02x\n", code, code);
+    characters += line;
+  }
+  files.write("characters", characters + "END CHARMAP\n");
+  files.write("source", "LC_NUMERIC\ndecimal_point \",\"\nthousands_sep \"\"\ngrouping -1\nEND LC_NUMERIC\n");
+  // It says that the other categories are missing.
+  [[maybe_unused]] const int code = std::system(
+      ("cd " + files.path("") + " && localedef --no-archive -c -f ./characters -i ./source ./xx_XX 2>/dev/null")
+          .c_str());
   setenv("LOCPATH", files.path("").c_str(), 1);
   const locale_t comma = newlocale(LC_NUMERIC_MASK, "xx_XX", nullptr);
   unsetenv("LOCPATH");
