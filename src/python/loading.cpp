@@ -3,9 +3,9 @@
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
+#include "python/path_caster.h"
 
 #include <pybind11/pybind11.h>
-#include <pybind11/stl/filesystem.h>
 
 #include <cerrno>
 #include <cmath>

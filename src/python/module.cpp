@@ -6,13 +6,13 @@
 #include "proximity_server/scene/object_files/object_file.h"
 #include "python/loading.h"
 #include "python/object_arguments.h"
+#include "python/path_caster.h"
 #include "python/robot.h"
 #include "python/rows.h"
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <filesystem>

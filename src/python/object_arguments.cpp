@@ -1,9 +1,9 @@
 #include "python/object_arguments.h"
 
 #include "python/joint_positions.h"
+#include "python/path_caster.h"
 
 #include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <array>
