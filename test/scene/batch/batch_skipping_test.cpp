@@ -1,5 +1,5 @@
-// Lanes, bounds and limits must not change an answer: the answers about many states are those of a new Scene, and those
-// of all pairs one by one, to the last bit.
+// Lanes, bounds and limits must not change an answer: the answers about many states are those of all pairs one by one,
+// which are those of a new Scene, to the last bit.
 //
 // PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
 #include "allocations.h"
@@ -12,7 +12,7 @@
 #include "scene/batch/batch_robots.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/same_answer.h"
-#include "scene/batch/test_states.h"
+#include "scene/random_states.h"
 
 #include <gtest/gtest.h>
 
@@ -150,46 +150,24 @@ class BatchOf : public testing::TestWithParam<const char*> {
 
 // --- what the answers are
 
-TEST_P(BatchOf, AnswersAsANewSceneDoes) {
-  constexpr double kDistance = 0.1;
-  constexpr int kClosest = 4;
+TEST_P(BatchOf, PairsOneByOneHaveTheAnswersOfANewScene) {
   const MatrixXd states = variousStates(robot(), repeats(100), 1);
-  SceneBatch batch(model_);
+  const auto batch = std::make_shared<const BatchModel>(model_);
+  ExactState exact(batch);
   const Scene fresh(model_);
-  Everything everything(model_);
-  const auto minima = batch.minimum(states);
-  const StatePairs closest = batch.closest(states, kClosest), below = batch.below(states, kDistance);
-  const auto verdicts = batch.anyBelow(states, kDistance);
-  int ties = 0;
   for (Index i = 0; i < states.rows(); ++i) {
-    SCOPED_TRACE("state " + std::to_string(i));
+    exact.place(states, i);
     const BodyPoses poses = forwardKinematics(robot(), positionsOf(states, i));
-    const auto newScene = [&] {
+    for (const double threshold : {kInfinity, 0.2, 0.0, -0.05}) {
+      Question question;
+      question.threshold = threshold;
       Scene scene = fresh.forAnotherThread();
       scene.update(poses);
-      return scene;
-    };
-    Scene for_minimum = newScene(), for_closest = newScene(), for_below = newScene(), for_first = newScene();
-    const std::vector<PairProximity> minimum{*for_minimum.minimum(for_minimum.candidates())};
-    const auto& expected = for_closest.closest(for_closest.candidates(), kClosest);
-    if (!areSameLists({minima[i]}, minimum) || !areSameLists(ofState(closest, i), expected)) {
-      // A Scene may have left out pairs or pieces that are as near as the tolerance; the smallest distance of all
-      // counts.
-      ++ties;
-      everything.place(states, i);
-      ASSERT_TRUE(areSameLists({minima[i]}, everything.closest(1)));
-      ASSERT_TRUE(areSameLists(ofState(closest, i), everything.closest(kClosest)));
-      for (std::size_t j = 0; j < expected.size(); ++j)
-        ASSERT_NEAR(ofState(closest, i)[j].result.distance, expected[j].result.distance, 1e-9);
+      for (int pair = static_cast<int>(batch->candidates.size()) - 1; pair >= 0; --pair)  // in another order than all()
+        ASSERT_TRUE(areSame(exact.proximity(pair, threshold), scene.proximity(batch->candidates[pair], question)))
+            << "state " << i << ", pair " << pair << ", threshold " << threshold;
     }
-    Question question;
-    question.threshold = kDistance;
-    ASSERT_TRUE(areSameLists(ofState(below, i), for_below.below(for_below.candidates(), question)));
-    const bool is_below = for_first.first(for_first.candidates(), question) != nullptr;
-    ASSERT_EQ(verdicts[i].kind, is_below ? Kind::Below : Kind::Above);
   }
-  EXPECT_LE(ties, states.rows() / 50);
-  RecordProperty("ties", ties);
 }
 
 /// Distances beside that of some pair, so that a bound which is wrong by a millionth of a metre gives a wrong answer.
@@ -260,25 +238,6 @@ TEST_P(BatchOf, DecidingPairIsThatOfAllPairsOneByOne) {
   // Something overlaps in every state of Solids.
   if (!kIsSanitized && std::string("Solids") != GetParam()) {
     EXPECT_GT(others, states.rows() / 50);
-  }
-}
-
-TEST_P(BatchOf, DecidesAsANewSceneDoes) {
-  const MatrixXd states = variousStates(robot(), repeats(60), 13);
-  SceneBatch batch(model_);
-  const Scene fresh(model_);
-  const LevelThresholds thresholds = randomThresholds(*model_, 14);
-  const auto& deciding = batch.deciding(states, thresholds);
-  for (Index i = 0; i < states.rows(); ++i) {
-    Scene scene = fresh.forAnotherThread();
-    scene.update(forwardKinematics(robot(), positionsOf(states, i)));
-    const PairProximity closest = *scene.minimum(scene.candidates());
-    const DecidingPair expected = decidingPair(scene, scene.candidates(), closest, thresholds);
-    const DistanceLevel found = levelOf(deciding[i], thresholds);
-    ASSERT_EQ(found.level, expected.level.level) << "state " << i;
-    ASSERT_NEAR(deciding[i].result.distance - found.threshold, expected.pair.result.distance - expected.level.threshold,
-                1e-9)
-        << "state " << i;
   }
 }
 

@@ -1,22 +1,19 @@
-// One state after the other, without memory: the answers about pairs are those of a new Scene to the last bit.
+// One state after the other, without memory: what it decides about pairs is what a new Scene does. That its answers
+// are the same to the last bit is in batch_skipping_test.cpp.
 #include "scene/batch/exact_state.h"
 
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
-#include "scene/batch/same_answer.h"
-#include "scene/batch/test_states.h"
+#include "scene/random_states.h"
 #include "scene/two_arms.h"
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <memory>
 #include <vector>
 
 namespace proximity_server::scene::exact_state_test {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 class ExactStateOfTwoArms : public testing::Test {
  protected:
@@ -32,22 +29,6 @@ class ExactStateOfTwoArms : public testing::Test {
   const Scene new_{model_};
   ExactState exact_{batch_};
 };
-
-TEST_F(ExactStateOfTwoArms, EveryPairHasTheAnswerOfANewScene) {
-  const Eigen::MatrixXd states = randomStates(model_->robot, repeats(600), 1);
-  for (Eigen::Index i = 0; i < states.rows(); ++i) {
-    Scene scene = freshAt(states, i);
-    exact_.place(states, i);
-    for (const double threshold : {kInfinity, 0.2, 0.0, -0.05}) {
-      Question question;
-      question.threshold = threshold;
-      Scene again = freshAt(states, i);
-      for (int pair = pairs() - 1; pair >= 0; --pair)  // in another order than all()
-        ASSERT_TRUE(areSame(exact_.proximity(pair, threshold), again.proximity(batch_->candidates[pair], question)))
-            << "state " << i << ", pair " << pair << ", threshold " << threshold;
-    }
-  }
-}
 
 TEST_F(ExactStateOfTwoArms, AVerdictIsThatOfTheBoundsThatSceneFinds) {
   const Eigen::MatrixXd states = randomStates(model_->robot, repeats(600), 2);
