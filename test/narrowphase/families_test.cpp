@@ -162,32 +162,6 @@ TEST(Families, SizeRatiosUpToAMillion) {
         }
 }
 
-TEST(Families, FarFromEachOther) {
-  std::mt19937 random(44);
-  for (const double distance : {1e3, 1e6})
-    for (const NamedShape& a : solidShapes())
-      for (const NamedShape& b : solidShapes()) {
-        Isometry3d pose = randomPose(random, 0.0);
-        pose.translation() = distance * randomDirection(random);
-        expectExact({a.name + "-" + b.name + " far", a.shape, b.shape, pose});
-      }
-}
-
-TEST(Families, FarFromTheOriginOfTheirFrame) {
-  std::mt19937 random(45);
-  for (const double reach : {1e3, 1e6}) {
-    const Isometry3d world_T_a = randomPose(random, reach);
-    for (const double gap : {-0.1, 1e-3, 0.5}) {
-      Points a, b;
-      for (const Vector3d& corner : boxCorners({1, 1, 1})) {
-        a.push_back(world_T_a * corner);
-        b.push_back(world_T_a * (corner + Vector3d(1 + gap, 0.2, 0.3)));
-      }
-      expectExact({"far hulls", hullOf(a), hullOf(b), Isometry3d::Identity()});
-    }
-  }
-}
-
 TEST(Families, IdenticalShapesAtTheSamePlace) {
   for (const NamedShape& a : allShapes())
     expectExact({"identical " + a.name, a.shape, a.shape, Isometry3d::Identity()});
@@ -409,12 +383,6 @@ TEST(Families, CylinderStandingOnABox) {
 TEST(Families, CylinderLyingOnABox) {
   for (const double gap : gaps(1.0))
     expectExact({"lying", Box{{1, 1, 1}}, Cylinder{0.3, 0.8}, turned(M_PI / 2, {1, 0, 0}, {0.1, 0.05, 0.8 + gap})});
-}
-
-TEST(Families, LargeHulls) {
-  std::mt19937 random(52);
-  const Shape a = randomHull(random, 200, {0.5, 0.4, 0.3}), b = randomHull(random, 1000, {0.4, 0.4, 0.4});
-  for (int i = 0; i < 40; ++i) expectExact({"large hulls", a, b, randomPose(random, 1.2)});
 }
 
 struct NamedPair {

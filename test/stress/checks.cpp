@@ -1,6 +1,7 @@
 #include "stress/checks.h"
 
 #include "narrowphase/certificate.h"
+#include "narrowphase/scaled.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 #include "stress/campaign.h"
@@ -225,35 +226,6 @@ AssertionResult isAsExactAsItsLimit(const StressPair& p, const Truth& truth) {
   const double excess = errorOf(result, truth) - exact.options.distance_tolerance;
   if (result.status != Status::Converged || excess <= roundingOf(p.pair())) return AssertionSuccess();
   return AssertionFailure() << "converged, but off by " << excess << " m more than the limit";
-}
-
-Shape scaled(const Shape& shape, double factor) {
-  const Vector3d half = factor * shape.halfExtents();
-  const double margin = factor * shape.margin();
-  switch (shape.kind()) {
-    case Shape::Kind::Point:
-      return Sphere{margin};
-    case Shape::Kind::Segment:
-      return Capsule{margin, 2.0 * half.z()};
-    case Shape::Kind::Box:
-      return Shape(Box{2.0 * half}).padded(margin);
-    case Shape::Kind::Cylinder:
-      return Shape(Cylinder{half.x(), 2.0 * half.z()}).padded(margin);
-    case Shape::Kind::Cone:
-      return Shape(Cone{half.x(), 2.0 * half.z()}).padded(margin);
-    case Shape::Kind::Ellipsoid:
-      return Shape(Ellipsoid{half}).padded(margin);
-    case Shape::Kind::Sweep: {
-      Isometry3d end = shape.sweep().end;
-      end.translation() *= factor;
-      return scaled(shape.sweep().shape.padded(shape.margin()), factor).sweptTo(end);
-    }
-    case Shape::Kind::Hull:
-      break;
-  }
-  std::vector<Vector3d> vertices;
-  for (const Vector3d& vertex : shape.hull().vertices()) vertices.push_back(factor * vertex);
-  return Shape(ConvexHull(vertices)).padded(margin);
 }
 
 /// A hull of the vertices of a hull may leave out some of them, see ConvexHull; then it is another shape.

@@ -12,16 +12,27 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <set>
+#include <string>
 
 namespace proximity_server::narrowphase::stress_test {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+/// Families of which every pair converges; of each other one a few in a million do not.
+const std::set<std::string> kConverging = {"all shape pairs", "boxes of every size",          "far in the world",
+                                           "far apart",       "vertices far from the origin", "boxes off by an ulp",
+                                           "large hulls"};
+
 TEST(Stress, PairsOfEveryFamilyKeepEveryPromise) {
   for (const stress::Tally& family :
-       stress::expectNoFailure(stress::pairCampaign(), "PROXIMITY_STRESS_PAIRS", repeats(200000)))
+       stress::expectNoFailure(stress::pairCampaign(), "PROXIMITY_STRESS_PAIRS", repeats(200000))) {
     EXPECT_GT(family["with_oracle"], 0) << family.family;
+    if (kConverging.count(family.family) > 0) {
+      EXPECT_EQ(family["not_converged"], 0) << family.family;
+    }
+  }
 }
 
 TEST(Stress, PairsDoNotDependOnTheThreads) {
