@@ -43,15 +43,11 @@ struct Case {
   Shape b;
   MotionChain b_motion;
 
-  MovingPair pair() const { return {a, a_motion, b, b_motion}; }
   TimeOfContact contact(const ContactOptions& options = {}) const {
     return timeOfContact(a, a_motion, b, b_motion, options);
   }
   MinimumOverMotion minimum(const MinimumOptions& options = {}) const {
     return minimumDistance(a, a_motion, b, b_motion, options);
-  }
-  DistanceOverTime distance() const {
-    return {[this](long double time) { return fastDistanceAt(pair(), time); }, pair().speedLimit()};
   }
 };
 
@@ -80,20 +76,6 @@ testing::AssertionResult isFree(const TimeOfContact& answer, double end = 1.0) {
   if (answer.t_free != end) return testing::AssertionFailure() << "free only until " << answer.t_free;
   if (!std::isnan(answer.t_contact)) return testing::AssertionFailure() << "t_contact without contact";
   return testing::AssertionSuccess();
-}
-
-/// The promises that need no expected value, against the first contact of the Lipschitz search.
-testing::AssertionResult agreesWithTheOracle(const Case& c, const ContactOptions& options) {
-  const TimeOfContact answer = c.contact(options);
-  if (answer.status == Status::Unknown) return testing::AssertionFailure() << "Unknown";
-  const TimeInterval interval{options.begin, options.end};
-  const FirstContact first = firstContact(c.distance(), options.contact_distance, interval, 1e-9L, 100000);
-  if (first.contact_by && answer.t_free > *first.contact_by)
-    return testing::AssertionFailure() << "late by " << answer.t_free - static_cast<double>(*first.contact_by);
-  if (!answer.contact) return testing::AssertionSuccess();
-  const double apart = static_cast<double>(exactDistanceAt(c.pair(), answer.t_contact, 4000).low);
-  if (apart <= options.contact_distance + options.tolerance + c.pair().rounding()) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "no contact at t_contact but a distance of " << apart;
 }
 
 // ScrewMotion.
@@ -474,21 +456,6 @@ TEST(TimeOfContact, IsNeverMissedAtTheClosestApproachItself) {
     }
 }
 
-TEST(TimeOfContact, OfAFastPropellerIsThatOfTheOracle) {
-  std::mt19937 random(74);
-  for (const double turns : {1.0, 3.5, 10.0, 50.0}) {
-    const double w = 2.0 * M_PI * turns;
-    const Case c{Box{{2, 0.1, 0.02}}, moving(at(0, 0, 0), {0, 0, 0}, {0.1 * w, 0, w}), Sphere{0.1},
-                 moving(at(2, 0.3, 0.1), {-2, -0.3, -0.1})};
-    const TimeOfContact answer = c.contact();
-    const FirstContact first = firstContact(c.distance(), 0, {0, 1}, 1e-10L);
-    ASSERT_TRUE(first.contact_by) << turns;
-    ASSERT_TRUE(answer.contact) << turns;
-    EXPECT_LE(answer.t_free, static_cast<double>(*first.contact_by)) << turns;
-    EXPECT_NEAR(answer.t_contact, static_cast<double>(*first.contact_by), 1e-5) << turns;
-  }
-}
-
 TEST(TimeOfContact, WithoutMotionIsTheBeginOrNone) {
   const Case apart{Box{{1, 1, 1}}, still(), Cone{0.5, 1}, still(at(0, 0, 2))};
   const Case touching{Box{{1, 1, 1}}, still(), Cone{0.5, 1}, still(at(0, 0, 1))};
@@ -538,26 +505,6 @@ TEST(TimeOfContact, OfOneMotionForBothIsNone) {
     EXPECT_TRUE(isFree(c.contact()));
     EXPECT_TRUE(isContactAt(c.contact(withContactDistance(0.011)), 0.0, 0.0));
   }
-}
-
-TEST(TimeOfContact, OfChainsIsThatOfTheOracle) {
-  std::mt19937 random(76);
-  const std::vector<NamedShape> shapes = allShapes();
-  int contacts = 0;
-  for (std::size_t i = 0; i < 200; ++i) {
-    Case c{shapes[i % shapes.size()].shape, {}, shapes[(i / 3) % shapes.size()].shape, {}};
-    for (std::size_t k = 0; k < i % 3; ++k) c.a_motion.push_back(randomScrew(random, 1.0));
-    for (std::size_t k = 0; k <= i % 4; ++k) c.b_motion.push_back(randomScrew(random, 2.0));
-    contacts += c.contact().contact ? 1 : 0;
-    const Case swapped{c.b, c.b_motion, c.a, c.a_motion};
-    for (const double contact_distance : {0.0, 0.1, -0.02}) {
-      EXPECT_TRUE(agreesWithTheOracle(c, withContactDistance(contact_distance))) << i << " " << contact_distance;
-      EXPECT_TRUE(agreesWithTheOracle(swapped, withContactDistance(contact_distance)))
-          << i << " " << contact_distance << " swapped";
-    }
-  }
-  EXPECT_GT(contacts, 40);
-  EXPECT_LT(contacts, 160);
 }
 
 TEST(TimeOfContact, FarFromTheOriginIsTheSame) {
@@ -654,23 +601,6 @@ TEST(MinimumDistance, WithAnEndThatIsTooFarIsUnknown) {
     }
 }
 
-TEST(TimeOfContact, WithFewQueriesKeepsItsPromises) {
-  std::mt19937 random(77);
-  int undecided = 0;
-  for (int i = 0; i < 100; ++i) {
-    const Case c{Box{{0.5, 0.4, 0.3}}, {randomScrew(random, 3.0)}, Cone{0.2, 0.5}, {randomScrew(random, 3.0)}};
-    for (int limit = 1; limit <= 4; ++limit) {
-      ContactOptions options;
-      options.max_queries = limit;
-      const TimeOfContact answer = c.contact(options);
-      EXPECT_LE(answer.queries, limit);
-      undecided += answer.status == Status::IterationLimit ? 1 : 0;
-      EXPECT_TRUE(agreesWithTheOracle(c, options));
-    }
-  }
-  EXPECT_GT(undecided, 20);
-}
-
 // minimumDistance.
 
 testing::AssertionResult encloses(const MinimumOverMotion& minimum, double expected, double rounding) {
@@ -725,41 +655,12 @@ Case tumblingBox(std::mt19937& random, double beside) {
   return {Box{{0.6, 0.4, 0.8}}, still(), Box{{0.5, 0.7, 0.3}}, moving(start, {3, 0, 0}, 6.0 * randomDirection(random))};
 }
 
-TEST(MinimumDistance, OfATumblingBoxIsNoMoreThanAnySample) {
-  std::mt19937 random(78);
-  for (int i = 0; i < 20; ++i) {
-    const Case c = tumblingBox(random, 0.3 + 0.05 * i);
-    const MinimumOverMotion minimum = c.minimum();
-    const double rounding = c.pair().rounding();
-    for (int k = 0; k <= 1000; ++k)
-      EXPECT_GE(static_cast<double>(fastDistanceAt(c.pair(), 0.001L * k).high), minimum.lower_bound - rounding);
-    const DistanceBounds there = exactDistanceAt(c.pair(), minimum.time, 20000);
-    EXPECT_LE(static_cast<double>(there.low), minimum.upper_bound + rounding);
-    EXPECT_GE(static_cast<double>(there.high), minimum.lower_bound - rounding);
-  }
-}
-
 TEST(MinimumDistance, OfATumblingBoxConverges) {
   std::mt19937 random(78);
   for (int i = 0; i < 20; ++i) {
     const MinimumOverMotion minimum = tumblingBox(random, 0.75 + 0.05 * i).minimum();
     EXPECT_EQ(minimum.status, Status::Converged) << i;
     EXPECT_LE(minimum.upper_bound - minimum.lower_bound, 1e-9) << i;
-  }
-}
-
-TEST(MinimumDistance, IsEnclosedAsTheOracleEnclosesIt) {
-  std::mt19937 random(79);
-  const std::vector<NamedShape> shapes = allShapes();
-  for (std::size_t i = 0; i < 60; ++i) {
-    const Case c{shapes[i % shapes.size()].shape,
-                 {randomScrew(random, 2.0)},
-                 shapes[(i / 4) % shapes.size()].shape,
-                 {randomScrew(random, 2.0), randomScrew(random, 1.0)}};
-    const MinimumOverMotion minimum = c.minimum();
-    const DistanceBounds oracle = smallestDistance(c.distance(), 1e-3L);
-    EXPECT_LE(minimum.lower_bound, static_cast<double>(oracle.high)) << i;
-    EXPECT_GE(minimum.upper_bound, static_cast<double>(oracle.low)) << i;
   }
 }
 
@@ -805,22 +706,6 @@ TEST(MinimumDistance, OfAShapeThatSpinsAboutItsAxisNeedsTwoQueries) {
   }
 }
 
-TEST(MinimumDistance, WithFewQueriesKeepsItsPromises) {
-  std::mt19937 random(80);
-  for (int i = 0; i < 50; ++i) {
-    const Case c = tumblingBox(random, 0.8);
-    const double smallest = static_cast<double>(smallestDistance(c.distance(), 1e-4L).high);
-    for (int limit = 0; limit <= 5; ++limit) {
-      MinimumOptions options;
-      options.max_queries = limit;
-      const MinimumOverMotion minimum = c.minimum(options);
-      EXPECT_LE(minimum.queries, std::max(limit, 2));  // one for each end
-      EXPECT_LE(minimum.lower_bound, smallest);
-      EXPECT_GE(minimum.upper_bound, smallest - 1e-4);
-    }
-  }
-}
-
 TEST(MinimumDistance, OfMoreQueriesThanItHasRoomForEndsThere) {
   // A sphere in the middle between parallel plates' faces would need many: a plate at 1e-15 of tolerance.
   std::mt19937 random(81);
@@ -831,21 +716,6 @@ TEST(MinimumDistance, OfMoreQueriesThanItHasRoomForEndsThere) {
   const MinimumOverMotion minimum = c.minimum(options);
   EXPECT_NE(minimum.status, Status::Unknown);
   EXPECT_LE(minimum.lower_bound, minimum.upper_bound);
-}
-
-TEST(MinimumDistance, AgreesWithTheFirstContact) {
-  std::mt19937 random(82);
-  int contacts = 0;
-  for (int i = 0; i < 200; ++i) {
-    const Case c{Cylinder{0.3, 0.5}, {randomScrew(random, 3.0)}, Box{{0.3, 0.5, 0.4}}, {randomScrew(random, 3.0)}};
-    const TimeOfContact contact = c.contact();
-    const MinimumOverMotion minimum = c.minimum();
-    contacts += contact.contact ? 1 : 0;
-    EXPECT_FALSE(contact.contact && minimum.lower_bound > 1e-9) << i;
-    EXPECT_FALSE(!contact.contact && minimum.upper_bound < -1e-13) << i;
-  }
-  EXPECT_GT(contacts, 50);
-  EXPECT_LT(contacts, 150);
 }
 
 // Regression: the minimum converged with the bounds of both ends, and the contact was found at any distance.
