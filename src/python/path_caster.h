@@ -31,8 +31,8 @@ struct type_caster<std::filesystem::path> {
 
   static handle cast(const std::filesystem::path& path, return_value_policy /*policy*/, handle /*parent*/) {
     const std::string& native = path.native();
-    const auto text =
-        reinterpret_steal<object>(PyUnicode_DecodeFSDefaultAndSize(native.c_str(), static_cast<ssize_t>(native.size())));
+    const auto text = reinterpret_steal<object>(
+        PyUnicode_DecodeFSDefaultAndSize(native.c_str(), static_cast<ssize_t>(native.size())));
     if (!text) throw error_already_set();
     return module_::import("pathlib").attr("Path")(text).release();
   }
