@@ -82,6 +82,7 @@ def main(build):
             f'set(CPACK_DEBIAN_{component.upper()}_PACKAGE_DEPENDS "{packages}")\n'
             for component, packages in dependencies(stages).items()))
         run("cpack", cwd=build, stdout=subprocess.DEVNULL)
+    shutil.rmtree(build / "packages/_CPack_Packages")  # roslaunch would find a second demo.launch in it
     for package in sorted((build / "packages").glob("*.deb")):
         print(package)
 
