@@ -58,7 +58,7 @@ void LaneBounds::takePositions(const States& states, const LaneModel::Column& co
     const double value = column.offset + column.multiplier * *position;
     const bool is_legal = std::abs(value) <= column.limit;
     column_[i] = is_legal ? value : 0.0;
-    is_placed_[i] &= static_cast<unsigned char>(is_legal);
+    is_placed_[i] = static_cast<unsigned char>(is_placed_[i] & is_legal);
   }
 }
 
@@ -76,7 +76,8 @@ void LaneBounds::place(const States& states) {
     for (int i = 0; i < count_; ++i) positions_[row].row[i] = static_cast<float>(column_[i]);
   }
   for (const int joint : model_->unread)
-    for (int i = 0; i < count_; ++i) is_placed_[i] &= static_cast<unsigned char>(std::isfinite(states(i, joint)));
+    for (int i = 0; i < count_; ++i)
+      is_placed_[i] = static_cast<unsigned char>(is_placed_[i] & std::isfinite(states(i, joint)));
   kernels_->placeBodiesAndLinks({model_->bodies.data(), static_cast<int>(model_->bodies.size()), tilesOf(body_poses_)},
                                 {model_->links.data(), static_cast<int>(model_->links.size()), tilesOf(link_poses_)},
                                 count_, rowsOf(sines_), rowsOf(cosines_), rowsOf(positions_));
