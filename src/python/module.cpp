@@ -338,7 +338,7 @@ urdf             path of the file; Robot.from_text takes the text
 srdf             path of a file that tells which pairs not to check; None: neighbours are not checked, but all other
                  pairs are
 mesh_tolerance   [m] how far the convex pieces may lie from the mesh that they stand for; 0: its triangles
-packages         folders in which package:// is looked for, as in ROS_PACKAGE_PATH; None: those of that variable
+packages         folders in which package:// is looked for; None: those of ROS_PACKAGE_PATH, and /usr/share
 padding          [m] is added to every piece
 group            of the SRDF: only pairs that its joints can move are checked; "": all
 exclude_pairs    pairs of names of links that are not checked

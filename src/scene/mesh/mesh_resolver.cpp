@@ -207,9 +207,9 @@ MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& r
 std::vector<std::string> rosPackagePath() {
   std::vector<std::string> roots;
   const char* variable = std::getenv("ROS_PACKAGE_PATH");
-  std::istringstream list(variable ? variable : "");
+  std::istringstream list(std::string(variable ? variable : "") + ":/usr/share");
   for (std::string root; std::getline(list, root, ':');) {
-    if (!root.empty()) roots.push_back(root);
+    if (!root.empty() && std::find(roots.begin(), roots.end(), root) == roots.end()) roots.push_back(root);
   }
   return roots;
 }

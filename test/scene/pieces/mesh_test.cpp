@@ -905,11 +905,13 @@ TEST_F(Resolver, AFileThatCannotBeReadIsAnErrorWithTheReason) {
   expect(files_.path("loop.stl"), "Too many levels of symbolic links");
 }
 
-TEST(RosPackagePath, SplitsTheVariableAtColons) {
-  setenv("ROS_PACKAGE_PATH", "/one:/two::/three", 1);
-  EXPECT_EQ(rosPackagePath(), (std::vector<std::string>{"/one", "/two", "/three"}));
+TEST(RosPackagePath, HasTheFoldersOfTheVariableAndThoseOfDebian) {
+  setenv("ROS_PACKAGE_PATH", "/one:/two::/three:/one", 1);
+  EXPECT_EQ(rosPackagePath(), (std::vector<std::string>{"/one", "/two", "/three", "/usr/share"}));
+  setenv("ROS_PACKAGE_PATH", "/usr/share:/one", 1);
+  EXPECT_EQ(rosPackagePath(), (std::vector<std::string>{"/usr/share", "/one"}));
   unsetenv("ROS_PACKAGE_PATH");
-  EXPECT_TRUE(rosPackagePath().empty());
+  EXPECT_EQ(rosPackagePath(), (std::vector<std::string>{"/usr/share"}));
 }
 
 }  // namespace proximity_server::scene::mesh_test

@@ -26,7 +26,8 @@ MeshResolver packageResolver(const std::vector<std::string>& roots, const std::s
 /// Throws std::invalid_argument for a root that does not exist; the resolver throws it for a file outside of the roots.
 MeshResolver withinRoots(MeshResolver resolve, const std::vector<std::string>& roots);
 
-/// The folders of the environment variable ROS_PACKAGE_PATH.
+/// The folders of the environment variable ROS_PACKAGE_PATH, and then /usr/share: Debian installs the packages of ROS
+/// there, and its rospack and roslaunch find them without the variable.
 std::vector<std::string> rosPackagePath();
 
 }  // namespace proximity_server::scene
