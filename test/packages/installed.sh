@@ -33,7 +33,7 @@ grep -q localhost /etc/hosts 2>/dev/null || echo "127.0.0.1 localhost" >>/etc/ho
 step "what they depend on"
 # Their own dependencies stay, so that only our files differ afterwards.
 apt-get update -qq
-apt-get install -qq --no-install-recommends "$packages"/*.deb g++ cmake man-db >/dev/null
+apt-get install -qq --no-install-recommends "$packages"/*.deb g++ make cmake man-db >/dev/null
 dpkg --purge libproximity-server-dev python3-proximity proximity-server libproximity-server >/dev/null
 everything >"$folder/before"
 
