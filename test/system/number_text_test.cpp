@@ -1,9 +1,13 @@
 #include "system/number_text.h"
 
+#include "sanitized.h"
 #include "scene/files.h"
 
 #include <gtest/gtest.h>
 #include <locale.h>
+#ifdef PROXIMITY_ADDRESS_SANITIZED
+#include <sanitizer/lsan_interface.h>
+#endif
 
 #include <cmath>
 #include <cstdint>
@@ -157,6 +161,9 @@ locale_t commaLocale() {
   [[maybe_unused]] const int code = std::system(
       ("cd " + files.path("") + " && localedef --no-archive -c -f ./characters -i ./source ./xx_XX 2>/dev/null")
           .c_str());
+#ifdef PROXIMITY_ADDRESS_SANITIZED
+  const __lsan::ScopedDisabler keeps_the_folders_of_locpath;  // newlocale() of glibc never frees them
+#endif
   setenv("LOCPATH", files.path("").c_str(), 1);
   const locale_t comma = newlocale(LC_NUMERIC_MASK, "xx_XX", nullptr);
   unsetenv("LOCPATH");
