@@ -6,7 +6,7 @@
 #
 # PROXIMITY_PLATFORMS names another folder than build/platform for the systems. Each takes some GB, and stays there.
 set -euo pipefail
-# What is mounted below is mounted for these processes alone, and gone with the last of them.
+# No other process sees the folders that are mounted below. They are unmounted when the last of these processes ends.
 if [ "${1:-}" != --alone ]; then exec unshare --mount --propagation private "$0" --alone "$@"; fi
 shift
 cd "$(dirname "$(readlink -f "$0")")/.."

@@ -34,7 +34,7 @@ const Written kWritten[] = {
     {0.1 + 0.2, "0.30000000000000004", "0.30000000000000004"},
     {1.0 / 3.0, "0.3333333333333333", "0.3333333333333333"},
     {123456.789, "123456.789", "123456.789"},
-    // Of two texts of one length the one without an exponent.
+    // If both texts have the same length, the one without an exponent is taken.
     {1e-3, "0.001", "0.001"},
     {1e-4, "1e-04", "0.0001"},
     {1.5e-5, "1.5e-05", "0.000015"},

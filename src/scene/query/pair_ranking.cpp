@@ -98,6 +98,7 @@ double PairRanking::limit(const Search& search) const {
   return is_done ? -kInfinity : std::min(search.question.threshold, nearest_.first().rank);
 }
 
+// Inline, as visitOf() and enter() are, because a question asks for each of its pairs.
 inline PairRanking::QueriedPair PairRanking::inList(int number, const Search& search) const {
   const ShapeRefPair& pair = search.pairs.list()[number];
   return {{measurement_.robot().numberOf(pair.a), measurement_.robot().numberOf(pair.b)}, number};

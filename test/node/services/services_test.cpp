@@ -15,8 +15,8 @@
 #include <array>
 #include <thread>
 
-// What the services are as ROS sees them. The tests beside their sources ask more of their answers, without ROS. Every
-// expected number is read off gantry.urdf: with the ball at (0.5, 0, 0) it is 0.3 m from the base.
+// These tests call the services through ROS. More questions about their answers are in the tests beside their sources,
+// which need no ROS. Every expected number is read off gantry.urdf: with the ball at (0.5, 0, 0) it is 0.3 m from the base.
 
 namespace proximity_server::node::services_test {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-// What tf says about the robot of gantry.urdf, and what it says about other frames. The ball is at (x, y, 0). max_tf_age
-// has its default, 0.2 s.
+// The poses of the robot of gantry.urdf, and those of other frames, from transforms that the tests add. The ball is at
+// (x, y, 0). max_tf_age has its default, 0.2 s.
 
 namespace proximity_server::node::tf_poses_test {
 

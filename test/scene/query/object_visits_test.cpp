@@ -34,7 +34,7 @@ class ObjectsOnALine : public testing::Test {
     visits_.fit(robot_);
   }
 
-  /// Where the objects of the visited pairs stand.
+  /// Returns a visitor that appends the x coordinate of the object of each pair.
   auto into(Places& visited) const {
     return [&](int link, int object) {
       EXPECT_EQ(link, model_->robot.findLink("0"));
