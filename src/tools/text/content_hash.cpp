@@ -15,20 +15,20 @@
 namespace proximity_server::tools {
 namespace {
 
-XXH3_state_t* newState() {
-  XXH3_state_t* state = XXH3_createState();
+XXH64_state_t* newState() {
+  XXH64_state_t* state = XXH64_createState();
   if (!state) throw std::bad_alloc();
-  XXH3_128bits_reset(state);
+  XXH64_reset(state, 0);
   return state;
 }
 
 }  // namespace
 
-ContentHash::ContentHash() : state_(newState(), [](XXH3_state_t* state) { XXH3_freeState(state); }) {}
+ContentHash::ContentHash() : state_(newState(), [](XXH64_state_t* state) { XXH64_freeState(state); }) {}
 ContentHash::~ContentHash() = default;
 
 ContentHash& ContentHash::add(const void* data, std::size_t size) {
-  XXH3_128bits_update(state_.get(), data, size);
+  XXH64_update(state_.get(), data, size);
   return *this;
 }
 
@@ -40,10 +40,8 @@ ContentHash& ContentHash::add(const std::string& text) {
 }
 
 std::string ContentHash::text() const {
-  const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
-  std::array<char, 33> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(XXH64_digest(state_.get())));
   return digits.data();
 }
 

@@ -4,12 +4,12 @@
 #include <memory>
 #include <string>
 
-struct XXH3_state_s;
+struct XXH64_state_s;
 
 namespace proximity_server::tools {
 
-/// A hash of bytes, the same on every machine: 128 bits of XXH3. It tells contents apart that differ by chance, not
-/// those that somebody made to have the same hash.
+/// A hash of bytes, the same on every machine: XXH64 with seed 0, which each version of xxHash has. It tells contents apart
+/// that differ by chance, not those that somebody made to have the same hash.
 class ContentHash {
  public:
   ContentHash();
@@ -19,11 +19,11 @@ class ContentHash {
   /// Adds the text and its length, so that "a", "bc" is not "ab", "c".
   ContentHash& add(const std::string& text);
 
-  /// 32 hexadecimal digits.
+  /// 16 hexadecimal digits.
   std::string text() const;
 
  private:
-  std::unique_ptr<XXH3_state_s, void (*)(XXH3_state_s*)> state_;
+  std::unique_ptr<XXH64_state_s, void (*)(XXH64_state_s*)> state_;
 };
 
 /// Hashes the whole file, at the speed of the disk. Throws std::invalid_argument naming it if it cannot be read.
