@@ -2,7 +2,7 @@
 
 #include "sanitized.h"
 
-#include <malloc.h>
+#include <cstddef>
 
 namespace {
 
@@ -15,7 +15,6 @@ thread_local long allocations_of_thread = 0;
 extern "C" {
 int __sanitizer_install_malloc_and_free_hooks(void (*on_malloc)(const volatile void*, std::size_t),
                                               void (*on_free)(const volatile void*));
-std::size_t __sanitizer_get_current_allocated_bytes();
 }
 
 namespace {
@@ -25,8 +24,6 @@ void ignore(const volatile void*) {}
 const int kInstalled = __sanitizer_install_malloc_and_free_hooks(count, ignore);
 
 }  // namespace
-
-std::size_t proximity_server::heapInUse() { return __sanitizer_get_current_allocated_bytes(); }
 
 #else
 
@@ -53,11 +50,6 @@ void* aligned_alloc(std::size_t alignment, std::size_t size) {
   ++allocations_of_thread;
   return __libc_memalign(alignment, size);
 }
-}
-
-std::size_t proximity_server::heapInUse() {
-  const struct mallinfo2 heap = mallinfo2();
-  return heap.uordblks + heap.hblkhd;  // hblkhd: blocks so large that they are mapped by themselves
 }
 
 #endif

@@ -7,12 +7,12 @@
 #include "benchmark/benchmark_main.h"
 #include "benchmark/motions.h"
 #include "benchmark/timing.h"
+#include "heap_in_use.h"
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/sweep_library.h"
 #include "scene/lanes/lane_kernels.h"
 
-#include <malloc.h>
 #include <sched.h>
 #include <time.h>
 #include <nlohmann/json.hpp>
@@ -200,11 +200,11 @@ json measureBatch(const NamedRobot& robot, const Wanted& wanted) {
   std::vector<double> seconds;
   std::size_t bytes = 0;
   for (int round = 0; round < kRounds; ++round) {
-    const std::size_t before = mallinfo2().uordblks;
+    const std::size_t before = heapInUse();
     const double start = processorSeconds();
     const SceneBatch batch(robot.model);
     seconds.push_back(processorSeconds() - start);
-    bytes = mallinfo2().uordblks - before;
+    bytes = heapInUse() - before;
   }
   return json::array({json{{"robot", robot.name},
                            {"links", robot.model->robot.links.size()},

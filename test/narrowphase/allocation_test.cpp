@@ -1,5 +1,6 @@
 // A query takes no memory from the heap.
 #include "allocations.h"
+#include "heap_in_use.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/motion/motion.h"
 #include "proximity_server/narrowphase/signed_distance.h"

@@ -2,6 +2,7 @@
 #include <proximity_server/Clearance.h>
 #include "allocations.h"
 #include "from_environment.h"
+#include "heap_in_use.h"
 #include "node/gantry.h"
 #include "node/monitor/monitor.h"
 #include "node/robot/robot.h"
