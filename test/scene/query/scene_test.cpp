@@ -756,7 +756,10 @@ TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
 /// Coordinates that are multiples of 2^-20 m, so that a shift by 2^20 m is exact in 53 bits.
 BodyPoses onGrid(BodyPoses poses) {
   for (auto& pose : poses)
-    for (double& x : pose->translation()) x = std::ldexp(std::round(std::ldexp(x, 20)), -20);
+    for (int i = 0; i < 3; ++i) {
+      double& x = pose->translation()[i];
+      x = std::ldexp(std::round(std::ldexp(x, 20)), -20);
+    }
   return poses;
 }
 
