@@ -45,6 +45,6 @@ if [ -d ../shared/robots ]; then  # where ./dev finds robots
   mount --bind ../shared "$system$(realpath ../shared)"
   mount -o remount,bind,ro "$system$(realpath ../shared)"
 fi
-cp -L /etc/resolv.conf "$system/etc/resolv.conf"
+cp -L /etc/resolv.conf /etc/hosts "$system/etc/"
 exec env -i HOME=/root LANG=C.UTF-8 PATH=/usr/bin:/bin:/usr/sbin:/sbin "TERM=${TERM:-dumb}" "CXX=$compiler" \
   chroot "$system" env --chdir="$repo" "$@"

@@ -26,13 +26,14 @@ const char* const kLaunch = R"text(<launch>
        robot_state_publisher make them; or try it without a robot: simulate:=true. -->
   <arg name="description" default="true" doc="false: your own launch file sets robot_description and its SRDF"/>
   <arg name="simulate" default="false" doc="true: no robot is there; its joints stand as rest.yaml says"/>
+  <arg name="config" default="$(dirname)/proximity.yaml" doc="its parameters"/>
 
   <group if="$(arg description)">
     <param name="robot_description" textfile="$(dirname)/robot.urdf"/>
     <param name="robot_description_semantic" textfile="$(dirname)/robot.srdf"/>
   </group>
   <include file="$(find proximity_server)/launch/proximity.launch">
-    <arg name="config" value="$(dirname)/proximity.yaml"/>
+    <arg name="config" value="$(arg config)"/>
   </include>
   <group if="$(arg simulate)">
     <node name="robot_state_publisher" pkg="robot_state_publisher" type="robot_state_publisher"/>
