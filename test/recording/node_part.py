@@ -12,6 +12,7 @@ import unittest
 import xml.etree.ElementTree as ElementTree
 
 import genpy
+import rospkg
 import rospy
 import rostest
 import tf2_msgs.msg
@@ -22,7 +23,7 @@ from sensor_msgs.msg import JointState
 
 from proximity_server import msg, srv
 from recording import Blocks
-from robots import missing  # noqa: F401
+import robots
 
 run = rostest.rosrun
 
@@ -33,6 +34,13 @@ SERVICES = {"minimum_distance": srv.MinimumDistance, "separation_axis": srv.Sepa
             "query_trajectory": srv.QueryTrajectory, "apply_objects": srv.ApplyObjects}
 ROBOTS = {"": ["/left", "/right"]}  # namespace of a node -> those of its robots, where there are several
 LEFT_OUT = {"computation_time", "cycle", "node_start", "seq", "lookahead"}
+
+
+def missing(group):
+    """Why a group cannot be asked here; empty if it can."""
+    if group == "two_robots" and rospkg.RosPack().get_manifest("robot_state_publisher").version == "1.15.0":
+        return "robot_state_publisher 1.15.0 has no tf_prefix"
+    return robots.missing(group)
 
 
 def wait_until(what, holds):

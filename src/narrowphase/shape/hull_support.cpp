@@ -73,7 +73,9 @@ class FarthestVertices {
 
   template <typename Visit>
   void divide(const Square& square, const std::vector<int>& among, Visit visit) {
-    const std::vector<int> vertices = among.size() == 1 ? among : farthestIn(square, among);
+    std::vector<int> fewer;
+    if (among.size() > 1) fewer = farthestIn(square, among);
+    const std::vector<int>& vertices = among.size() > 1 ? fewer : among;
     if (square.size == 1) return visit(square, vertices);
     const int half = square.size / 2;
     for (const int row : {square.row, square.row + half})

@@ -12,6 +12,7 @@
 #include "node/joint_states.h"
 #include "node/object_messages.h"
 #include "node/settings.h"
+#include "node/state_publisher.h"
 
 #include <sensor_msgs/JointState.h>
 #include <std_msgs/Float64.h>
@@ -78,7 +79,10 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 
 class SeveralRobotsOfANode : public testing::Test {
  protected:
-  void SetUp() override { static const Robots robots; }
+  void SetUp() override {
+    if (!statePublisherKnowsPrefixes()) GTEST_SKIP() << kStatePublisherWithoutPrefixes;
+    static const Robots robots;
+  }
 
   template <class Accept>
   static std::optional<Clearance> clearance(const std::string& node, Accept accept) {

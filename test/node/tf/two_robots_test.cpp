@@ -4,6 +4,7 @@
 #include "node/diagnosis.h"
 #include "node/gantry.h"
 #include "node/joint_states.h"
+#include "node/state_publisher.h"
 
 #include <set>
 
@@ -17,6 +18,7 @@ constexpr double kLeft = 0.4, kRight = 0.7;  // [m] x of the balls
 class TwoRobots : public testing::Test {
  protected:
   void SetUp() override {
+    if (!statePublisherKnowsPrefixes()) GTEST_SKIP() << kStatePublisherWithoutPrefixes;
     static JointStates left("left"), right("right");
     left.hold(slidingAt(0.0), positionsAt(kLeft));
     right.hold(slidingAt(0.0), positionsAt(kRight));

@@ -1,10 +1,12 @@
 #include "scene/query/object_visits.h"
 
+#include "chance.h"
 #include "scene/query/cell.h"
 #include "scene/small_robots.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <string>
@@ -16,12 +18,10 @@ using namespace narrowphase;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-using Places = std::vector<double>;
-
-/// A link at the origin and moving objects on the x axis, all of them balls of radius 1.
-class ObjectsOnALine : public testing::Test {
+/// A link at the origin and moving objects, all of them balls of radius 1.
+class ObjectsAbout : public testing::Test {
  protected:
-  void putAt(const Places& places) {
+  void putAt(const std::vector<Eigen::Vector3d>& places) {
     std::vector<ObjectChange> changes;
     for (std::size_t i = 0; i < places.size(); ++i)
       changes.push_back(add("object" + std::to_string(i), {{Shape(Sphere{1.0})}}, Moving{std::to_string(i)}));
@@ -29,49 +29,70 @@ class ObjectsOnALine : public testing::Test {
     robot_.use(objects);
     robot_.update(posesOf(model_->robot, {at(0, 0, 0)}));
     FramePoses poses;
-    for (const std::string& frame : objects->frames()) poses.emplace_back(at(places[std::stoul(frame)], 0, 0));
+    for (const std::string& frame : objects->frames())
+      poses.emplace_back(Eigen::Isometry3d(Eigen::Translation3d(places[std::stoul(frame)])));
     robot_.updateFrames(poses);
     visits_.fit(robot_);
   }
 
-  /// Returns a visitor that appends the x coordinate of the object of each pair.
-  auto into(Places& visited) const {
+  double gapTo(int object) const { return boxGap(robot_.worldBox(link_), robot_.worldBox(object)); }
+
+  /// Returns a visitor that appends the gap between the boxes of each pair.
+  auto into(std::vector<double>& gaps) const {
     return [&](int link, int object) {
-      EXPECT_EQ(link, model_->robot.findLink("0"));
-      visited.push_back(std::round(robot_.worldBox(object).center().x()));
+      EXPECT_EQ(link, link_);
+      gaps.push_back(gapTo(object));
     };
   }
 
+  std::vector<double> allGaps() const {
+    std::vector<double> gaps;
+    for (const int number : robot_.objects()->numbers()) gaps.push_back(gapTo(robot_.numberOfObject(number)));
+    std::sort(gaps.begin(), gaps.end());
+    return gaps;
+  }
+
   const std::shared_ptr<const SceneModel> model_ = modelOf(floatingLinks({ball("1")}));
+  const int link_ = model_->robot.findLink("0");
   PlacedRobot robot_{model_->robot, std::make_shared<const Volumes>(model_->robot)};
   ObjectVisits visits_;
 };
 
-TEST_F(ObjectsOnALine, AreVisitedTheNearestFirst) {
-  putAt({9.0, 3.0, 6.0, -4.0});
-  Places visited;
-  visits_.begin(robot_, kInfinity, into(visited));
-  EXPECT_TRUE(visited.empty()) << "all are in the tree";
-  for (const double gap : {1.0, 2.0, 4.0, 7.0}) {
-    ASSERT_FALSE(visits_.empty());
-    const std::size_t before = visited.size();
-    while (visited.size() == before) visits_.open(robot_, kInfinity, into(visited));
-    EXPECT_NEAR(std::abs(visited.back()) - 2.0, gap, 1e-12);
-    EXPECT_GE(visits_.lowestBound(), gap);
-  }
-  EXPECT_EQ(visited, (Places{3.0, -4.0, 6.0, 9.0}));
-  EXPECT_TRUE(visits_.empty());
+std::vector<Eigen::Vector3d> randomPlaces() {
+  Chance chance(1);
+  std::vector<Eigen::Vector3d> places;
+  for (int i = 0; i < 100; ++i) places.emplace_back(chance.pose(20.0).translation());
+  return places;
 }
 
-TEST_F(ObjectsOnALine, AreLeftOutBeyondTheLimit) {
-  putAt({9.0, 3.0, 6.0, -4.0});
-  Places visited, within;
-  visits_.begin(robot_, 3.0, into(visited));
-  while (!visits_.empty()) visits_.open(robot_, 3.0, into(visited));
-  EXPECT_EQ(visited, (Places{3.0, -4.0}));
-  visits_.enterAllWithin(robot_, 3.0, into(within));
+// In space a node may be near and each of its objects far: then another node is opened first.
+TEST_F(ObjectsAbout, AreVisitedTheNearestFirst) {
+  putAt(randomPlaces());
+  std::vector<double> visited;
+  visits_.begin(robot_, kInfinity, into(visited));
+  EXPECT_TRUE(visited.empty()) << "all are in the tree";
+  while (!visits_.empty()) {
+    const std::size_t before = visited.size();
+    const double bound = visits_.lowestBound();
+    visits_.open(robot_, kInfinity, into(visited));
+    if (visited.size() > before) EXPECT_GE(visited.back(), bound);
+    if (visited.size() > before) EXPECT_GE(visits_.lowestBound(), visited.back());
+  }
+  EXPECT_EQ(visited, allGaps());
+}
+
+TEST_F(ObjectsAbout, AreLeftOutBeyondTheLimit) {
+  putAt(randomPlaces());
+  std::vector<double> expected = allGaps();
+  const double limit = expected[40];
+  expected.resize(41);
+  std::vector<double> visited, within;
+  visits_.begin(robot_, limit, into(visited));
+  while (!visits_.empty()) visits_.open(robot_, limit, into(visited));
+  EXPECT_EQ(visited, expected);
+  visits_.enterAllWithin(robot_, limit, into(within));
   std::sort(within.begin(), within.end());
-  EXPECT_EQ(within, (Places{-4.0, 3.0}));
+  EXPECT_EQ(within, expected);
 }
 
 }  // namespace proximity_server::scene::object_visits_test
