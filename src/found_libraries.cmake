@@ -1,12 +1,13 @@
-# Libraries of which one of our systems has no CMake package, or a wrong one: that of assimp in Debian 11 names a folder that does
-# not exist. As targets, so that who links our static libraries looks for them where he has them:
-# src/proximity_server-targets.cmake.in.
+# Libraries of which one of our systems has no CMake package, a wrong one, or another one: that of assimp in Debian 11 names a
+# folder that does not exist, and the targets of urdfdom have other names in Debian 13. As targets, so that who links our static
+# libraries looks for them where he has them: src/proximity_server-targets.cmake.in.
 
-# proximity_find_library(<name> <header>): the target proximity_server::<name>; an error if library or header is not found.
+# proximity_find_library(<name> <header> [<subfolder of /usr/include where the header may be>]): the target proximity_server::<name>;
+# an error if library or header is not found.
 function(proximity_find_library name header)
   string(TOUPPER ${name} prefix)
   find_library(${prefix}_LIBRARY NAMES ${name})
-  find_path(${prefix}_INCLUDE_DIR NAMES ${header})
+  find_path(${prefix}_INCLUDE_DIR NAMES ${header} PATH_SUFFIXES ${ARGN})
   if(NOT ${prefix}_LIBRARY OR NOT ${prefix}_INCLUDE_DIR)
     message(FATAL_ERROR "The library ${name} with its header ${header} was not found")
   endif()

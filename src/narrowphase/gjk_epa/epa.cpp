@@ -6,6 +6,7 @@
 #include "narrowphase/curved/inner_ellipsoid.h"
 #include "narrowphase/curved/refinement.h"
 #include "narrowphase/gjk_epa/epa_start.h"
+#include "proximity_server/narrowphase/angle.h"
 #include "proximity_server/narrowphase/assertion.h"
 
 #include <algorithm>
@@ -202,8 +203,8 @@ bool isInRing(Cso& cso, const EpaResult& result, const Options& options) {
   };
   if (isAsShallow(-result.normal)) return true;
   for (int i = 0; i < 8; ++i) {
-    const double angle = 0.25 * i * M_PI;
-    if (isAsShallow(result.normal + kBeside * (std::cos(angle) * u + std::sin(angle) * v))) return true;
+    const auto [sine, cosine] = sineAndCosine(0.25 * i * M_PI);
+    if (isAsShallow(result.normal + kBeside * (cosine * u + sine * v))) return true;
   }
   return false;
 }

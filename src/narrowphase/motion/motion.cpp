@@ -1,8 +1,10 @@
 #include "proximity_server/narrowphase/motion/motion.h"
 
 #include "narrowphase/motion/screw_path.h"
+#include "proximity_server/narrowphase/angle.h"
 
 #include <cmath>
+#include <limits>
 
 namespace proximity_server::narrowphase {
 
@@ -13,13 +15,15 @@ using Eigen::Vector3d;
 /// The translation along the axis is uniform. Across the axis, a velocity v leads to the displacement
 /// 1/x (sin(x) v + (1 - cos(x)) axis x v), see at(); this equation is solved for v.
 ScrewMotion ScrewMotion::between(const Isometry3d& start, const Isometry3d& end) {
-  const Eigen::AngleAxisd turn(Matrix3d(end.linear() * start.linear().transpose()));
-  const Vector3d& axis = turn.axis();
+  const Eigen::Quaterniond turn(Matrix3d(end.linear() * start.linear().transpose()));
+  double half_sine = turn.vec().norm();
+  if (half_sine < std::numeric_limits<double>::epsilon()) half_sine = turn.vec().stableNorm();
+  const double half_cosine = std::abs(turn.w()), half = angleOf(half_sine, half_cosine);
+  const Vector3d axis = half > 0.0 ? Vector3d(turn.vec() / std::copysign(half_sine, turn.w())) : Vector3d::UnitX();
   const Vector3d translation = end.translation() - start.translation();
-  const double half = 0.5 * turn.angle();
-  const double half_cotangent = half > 0.0 ? half / std::tan(half) : 1.0;
+  const double half_cotangent = half > 0.0 ? half * half_cosine / half_sine : 1.0;
   const Vector3d along = axis.dot(translation) * axis;
-  return {start, along + half_cotangent * (translation - along) - half * axis.cross(translation), turn.angle() * axis};
+  return {start, along + half_cotangent * (translation - along) - half * axis.cross(translation), 2.0 * half * axis};
 }
 
 Isometry3d ScrewMotion::at(double time) const { return ScrewPath(start, linear, angular).at(time).isometry(); }

@@ -1,8 +1,7 @@
 #include "narrowphase/motion/screw_path.h"
 
+#include "proximity_server/narrowphase/angle.h"
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
-
-#include <cmath>
 
 namespace proximity_server::narrowphase {
 
@@ -46,7 +45,8 @@ ScrewPath::Pose ScrewPath::at(double time) const {
   Pose pose{start_.rotation, start_.origin + time * straight_};
   if (turning_ == 0.0) return pose;
   // 1 - cosine is computed from half of the angle, which avoids cancellation.
-  const double half = 0.5 * turning_ * time, half_sine = std::sin(half), half_cosine = std::cos(half);
+  const double half = 0.5 * turning_ * time;
+  const auto [half_sine, half_cosine] = sineAndCosine(half);
   const double sine = 2.0 * half_sine * half_cosine, versine = 2.0 * half_sine * half_sine;
   pose.rotation += sine * rotation_by_sine_ + versine * rotation_by_versine_;
   pose.origin += sine * origin_by_sine_ + versine * origin_by_versine_;

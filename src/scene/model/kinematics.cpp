@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/body_pose.h"
-#include "scene/model/sine_cosine.h"
+#include "proximity_server/narrowphase/angle.h"
 
 #include <stdexcept>
 
@@ -21,7 +21,7 @@ double jointPosition(const RobotModel& model, int joint, const std::vector<doubl
 
 /// Source: Rodrigues, Des lois geometriques qui regissent les deplacements d'un systeme solide, 1840.
 Matrix3d rotationAbout(const Vector3d& axis, double angle) {
-  const auto [sine, cosine] = sineAndCosine(angle);
+  const auto [sine, cosine] = narrowphase::sineAndCosine(angle);
   const Vector3d s = sine * axis;
   Matrix3d turned;
   turned << cosine, -s.z(), s.y(), s.z(), cosine, -s.x(), -s.y(), s.x(), cosine;

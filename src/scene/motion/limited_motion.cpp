@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/limited_motion.h"
 
+#include "proximity_server/narrowphase/angle.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/numbers.h"
 
@@ -203,7 +204,7 @@ double jointPosition(const RobotModel& model, const Joint& joint, const Isometry
   if (slides(joint)) return joint.axis.dot(moved.translation());
   const Quaterniond turned(moved.linear());
   // The angle is between -2 pi and 2 pi, because two quaternions stand for the same rotation.
-  const double angle = 2.0 * std::atan2(joint.axis.dot(turned.vec()), turned.w());
+  const double angle = 2.0 * narrowphase::angleOf(joint.axis.dot(turned.vec()), turned.w());
   return std::remainder(angle, kTurn);
 }
 

@@ -1,5 +1,5 @@
-// Sines and cosines of joint angles, beside those of long double.
-#include "scene/model/sine_cosine.h"
+// Sines, cosines and angles, beside those of long double.
+#include "proximity_server/narrowphase/angle.h"
 
 #include "sanitized.h"
 
@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-namespace proximity_server::scene::sine_cosine_test {
+namespace proximity_server::narrowphase::angle_test {
 
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
@@ -84,6 +84,37 @@ TEST(SineAndCosine, OfTheHardestAngleAreWithinTheirError) {
   EXPECT_LE(worstOf(std::ldexp(6381956970095103.0, 797)), 0.9L);
 }
 
+// Source: the arc tangent of long double, whose last digits do not reach those of double.
+TEST(AngleOf, IsWithinItsError) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> numbers(-1.0, 1.0), exponents(-60.0, 60.0);
+  for (int i = 0; i < repeats(1000000); ++i) {
+    const double sine = numbers(random), cosine = numbers(random) * std::exp2(i % 2 == 0 ? 0.0 : exponents(random));
+    const long double truth = std::atan2(static_cast<long double>(sine), static_cast<long double>(cosine));
+    ASSERT_LE(unitsOff(angleOf(sine, cosine), truth), 4.0L) << sine << " " << cosine;
+    ASSERT_EQ(angleOf(-sine, cosine), -angleOf(sine, cosine));
+  }
+}
+
+TEST(AngleOf, IsThatOfTheSineAndTheCosine) {
+  for (int i = -3000; i <= 3000; ++i) {
+    const double angle = 1e-3 * i;
+    const auto [sine, cosine] = sineAndCosine(angle);
+    EXPECT_NEAR(angleOf(sine, cosine), angle, 4e-16 * std::abs(angle));
+  }
+  EXPECT_EQ(angleOf(0.0, 1.0), 0.0);
+  EXPECT_EQ(angleOf(0.0, -1.0), M_PI);
+  EXPECT_EQ(angleOf(1e-300, 1.0), 1e-300);
+}
+
+TEST(AngleOf, IsThatOfTheCLibraryWhereItIsNone) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(angleOf(0.0, 0.0), 0.0);
+  EXPECT_EQ(angleOf(infinity, -infinity), std::atan2(infinity, -infinity));
+  EXPECT_EQ(angleOf(-1.0, infinity), 0.0);
+  EXPECT_TRUE(std::isnan(angleOf(std::numeric_limits<double>::quiet_NaN(), 1.0)));
+}
+
 TEST(SineAndCosine, OfWhatIsNotFiniteAreNotNumbers) {
   for (const double angle : {std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
                              std::numeric_limits<double>::quiet_NaN()}) {
@@ -92,4 +123,4 @@ TEST(SineAndCosine, OfWhatIsNotFiniteAreNotNumbers) {
   }
 }
 
-}  // namespace proximity_server::scene::sine_cosine_test
+}  // namespace proximity_server::narrowphase::angle_test

@@ -1,11 +1,11 @@
-#include "scene/model/sine_cosine.h"
+#include "proximity_server/narrowphase/angle.h"
 
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 
-namespace proximity_server::scene {
+namespace proximity_server::narrowphase {
 namespace {
 
 // pi / 2 in three parts. The first two have 33 bits, so that their products with up to 2^20 are exact.
@@ -121,4 +121,15 @@ SineCosine sineAndCosine(double angle) {
   return afterQuarters(static_cast<std::int64_t>(quarters), withinEighth(r, rest));
 }
 
-}  // namespace proximity_server::scene
+/// The C library's angle is rounded to a multiple of 2^-16, which forgets its last digits; what is missing to the angle
+/// is so small that the series of the arc tangent ends after three terms.
+double angleOf(double sine, double cosine) {
+  const double angle = std::atan2(sine, cosine), near = std::round(0x1p16 * angle) * 0x1p-16;
+  const auto [s, c] = sineAndCosine(near);
+  const double across = sine * c - cosine * s, along = cosine * c + sine * s;
+  if (!(along > 0.0 && std::isfinite(along))) return angle;
+  const double q = across / along, q2 = q * q;
+  return near + (q - q * q2 * (1.0 / 3.0 - 0.2 * q2));
+}
+
+}  // namespace proximity_server::narrowphase
