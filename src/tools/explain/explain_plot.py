@@ -333,11 +333,11 @@ def draw(data):
     columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 6 else 4
     rows = -(-count // columns)
     width, height = max(PANEL * columns, 5.5), PANEL * (1.0 if view.projection is None else 0.85) * rows + 0.8
-    figure = plt.figure(figsize=(width, height), dpi=100, constrained_layout=True)
-    figure.get_layout_engine().set(rect=(0, 0.3 / height, 1, 1 - 0.3 / height), h_pad=0.08)
+    figure = plt.figure(figsize=(width, height), dpi=100)
     grid = figure.add_gridspec(rows, columns)
     distance = "" if data["distance"] is None else f"signed distance {number(data['distance'])} m, "
-    figure.suptitle(f"{distance}by {data['by']}".replace(", by", "\nby" if len(data["by"]) > 40 else ", by"), fontsize=10)
+    heading = f"{distance}by {data['by']}".replace(", by", "\nby" if len(data["by"]) > 40 else ", by")
+    figure.suptitle(heading, fontsize=10).set_in_layout(False)  # its room is in the rect below
     for place, (title, paint, step) in enumerate(panels):
         axes = figure.add_subplot(grid[place // columns, place % columns], projection=view.projection)
         paint(axes, step)
@@ -350,8 +350,8 @@ def draw(data):
         free = len(panels) % columns
         draw_bounds(figure.add_subplot(grid[rows - 1, free:min(free + 2, columns)]), data)
     figure.legend(handles=keys(data, view), loc="lower center", ncol=6, fontsize=8, frameon=False)
+    figure.tight_layout(rect=(0, 0.3 / height, 1, 1 - (0.2 + 0.15 * len(heading.splitlines())) / height))
     figure.canvas.draw()
-    figure.set_layout_engine("none")
     view.names.write(72.0 / figure.dpi)
     return figure
 
@@ -380,7 +380,7 @@ def save(figure, picture, picture_format):
         return
     figure.canvas.draw()
     Image.fromarray(numpy.asarray(figure.canvas.buffer_rgba())[..., :3].copy()).quantize(
-        256, dither=Image.Dither.NONE).save(picture, format="png", optimize=True)
+        256, dither=0).save(picture, format="png", optimize=True)
 
 
 if __name__ == "__main__":
