@@ -2,6 +2,8 @@
 
 #include "tools/program/options.h"
 
+#include <signal.h>
+
 #include <csignal>
 #include <exception>
 #include <iostream>
@@ -19,10 +21,20 @@ int fail(const std::string& tool, const char* message, const char* more = "") {
   return static_cast<int>(ExitCode::BadInput);
 }
 
+/// Lets a closed pipe end the program, as it ends others. APR, which log4cxx of Debian 11 starts before main(), blocks
+/// its signal.
+void unblockBrokenPipe() {
+  sigset_t broken_pipe;
+  sigemptyset(&broken_pipe);
+  sigaddset(&broken_pipe, SIGPIPE);
+  pthread_sigmask(SIG_UNBLOCK, &broken_pipe, nullptr);
+}
+
 }  // namespace
 
 int runTool(ProgramOptions& program, int argc, char** argv, const std::function<ExitCode()>& run) {
   std::ios::sync_with_stdio(false);
+  unblockBrokenPipe();
   std::signal(SIGXFSZ, SIG_IGN);  // so that a file which may not grow further is named like one on a full disk
   const std::string& tool = program.program();
   try {
