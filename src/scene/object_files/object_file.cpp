@@ -174,7 +174,7 @@ void addShapes(const Field& object, const std::string& kind, const std::string& 
   const auto list = object.find(kind), poses = object.find(poses_name);
   const std::size_t begin = shapes.size();
   if (list)
-    for (const Field& entry : list->entries()) shapes.emplace_back().geometry = read(entry);
+    for (const Field& entry : list->entries()) shapes.push_back({read(entry)});
   if (!poses) return;
   const std::vector<Field> entries = poses->entries();
   const std::size_t count = shapes.size() - begin;

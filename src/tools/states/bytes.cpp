@@ -56,6 +56,10 @@ class StoredBytes : public Bytes {
   std::uint64_t size_, at_ = 0;
 };
 
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
 /// Copies the whole member into a file without a name, in the folder for temporary files.
 std::unique_ptr<Bytes> unpacked(zip_file_t* member, std::uint64_t size, const std::string& name) {
   std::error_code missing;
@@ -64,7 +68,7 @@ std::unique_ptr<Bytes> unpacked(zip_file_t* member, std::uint64_t size, const st
   const int descriptor = mkstemp(path.data());
   if (descriptor < 0) throw std::invalid_argument(path + ": cannot be created, to unpack " + name);
   unlink(path.c_str());
-  const std::unique_ptr<std::FILE, decltype(&std::fclose)> file(fdopen(dup(descriptor), "wb"), &std::fclose);
+  const std::unique_ptr<std::FILE, CloseFile> file(fdopen(dup(descriptor), "wb"));
   std::array<char, 1 << 16> buffer;
   std::uint64_t unpacked = 0;
   zip_int64_t got = 0;
