@@ -38,8 +38,8 @@ LEFT_OUT = {"computation_time", "cycle", "node_start", "seq", "lookahead"}
 
 def missing(group):
     """Why a group cannot be asked here; empty if it can."""
-    if group == "two_robots" and rospkg.RosPack().get_manifest("robot_state_publisher").version == "1.15.0":
-        return "robot_state_publisher 1.15.0 has no tf_prefix"
+    if group == "two_robots" and rospkg.RosPack().get_manifest("robot_state_publisher").version in ("1.15.0", "1.15.1"):
+        return "robot_state_publisher before 1.15.2 has no tf_prefix"
     return robots.missing(group)
 
 
