@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Runs every block of every README.md, literally, and compares what it prints with what the README shows. Also looks
-whether the files and headings that a document links to, and the files that it names, exist.
+whether the files and headings that a document links to, and the files that it names, exist. Or runs the blocks of one
+tutorial, a page below config/tutorials that begins with nothing but the built package.
 
-usage: readme_test.py SOURCE_DIR BUILD_DIR [--gtest_output=xml:FILE]
+usage: readme_test.py SOURCE_DIR BUILD_DIR [TUTORIAL] [--gtest_output=xml:FILE]
 
 A block is indented by four spaces, or fenced. What is done with each is told by its first words, in BLOCKS; a block that is
 not listed there fails. Commands run one after the other in one shell, in a folder that looks like a clone of the repository
@@ -53,7 +54,14 @@ CHEAPER = {
         f"-DBUILD_SHARED_LIBS=OFF -DCMAKE_INSTALL_PREFIX=$PWD/installed_narrowphase {WITHOUT} && "
         "(cd narrowphase && ctest -N) | grep narrowphase_closed_form_test && "
         "cp without_ros/src/narrowphase/libproximity_narrowphase.a narrowphase/src/narrowphase/ && cmake --install narrowphase",
+    # The development space of the build of this test: find_package() takes it as it takes a prefix, see source_of_scene().
+    "cmake -S proximity_server -B build && cmake --build build -j$(nproc) && cmake --install build --prefix ~/proximity":
+        f"ln -s {BUILD}/devel ~/proximity",
 }
+
+# What a tutorial needs besides the repository; it is skipped without.
+EXAMPLE_ROBOTS = SOURCE.parent / "shared" / "robots" / "example-robot-data"
+NEEDS = {"ur5.md": EXAMPLE_ROBOTS}
 
 # The same without a Slurm: one task, as Slurm would start it.
 SLURM_TASK = re.compile(r"^sbatch --array=1-8 ")
@@ -159,8 +167,8 @@ def like_a_clone(folder):
     return folder
 
 
-class Readme(unittest.TestCase):
-    """The blocks, in their order, become its test cases."""
+class Document(unittest.TestCase):
+    """The blocks, in their order, become the test cases of a class that is derived from it. This one has what is done with them."""
 
     @classmethod
     def setUpClass(cls):
@@ -173,14 +181,10 @@ class Readme(unittest.TestCase):
         # What a user has set of his own: it must outlive the commands.
         (cls.folder.parent / "robots").mkdir()
         cls.own_packages = str(cls.folder.parent / "robots")
-        port = free_port()
+        cls.port = free_port()
         cls.shell = Shell(cls.folder, {
             **kept, "HOME": str(cls.folder.parent), "ROS_PACKAGE_PATH": cls.own_packages, "ROS_HOSTNAME": "localhost",
-            "ROS_HOME": str(cls.folder.parent / "ros"), "ROS_MASTER_URI": f"http://localhost:{port}"})
-        robot = Shell(cls.folder, dict(cls.shell.environment))
-        robot.run("source build/devel/setup.bash")
-        cls.start(robot, f"roslaunch -p {port} {SOURCE}/test/readme/robot.launch")
-        wait_until(lambda: answers(port), "the ROS master")  # else the next roslaunch would start another one
+            "ROS_HOME": str(cls.folder.parent / "ros"), "ROS_MASTER_URI": f"http://localhost:{cls.port}"})
 
     @classmethod
     def start(cls, shell, command):
@@ -189,38 +193,6 @@ class Readme(unittest.TestCase):
         with open(output, "w") as file:
             cls.processes.append(shell.start(command, file))
         return output
-
-    def test_what_the_examples_leave_is_ignored_by_git(self):
-        """The last test case, by its name."""
-        if not shutil.which("git"):
-            self.skipTest("there is no git")
-        left = {path.name for path in self.folder.iterdir() if not path.is_symlink()} - OWN_FILES
-        if "states.npy" not in left:
-            self.skipTest("the examples did not run before")
-        clone = self.folder.parent / "clone"
-        subprocess.run(["git", "init", "-q", clone], check=True)
-        shutil.copy(SOURCE / ".gitignore", clone)  # git follows no link to it
-        names = [name + "/" if (self.folder / name).is_dir() else name for name in sorted(left)]
-        ignored = subprocess.run(["git", "-C", clone, "check-ignore", *names], stdout=subprocess.PIPE, text=True, check=False).stdout
-        self.assertEqual(left, {name.rstrip("/") for name in ignored.split()})
-
-    # --- What is done with a block.
-
-    def test_links_of_every_document_lead_to_a_file_and_a_heading(self):
-        self.assertEqual({}, {str(path): found for path in documents() if (found := list(broken_links(path)))})
-
-    def test_the_top_readme_takes_ten_kilobytes_at_most(self):
-        self.assertLessEqual((SOURCE / "README.md").stat().st_size, 10_000)
-
-    def test_files_that_a_document_names_exist(self):
-        self.assertEqual({}, {str(path): found for path in documents() if (found := list(missing_paths(path)))})
-
-    def test_the_way_of_a_newcomer_leads_to_an_answer(self):
-        kept = {name: os.environ[name] for name in ("PATH", "LANG", "CMAKE_CXX_COMPILER_LAUNCHER") if name in os.environ}
-        result = subprocess.run([SOURCE / "test" / "readme" / "newcomer" / "newcomer.sh", BUILD], capture_output=True, text=True,
-                                env={**kept, "HOME": str(self.folder.parent), "ROS_HOSTNAME": "localhost"}, check=False,
-                                timeout=5 * PATIENCE)
-        self.assertEqual(0, result.returncode, (result.stdout + result.stderr)[-5000:])
 
     def picture(self, text):
         """Nothing: it is no command."""
@@ -250,17 +222,27 @@ class Readme(unittest.TestCase):
             stop(self.processes.pop())
 
     def bridge(self, text):
-        """It prints nothing as long as all is well: it is right when it listens to MoveIt, and goes on."""
+        """It prints nothing as long as all is well: it is right when it listens to MoveIt's topic, and goes on."""
         self.start(self.shell, text)
-        listens = lambda: "/moveit_stream" in self.shell.run("rostopic info /collision_object || true")
+        topic = text.partition("collision_object:=")[2] or "/collision_object"
+        listens = lambda: "/moveit_stream" in self.shell.run(f"rostopic info {topic} || true")
         wait_until(listens, text)
         self.assertIsNone(self.processes[-1].poll())
+
+    def node(self, text):
+        """It starts a ROS master too, and is right when the clearance comes."""
+        self.start(self.shell, text)
+        wait_until(lambda: answers(self.port), "the ROS master")
+        self.wait_for_clearance()
+
+    def wait_for_clearance(self):
+        self.shell.run(f"timeout {PATIENCE:g} rostopic echo -n 1 /proximity_server/clearance/cycle")
 
     def workspace(self, text):
         self.assertNotRegex(commands_of_all(), r"(?m)(-o (\./)?devel/lib/proximity_server/\w+_test|^all: test/)", "the build builds the tests")
         self.commands(text)
         self.assertIn(self.own_packages, self.shell.environment["ROS_PACKAGE_PATH"].split(":"))
-        self.shell.run(f"timeout {PATIENCE:g} rostopic echo -n 1 /proximity_server/clearance/cycle")
+        self.wait_for_clearance()
 
     def service_calls(self, text):
         for line in text.splitlines():
@@ -293,6 +275,12 @@ class Readme(unittest.TestCase):
             self.assertRegex(known, rf"(?m)^  {words[0]}\b")
             for option in (word for word in words if word.startswith("--")):
                 self.assertIn(option, known)
+
+    def file(self, text):
+        """Becomes the file that the comment in its first line names."""
+        path = self.shell.folder / re.match(r"\W+([\w./]+)", text)[1]
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text + "\n")
 
     def file_of_test(self, text):
         """Becomes a file of a package, which passes; with another minimum it fails with the worst moment."""
@@ -401,6 +389,64 @@ class Readme(unittest.TestCase):
         self.shell.run(f"CMAKE_PREFIX_PATH={prefix} ROS_PACKAGE_PATH={prefix}/share rosrun proximity_server clearance --help")
 
 
+class Readmes(Document):
+    """All of them, beside a ROS master and the moving robot of the demo."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        robot = Shell(cls.folder, dict(cls.shell.environment))
+        robot.run("source build/devel/setup.bash")
+        cls.start(robot, f"roslaunch -p {cls.port} {SOURCE}/test/readme/robot.launch")
+        wait_until(lambda: answers(cls.port), "the ROS master")  # else the next roslaunch would start another one
+
+    def test_what_the_examples_leave_is_ignored_by_git(self):
+        """The last test case, by its name."""
+        if not shutil.which("git"):
+            self.skipTest("there is no git")
+        left = {path.name for path in self.folder.iterdir() if not path.is_symlink()} - OWN_FILES
+        if "states.npy" not in left:
+            self.skipTest("the examples did not run before")
+        clone = self.folder.parent / "clone"
+        subprocess.run(["git", "init", "-q", clone], check=True)
+        shutil.copy(SOURCE / ".gitignore", clone)  # git follows no link to it
+        names = [name + "/" if (self.folder / name).is_dir() else name for name in sorted(left)]
+        ignored = subprocess.run(["git", "-C", clone, "check-ignore", *names], stdout=subprocess.PIPE, text=True, check=False).stdout
+        self.assertEqual(left, {name.rstrip("/") for name in ignored.split()})
+
+    def test_links_of_every_document_lead_to_a_file_and_a_heading(self):
+        self.assertEqual({}, {str(path): found for path in documents() if (found := list(broken_links(path)))})
+
+    def test_the_top_readme_takes_ten_kilobytes_at_most(self):
+        self.assertLessEqual((SOURCE / "README.md").stat().st_size, 10_000)
+
+    def test_files_that_a_document_names_exist(self):
+        self.assertEqual({}, {str(path): found for path in documents() if (found := list(missing_paths(path)))})
+
+    def test_the_way_of_a_newcomer_leads_to_an_answer(self):
+        kept = {name: os.environ[name] for name in ("PATH", "LANG", "CMAKE_CXX_COMPILER_LAUNCHER") if name in os.environ}
+        result = subprocess.run([SOURCE / "test" / "readme" / "newcomer" / "newcomer.sh", BUILD], capture_output=True, text=True,
+                                env={**kept, "HOME": str(self.folder.parent), "ROS_HOSTNAME": "localhost"}, check=False,
+                                timeout=5 * PATIENCE)
+        self.assertEqual(0, result.returncode, (result.stdout + result.stderr)[-5000:])
+
+    def test_a_tutorial_takes_eight_kilobytes_at_most(self):
+        self.assertEqual([], [path.name for path in tutorials() if path.stat().st_size > 8_000])
+
+
+class Tutorial(Document):
+    """One of them, in the folder that has the clone, in a shell for the built package. It starts its own master."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        if EXAMPLE_ROBOTS.exists():
+            pathlib.Path(cls.own_packages, EXAMPLE_ROBOTS.name).symlink_to(EXAMPLE_ROBOTS)
+        cls.shell.run("source build/devel/setup.bash && export PATH=$PWD/build/devel/lib/proximity_server:$PATH && "
+                      f"export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:/usr/share:{cls.own_packages}")
+        cls.shell.folder = cls.folder.parent
+
+
 def commands_of_all():
     """How the target `all` is built, a line each: its commands with Ninja, its rules with make."""
     if (BUILD / "build.ninja").exists():
@@ -410,8 +456,13 @@ def commands_of_all():
 
 def documents():
     """Every document in Markdown, but those of which others are made."""
-    return readmes() + sorted(path for path in SOURCE.glob("**/[A-Z]*.md") if path.name != "README.md" and ".template" not in path.name
-                              and path.relative_to(SOURCE).parts[0] != "build")
+    return readmes() + tutorials() + sorted(
+        path for path in SOURCE.glob("**/[A-Z]*.md") if path.name != "README.md" and ".template" not in path.name
+        and path.relative_to(SOURCE).parts[0] != "build")
+
+
+def tutorials():
+    return sorted((SOURCE / "config" / "tutorials").glob("*.md"))
 
 
 def readmes():
@@ -456,28 +507,32 @@ def missing_paths(path):
 
 # What is done with the blocks that begin like this.
 BLOCKS = (
-    ("system\nnarrowphase/layer_guard", Readme.picture),  # the order of the rooms, which rooms_test reads
-    ("./dev ", Readme.dev),
-    ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Readme.workspace),
-    ("rosservice call ", Readme.service_calls),
-    ("rostopic echo ", Readme.commands),
-    ("roslaunch proximity_server moveit_stream.launch", Readme.bridge),
-    ("rosrun dynamic_reconfigure ", Readme.commands),
-    ("export PATH=", Readme.commands),
-    ("echo : > hosts.txt", Readme.engines),
-    ("sbatch ", Readme.engines),  # merges the parts of the one before
-    ("$ ", Readme.shown_output),
-    (">>> ", Readme.python_session),
-    ("<launch>", Readme.file_of_test),
-    ("objects:", Readme.file_of_objects),
-    ("pair_stop_distance:", Readme.thresholds),
-    ("rostest ", Readme.rostest),
-    ("cmake -S . -B build -DBUILD_TESTING=ON", Readme.commands),
-    ("cmake -S . -B build -DPROXIMITY_NARROWPHASE_ONLY=ON", Readme.commands),
-    ("#!/usr/bin/env python3\n\"\"\"Publishes on `may_move`", Readme.gate),
-    ("find_package(proximity_server", Readme.find_package),
-    ("#include <proximity_server/", Readme.source),
-    ("#include <iostream>", Readme.source_of_scene),
+    ("system\nnarrowphase/layer_guard", Document.picture),  # the order of the rooms, which rooms_test reads
+    ("./dev ", Document.dev),
+    ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Document.workspace),
+    ("rosservice call ", Document.service_calls),
+    ("rostopic echo ", Document.commands),
+    ("roslaunch proximity_server moveit_stream.launch", Document.bridge),
+    ("rosrun proximity_server moveit_stream ", Document.bridge),
+    ("roslaunch ", Document.node),
+    ("rosrun dynamic_reconfigure ", Document.commands),
+    ("export PATH=", Document.commands),
+    ("export UR5=", Document.commands),
+    ("sed -i ", Document.commands),
+    (("# ur5_proximity/", "<!-- ur5_proximity/", "# mine/", "// mine/"), Document.file),
+    ("echo : > hosts.txt", Document.engines),
+    ("sbatch ", Document.engines),  # merges the parts of the one before
+    ("$ ", Document.shown_output),
+    (">>> ", Document.python_session),
+    ("<launch>", Document.file_of_test),
+    ("objects:", Document.file_of_objects),
+    ("pair_stop_distance:", Document.thresholds),
+    ("rostest ", Document.rostest),
+    ("cmake -S ", Document.commands),
+    ("#!/usr/bin/env python3\n\"\"\"Publishes on `may_move`", Document.gate),
+    ("find_package(proximity_server", Document.find_package),
+    ("#include <proximity_server/", Document.source),
+    ("#include <iostream>", Document.source_of_scene),
 )
 
 
@@ -494,16 +549,23 @@ def known(function, text):
     return lambda self: function(self, text)
 
 
-def add_blocks():
-    """Each block of each README.md becomes a test case; unittest runs them in the order of their names."""
-    for file, path in enumerate(readmes()):
+def add_blocks(test_case, paths):
+    """Each block of the documents becomes a test case; unittest runs them in the order of their names."""
+    for file, path in enumerate(paths):
+        needed = NEEDS.get(path.name, SOURCE)
         for line, _, text in blocks(path):
             functions = [function for beginning, function in BLOCKS if text.startswith(beginning)]
             name = path.relative_to(SOURCE).with_suffix("").as_posix().replace("/", "_")
             case = known(functions[0], text) if functions else unknown(text)
-            setattr(Readme, f"test_{file:02}_{name}_line_{line:04}", case)
+            skipped = unittest.skipUnless(needed.exists(), f"there is no ../{needed.relative_to(SOURCE.parent)}")
+            setattr(test_case, f"test_{file:02}_{name}_line_{line:04}", skipped(case))
 
 
 if __name__ == "__main__":
-    add_blocks()
-    rosunit.unitrun("proximity_server", "readme_test", Readme)
+    tutorial = [SOURCE / argument for argument in sys.argv[3:] if argument.endswith(".md")]
+    if tutorial:
+        add_blocks(Tutorial, tutorial)
+        rosunit.unitrun("proximity_server", f"tutorial_{tutorial[0].stem}_test", Tutorial)
+    else:
+        add_blocks(Readmes, readmes())
+        rosunit.unitrun("proximity_server", "readme_test", Readmes)
