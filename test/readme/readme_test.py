@@ -239,7 +239,8 @@ class Document(unittest.TestCase):
         self.shell.run(f"timeout {PATIENCE:g} rostopic echo -n 1 /proximity_server/clearance/cycle")
 
     def workspace(self, text):
-        self.assertNotRegex(commands_of_all(), r"(?m)(-o (\./)?devel/lib/proximity_server/\w+_test|^all: test/)", "the build builds the tests")
+        self.assertNotRegex(commands_of_all(), r"(?m)(-o (\./)?devel/lib/proximity_server/\w+_test|^all: test/)",
+                            "the build builds the tests")
         self.commands(text)
         self.assertIn(self.own_packages, self.shell.environment["ROS_PACKAGE_PATH"].split(":"))
         self.wait_for_clearance()
