@@ -7,13 +7,79 @@
 #include <nlohmann/json.hpp>
 
 #include <array>
-#include <charconv>
-#include <stdexcept>
+#include <cmath>
+#include <optional>
+#include <string_view>
 
 namespace proximity_server::tools {
 namespace {
 
-using Row = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
+
+/// Appends the columns of a row to a text: their names, as the header of a CSV; their values, as a row of it; or both, as
+/// an object of JSON. The same functions add the columns to all three, so that these cannot differ.
+class Row {
+ public:
+  enum class Form : unsigned char { CsvHeader, CsvRow, JsonObject };
+
+  Row(Form form, std::string& to) : form_(form), to_(to) {}
+  /// The format must be that of a text.
+  Row(RowFormat format, std::string& to) : Row(format == RowFormat::Json ? Form::JsonObject : Form::CsvRow, to) {}
+
+  template <typename Value>
+  void add(std::string_view column, const Value& value) {
+    if (has_columns_ || isJson()) to_ += has_columns_ ? ',' : '{';
+    has_columns_ = true;
+    if (isJson()) to_ += '"';
+    if (form_ != Form::CsvRow) to_ += column;
+    if (isJson()) to_ += "\":";
+    if (form_ != Form::CsvHeader) append(value);
+  }
+
+  /// Ends a row, which must have columns.
+  void end() {
+    if (isJson()) to_ += '}';
+  }
+
+ private:
+  bool isJson() const { return form_ == Form::JsonObject; }
+
+  void append(std::uint64_t number) { to_ += std::to_string(number); }
+
+  void append(double number) {
+    if (!isJson()) {
+      to_ += shortest(number);
+      return;
+    }
+    if (!std::isfinite(number)) return append(Json());
+    // As Json::dump() writes it, without what that allocates. Some numbers have more digits than the shortest text.
+    std::array<char, 64> text;
+    to_.append(text.data(), nlohmann::detail::to_chars(text.data(), text.data() + text.size(), number));
+  }
+
+  /// A word that needs no quotes in CSV.
+  void append(const char* word) {
+    if (isJson()) to_ += '"';
+    to_ += word;
+    if (isJson()) to_ += '"';
+  }
+
+  void append(const std::string& name) {
+    if (isJson()) return append(Json(name));
+    to_ += csvField(name);
+  }
+
+  void append(std::optional<bool> decided) {
+    to_ += decided ? *decided ? "true" : "false" : isJson() ? "null" : "unknown";
+  }
+
+  /// A URDF may contain any bytes: those that are not UTF-8 are replaced, because dump() would throw for them.
+  void append(const Json& json) { to_ += json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+  const Form form_;
+  std::string& to_;
+  bool has_columns_ = false;
+};
 
 const char* statusName(narrowphase::Status status) {
   switch (status) {
@@ -31,10 +97,8 @@ const char* statusName(narrowphase::Status status) {
   return "unknown";
 }
 
-void addVector(const std::string& name, const Eigen::Vector3d& vector, Row& row) {
-  row[name + "_x"] = vector.x();
-  row[name + "_y"] = vector.y();
-  row[name + "_z"] = vector.z();
+void addVector(const std::array<const char*, 3>& columns, const Eigen::Vector3d& vector, Row& row) {
+  for (int i = 0; i < 3; ++i) row.add(columns[static_cast<std::size_t>(i)], vector[i]);
 }
 
 /// A robot and what stands around it; nullptr: nothing.
@@ -43,62 +107,56 @@ struct Surroundings {
   const scene::Objects* objects;
 };
 
-void addNames(const std::string& prefix, const scene::ShapeRefPair& pair, const Surroundings& named, Row& row) {
-  row[prefix + "link_a"] = nameOf(pair.a, named.robot, named.objects);
-  row[prefix + "link_b"] = nameOf(pair.b, named.robot, named.objects);
-}
-
 void addPair(const scene::PairProximity& pair, const Surroundings& named, Row& row) {
-  addNames("", pair.asked, named, row);
-  row["distance"] = pair.result.distance;
-  row["lower"] = pair.result.lower_bound;
-  row["upper"] = pair.result.upper_bound;
-  addVector("point_a", pair.result.point_a, row);
-  addVector("point_b", pair.result.point_b, row);
-  addVector("normal", pair.result.normal, row);
-  row["status"] = statusName(pair.result.status);
-  row["representation"] = toString(pair.representation);
+  row.add("link_a", nameOf(pair.asked.a, named.robot, named.objects));
+  row.add("link_b", nameOf(pair.asked.b, named.robot, named.objects));
+  row.add("distance", pair.result.distance);
+  row.add("lower", pair.result.lower_bound);
+  row.add("upper", pair.result.upper_bound);
+  addVector({"point_a_x", "point_a_y", "point_a_z"}, pair.result.point_a, row);
+  addVector({"point_b_x", "point_b_y", "point_b_z"}, pair.result.point_b, row);
+  addVector({"normal_x", "normal_y", "normal_z"}, pair.result.normal, row);
+  row.add("status", statusName(pair.result.status));
+  row.add("representation", toString(pair.representation));
 }
 
-/// Whether there is contact; null if that is not decided.
-Row contactOf(const scene::RobotTimeOfContact& contact) {
-  if (contact.contact) return true;
-  return contact.status == narrowphase::Status::Converged ? Row(false) : Row();
+/// Whether there is contact; nullopt if that is not decided.
+std::optional<bool> contactOf(const scene::RobotTimeOfContact& contact) {
+  if (!contact.contact && contact.status != narrowphase::Status::Converged) return std::nullopt;
+  return contact.contact;
 }
 
 void addContact(const SegmentClearance& answer, const Surroundings& named, Row& row) {
-  row["contact"] = contactOf(answer.contact);
-  row["t_free"] = answer.segment.timeAt(answer.contact.t_free);
-  row["t_contact"] = answer.segment.timeAt(answer.contact.t_contact);
-  addNames("contact_", answer.contact.pair.asked, named, row);
+  const scene::ShapeRefPair& pair = answer.contact.pair.asked;
+  row.add("contact", contactOf(answer.contact));
+  row.add("t_free", answer.segment.timeAt(answer.contact.t_free));
+  row.add("t_contact", answer.segment.timeAt(answer.contact.t_contact));
+  row.add("contact_link_a", nameOf(pair.a, named.robot, named.objects));
+  row.add("contact_link_b", nameOf(pair.b, named.robot, named.objects));
 }
 
 // These functions define the columns and their order.
 
-Row stateColumns(long state, const scene::PairProximity& pair, const Surroundings& named,
-                 const scene::LevelThresholds* thresholds) {
-  Row row;
-  row["state"] = state;
+void addState(std::uint64_t state, const scene::PairProximity& pair, const Surroundings& named,
+              const scene::LevelThresholds* thresholds, Row& row) {
+  row.add("state", state);
   addPair(pair, named, row);
   const bool is_known = pair.result.status != narrowphase::Status::Unknown;
-  if (thresholds) row["level"] = is_known ? toString(scene::levelOf(pair, *thresholds).level) : "INVALID";
-  return row;
+  if (thresholds) row.add("level", is_known ? toString(scene::levelOf(pair, *thresholds).level) : "INVALID");
 }
 
-Row segmentColumns(const SegmentClearance& answer, const scene::RobotModel& robot) {
+void addSegment(const SegmentClearance& answer, const scene::RobotModel& robot, Row& row) {
   scene::PairProximity closest = answer.minimum.pair;
   closest.result.lower_bound = answer.minimum.lower_bound;
   closest.result.upper_bound = answer.minimum.upper_bound;
   closest.result.status = answer.minimum.status;
-  Row row;
-  row["segment"] = answer.segment.number;
-  row["t_begin"] = answer.segment.begin;
-  row["t_end"] = answer.segment.end;
-  row["t_minimum"] = answer.segment.timeAt(answer.minimum.time);
+  row.add("segment", static_cast<std::uint64_t>(answer.segment.number));
+  row.add("t_begin", answer.segment.begin);
+  row.add("t_end", answer.segment.end);
+  row.add("t_minimum", answer.segment.timeAt(answer.minimum.time));
   const Surroundings named{robot, answer.segment.objects.get()};
   addPair(closest, named, row);
   addContact(answer, named, row);
-  return row;
 }
 
 const char* verdictName(Verdict verdict) {
@@ -113,63 +171,52 @@ const char* verdictName(Verdict verdict) {
   return "unknown";
 }
 
-Row verdictColumns(long state, Verdict verdict, const std::string& link_a, const std::string& link_b) {
-  return {{"state", state}, {"verdict", verdictName(verdict)}, {"link_a", link_a}, {"link_b", link_b}};
+void addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair, const Surroundings& named,
+                Row& row) {
+  row.add("state", state);
+  row.add("verdict", verdictName(verdict));
+  row.add("link_a", nameOf(pair.a, named.robot, named.objects));
+  row.add("link_b", nameOf(pair.b, named.robot, named.objects));
 }
 
-Row namedPositions(const scene::RobotModel& robot, const scene::Positions& positions) {
-  Row named = Row::object();
+Json namedPositions(const scene::RobotModel& robot, const scene::Positions& positions) {
+  Json named = Json::object();
   for (const scene::JointRange& range : scene::jointRanges(robot))
     named[robot.joints[range.joint].name] = positions[range.joint];
   return named;
 }
 
-/// The first row of a CSV, made by the same functions as the others, so that the two cannot differ.
-std::string csvHeader(const Row& columns) {
-  std::string header;
-  for (const auto& [name, value] : columns.items()) header += (header.empty() ? "" : ",") + name;
-  return header;
-}
-
-std::string fieldOf(const Row& value) {
-  if (value.is_null()) return "unknown";
-  if (value.is_string()) return csvField(value.get<std::string>());
-  return value.is_number_float() ? shortest(value.get<double>()) : value.dump();
-}
-
-std::string textOf(const Row& row, RowFormat format) {
-  std::string line;
-  switch (format) {
-    case RowFormat::Csv:
-      for (const Row& value : row) line += (line.empty() ? "" : ",") + fieldOf(value);
-      return line;
-    case RowFormat::Json:
-      // A URDF may contain any bytes: those that are not UTF-8 are replaced, because dump() would throw for them.
-      return row.dump(-1, ' ', false, Row::error_handler_t::replace);
-    case RowFormat::Npy:
-      break;
-  }
-  throw std::logic_error("a row of .npy is no text");
-}
-
 }  // namespace
 
 OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, LevelColumn levels) {
-  if (selection.kind == PairSelection::Kind::Any)
-    return {format, csvHeader(verdictColumns(0, Verdict::Unknown, "", "")), npyIntegerFor(pairs).type()};
+  std::string header;
+  Row columns(Row::Form::CsvHeader, header);
+  if (selection.kind == PairSelection::Kind::Any) {
+    addVerdict(0, {}, {}, {{}, nullptr}, columns);
+    return {format, header, npyIntegerFor(pairs).type()};
+  }
   const scene::LevelThresholds any;
-  const Row columns = stateColumns(0, {}, {{}, nullptr}, levels == LevelColumn::With ? &any : nullptr);
-  return {format, csvHeader(columns), npyPairType()};
+  addState(0, {}, {{}, nullptr}, levels == LevelColumn::With ? &any : nullptr, columns);
+  return {format, header, npyPairType()};
 }
 
-OutputFormat segmentFormat(RowFormat format) { return {format, csvHeader(segmentColumns({}, {})), ""}; }
+OutputFormat segmentFormat(RowFormat format) {
+  std::string header;
+  Row columns(Row::Form::CsvHeader, header);
+  addSegment({}, {}, columns);
+  return {format, header, ""};
+}
 
 std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format) {
-  Row row = segmentColumns(answer, robot);
+  std::string text;
+  Row row(format, text);
+  addSegment(answer, robot, row);
   if (format == RowFormat::Json)
-    row["contact_state"] =
-        answer.contact.contact ? namedPositions(robot, answer.segment.positionsAt(answer.contact.t_contact)) : Row();
-  return textOf(row, format);
+    row.add("contact_state", answer.contact.contact
+                                 ? namedPositions(robot, answer.segment.positionsAt(answer.contact.t_contact))
+                                 : Json());
+  row.end();
+  return text;
 }
 
 PairColumns::PairColumns(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links)
@@ -190,16 +237,7 @@ StateRows::StateRows(const ClearanceQuestion& question, RowFormat format)
       format_(format),
       between_(this->format().between),
       numbers_(question.pairs, question.model->robot.links.size()),
-      integer_(npyIntegerFor(question.pairs.size())) {
-  if (question.selection.kind != PairSelection::Kind::Any || format == RowFormat::Npy) return;
-  const std::vector<scene::Link>& links = question.model->robot.links;
-  for (const scene::ShapeRefPair& pair : question.pairs)
-    below_.push_back(restOf(Verdict::Below, links[pair.a.link()].name, links[pair.b.link()].name));
-  above_ = restOf(Verdict::Above, "", "");
-  unknown_ = restOf(Verdict::Unknown, "", "");
-  const std::string row = textOf(verdictColumns(0, Verdict::Unknown, "", ""), format);
-  verdict_begin_ = row.substr(0, row.find('0'));
-}
+      integer_(npyIntegerFor(question.pairs.size())) {}
 
 OutputFormat StateRows::format() const {
   return stateFormat(format_, question_.selection, question_.pairs.size(),
@@ -208,14 +246,15 @@ OutputFormat StateRows::format() const {
 
 void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, const scene::Objects* objects,
                         WrittenRows& to) const {
-  const scene::LevelThresholds* const thresholds = question_.thresholds ? &*question_.thresholds : nullptr;
   if (format_ == RowFormat::Npy) {
     appendNpy({state, numbers_.of(pair.asked), pair.result.distance, pair.result.lower_bound, pair.result.upper_bound},
               to.bytes);
   } else {
-    separate(to);
-    const Surroundings named{question_.model->robot, objects};
-    to.bytes += textOf(stateColumns(static_cast<long>(state), pair, named, thresholds), format_);
+    if (to.rows > 0) to.bytes += between_;
+    Row row(format_, to.bytes);
+    addState(state, pair, {question_.model->robot, objects}, question_.thresholds ? &*question_.thresholds : nullptr,
+             row);
+    row.end();
   }
   ++to.rows;
 }
@@ -223,38 +262,16 @@ void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, c
 void StateRows::addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair,
                            const scene::Objects* objects, WrittenRows& to) const {
   constexpr int kAbove = -1, kUnknown = -2;
-  const bool is_below = verdict == Verdict::Below;
-  const int number = is_below ? numbers_.of(pair) : verdict == Verdict::Above ? kAbove : kUnknown;
-  const scene::RobotModel& robot = question_.model->robot;
   if (format_ == RowFormat::Npy) {
-    integer_.append(number, to.bytes);
-  } else if (!is_below) {
-    addVerdictText(state, verdict == Verdict::Above ? above_ : unknown_, to);
-  } else if (number >= 0) {
-    addVerdictText(state, below_[number], to);
+    const bool is_below = verdict == Verdict::Below;
+    integer_.append(is_below ? numbers_.of(pair) : verdict == Verdict::Above ? kAbove : kUnknown, to.bytes);
   } else {
-    addVerdictText(state, restOf(verdict, nameOf(pair.a, robot, objects), nameOf(pair.b, robot, objects)), to);
+    if (to.rows > 0) to.bytes += between_;
+    Row row(format_, to.bytes);
+    tools::addVerdict(state, verdict, pair, {question_.model->robot, objects}, row);
+    row.end();
   }
   ++to.rows;
-}
-
-void StateRows::separate(WrittenRows& to) const {
-  if (to.rows > 0) to.bytes += between_;
-}
-
-void StateRows::addVerdictText(std::uint64_t state, const std::string& rest, WrittenRows& to) const {
-  std::array<char, 24> digits;
-  char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), state).ptr;
-  separate(to);
-  to.bytes += verdict_begin_;
-  to.bytes.append(digits.data(), static_cast<std::size_t>(end - digits.data()));
-  to.bytes += rest;
-}
-
-/// The text of a row behind the number of its state.
-std::string StateRows::restOf(Verdict verdict, const std::string& link_a, const std::string& link_b) const {
-  const std::string row = textOf(verdictColumns(0, verdict, link_a, link_b), format_);
-  return row.substr(row.find('0') + 1);
 }
 
 }  // namespace proximity_server::tools

@@ -59,24 +59,16 @@ class StateRows {
   void addPair(std::uint64_t state, const scene::PairProximity& pair, const scene::Objects* objects,
                WrittenRows& to) const;
 
-  /// The verdict about a state, with the pair that is below.
+  /// The verdict about a state, with the pair that is below, or one without links.
   void addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair, const scene::Objects* objects,
                   WrittenRows& to) const;
 
  private:
-  void separate(WrittenRows& to) const;
-  void addVerdictText(std::uint64_t state, const std::string& rest, WrittenRows& to) const;
-  std::string restOf(Verdict verdict, const std::string& link_a, const std::string& link_b) const;
-
   const ClearanceQuestion& question_;
   RowFormat format_;
   std::string between_;
   PairColumns numbers_;
   NpyInteger integer_;
-  // The text of a verdict before its state, and what follows: for each pair that is below, and for those without a
-  // pair.
-  std::string verdict_begin_, above_, unknown_;
-  std::vector<std::string> below_;
 };
 
 }  // namespace proximity_server::tools
