@@ -24,4 +24,4 @@ SineCosine sineAndCosine(double angle);
 /// Failure: as std::atan2(), where both arguments are zero or one is not finite.
 double angleOf(double sine, double cosine);
 
-}  // namespace proximity_server::scene
+}  // namespace proximity_server::narrowphase

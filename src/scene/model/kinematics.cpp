@@ -1,8 +1,8 @@
 #include "proximity_server/scene/model/kinematics.h"
 
+#include "proximity_server/narrowphase/angle.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/body_pose.h"
-#include "proximity_server/narrowphase/angle.h"
 
 #include <stdexcept>
 
