@@ -3,6 +3,7 @@
 
 import importlib
 import pathlib
+import sys
 import tempfile
 import unittest
 
@@ -57,6 +58,8 @@ class Interface(unittest.TestCase):
 
     def test_a_rule_migrates_a_message_of_before(self):
         """As a release after this one does: the file has one rule more, for a message that had one field less."""
+        if sys.version_info >= (3, 13):
+            self.skipTest("rosbag 1.17.0 takes no rules with Python 3.13, whose locals() has not what exec() made")
         today = QueryStatus._full_text
         before = today.replace("string message", "#")
         self.assertNotEqual(today, before)
