@@ -219,8 +219,9 @@ class Space:
             around = self.corners[outline(self.seen(axes, self.corners))]
             axes.add_collection3d(Poly3DCollection([around], facecolor=CSO, edgecolor=CSO, linewidth=1.0, alpha=0.18,
                                                    zorder=1))
-            axes.add_collection3d(Line3DCollection(self.edges, colors=CSO, zorder=2,
-                                                   linewidths=0.7 if len(self.edges) < FEW_EDGES else 0.2))
+            if len(self.edges):  # a round CSO has none
+                axes.add_collection3d(Line3DCollection(self.edges, colors=CSO, zorder=2,
+                                                       linewidths=0.7 if len(self.edges) < FEW_EDGES else 0.2))
         else:
             axes.plot(*self.corners.T, color=CSO, marker=".", linewidth=1.5)
         axes.plot([0], [0], [0], color="black", marker="+", markersize=10, markeredgewidth=1.4, zorder=10)

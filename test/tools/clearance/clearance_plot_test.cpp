@@ -88,6 +88,7 @@ TEST_F(ClearancePlotTest, MarksOfContactsDoNotLieOverTheCurve) {
       files_.write("rows.csv", run("time,slide\n10,0\n14,-2\n15,2\n16,1\n", "--trajectory --no-filter").output);
   const std::string script = files_.write("check.py", R"(
 import sys
+import matplotlib.collections
 import numpy
 sys.path.insert(0, sys.argv[1])
 import clearance_plot
@@ -98,7 +99,8 @@ panel.figure.canvas.draw()
 height = panel.get_ylim()
 lowest = min(float(row["lower"]) for row in rows)
 share = (lowest - height[0]) / (height[1] - height[0])
-marks = [box for box in panel.collections if type(box).__name__ == "BrokenBarHCollection"]
+bars = "BrokenBarHCollection" if hasattr(matplotlib.collections, "BrokenBarHCollection") else "PolyCollection"
+marks = [box for box in panel.collections if type(box).__name__ == bars]
 assert len(marks) == 1
 tops = [path.vertices[:, 1].max() for path in marks[0].get_paths()]
 assert max(tops) < share, (tops, share)
