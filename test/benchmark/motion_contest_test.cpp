@@ -186,7 +186,11 @@ TEST(FclAdvancement, IsTheSameInOurLoopWithItsOwnErrorOfTheTime) {
       const ContactAnswer theirs = fclAdvancement(fcl::GST_LIBCCD).ask(pair),
                           ours = fclAdvancementWithin(1e-4).ask(pair);
       EXPECT_EQ(theirs.contact, ours.contact);
-      EXPECT_EQ(theirs.t_contact, ours.t_contact);
+      if (std::isnan(theirs.t_contact)) {  // libccd of Debian 11 has no answer to some
+        EXPECT_TRUE(std::isnan(ours.t_contact));
+      } else {
+        EXPECT_EQ(theirs.t_contact, ours.t_contact);
+      }
     }
 }
 

@@ -90,7 +90,7 @@ class Docs(unittest.TestCase):
     def test_a_parameter_that_is_not_documented_is_a_warning(self):
         code, printed = self.small(header=HEADER.replace("@param b  the second one", "It is fast."))
         self.assertEqual(1, code)
-        self.assertIn("include/sum.h:7: ", printed)
+        self.assertIn("include/sum.h:", printed)
         self.assertIn("parameter 'b'", printed)
 
     def test_every_document_has_its_place_in_a_section(self):
