@@ -18,7 +18,7 @@ run_test() (
   source "$1/setup.bash"
   set -u
   ROS_PACKAGE_PATH+=:/usr/share
-  rostest client keeps_clear.test
+  rostest src/client/test/keeps_clear.test
 )
 
 for way; do
