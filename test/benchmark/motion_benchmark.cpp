@@ -142,7 +142,7 @@ class Run {
  private:
   /// Returns the time [ns].
   double ask(std::size_t motion) const {
-    volatile int sink = 0;
+    [[maybe_unused]] volatile int sink = 0;
     return timeOf<std::nano>([&] { sink = library_.ask(row_.motions[motion]).queries; });
   }
 
