@@ -16,7 +16,7 @@ import yaml
 
 SOURCE = pathlib.Path(sys.argv[1]).resolve()
 HEADER = """namespace small {
-/// Of two numbers.
+/// The result of add().
 struct Sum {
   int value;
 };

@@ -59,7 +59,7 @@ CHEAPER = {
         f"ln -s {BUILD}/devel ~/proximity",
 }
 
-# What a tutorial needs besides the repository; it is skipped without.
+# The folder that a tutorial needs beside the repository. Without it the test of the tutorial is skipped.
 EXAMPLE_ROBOTS = SOURCE.parent / "shared" / "robots" / "example-robot-data"
 NEEDS = {"ur5.md": EXAMPLE_ROBOTS}
 

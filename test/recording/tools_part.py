@@ -92,7 +92,7 @@ def prepare(options):
     write_bag("slide.bag")
 
 
-# What a tool says only where the user's cache does not have the pieces of a mesh yet.
+# A tool prints this line only if the user's cache does not have the pieces of the mesh yet.
 DECOMPOSING = re.compile(rb'^link ".*": mesh .*: decomposing \d+ triangles\n', re.MULTILINE)
 
 

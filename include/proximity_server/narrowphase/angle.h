@@ -17,10 +17,11 @@ struct SineCosine {
 ///          (the rounding error of a difference).
 SineCosine sineAndCosine(double angle);
 
-/// The angle [rad] from -pi to pi whose sine and cosine have these ratios, as std::atan2(). It has the same bits on
-/// every processor and with every C library, whose last digit differs.
+/// The angle [rad] from -pi to pi whose sine and cosine have these ratios. std::atan2() gives another last digit with
+/// another C library; this has the same bits, unless two libraries round to different multiples of 2^-16, which their
+/// last digit does for one angle in about 2^36.
 ///
-/// Error:   below 4 units in the last place.
+/// Error:   below 4 units in the last place, for arguments between 1e-290 and 1e290.
 /// Failure: as std::atan2(), where both arguments are zero or one is not finite.
 double angleOf(double sine, double cosine);
 

@@ -236,13 +236,16 @@ TEST_F(Mesh, BrokenColladaNamesTheFile) {
       {"far.dae", withNodes("<node><scale>1e300 1 1</scale><instance_geometry url='#g'/></node>"), "not finite"},
       {"nan.dae", withNodes("<node><translate>nan 0 0</translate><instance_geometry url='#g'/></node>"), "not finite"},
       {"matrix.dae", withNodes("<node><matrix>1 0 0</matrix></node>"), ""},
-      {"cut.dae", ColladaText().text().substr(0, 300), ""},
   };
   for (const BrokenFile& file : files) {
     const std::string said = errorOfMesh(file.name, file.content);
     expectSays(said, file.name);
     expectSays(said, file.says);
   }
+  const std::string cut = errorOfMesh("cut.dae", ColladaText().text().substr(0, 300));
+  const bool is_of_assimp_5_0 = cut.find("File came out empty") != std::string::npos;
+  expectSays(cut, "cut.dae");
+  if (!is_of_assimp_5_0) expectSays(cut, "XML");
 }
 
 // Each of these takes assimp all the memory there is, or all the stack.
