@@ -78,4 +78,14 @@ Interior::Place Interior::placeOf(const Vector3d& p, double reach) const {
   return place;
 }
 
+bool Interior::hasSurfaceWithin(const Vector3d& p, double distance) const {
+  if (!(distance > 0.0)) return false;
+  const auto isNear = [&](const Eigen::AlignedBox3d& box) { return box.exteriorDistance(p) <= distance; };
+  return surface_.anyLeaf(isNear, [&](const TriangleBoxes::Node& leaf) {
+    for (int i = leaf.begin; i < leaf.end; ++i)
+      if ((nearestCombination(surface_.triangles[i], p) - p).norm() <= distance) return true;
+    return false;
+  });
+}
+
 }  // namespace proximity_server::scene

@@ -35,17 +35,20 @@ bool isFinal(const narrowphase::SignedDistance& result, const Question& question
 }
 
 void ClosestPieces::offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit) {
+  add({pair, other, isBeyond(other, limit), other.lower_bound, other.upper_bound, other.status});
+}
+
+void ClosestPieces::add(const ClosestPieces& other) {
   if (other.lower_bound < lower_bound) {
     lower_bound = other.lower_bound;
-    lower_bound_status = other.status;
+    lower_bound_status = other.lower_bound_status;
   }
   upper_bound = std::min(upper_bound, other.upper_bound);
-  const bool other_is_beyond = isBeyond(other, limit);
-  const bool closer = is_beyond == other_is_beyond ? other.distance < result.distance : is_beyond;
-  if (!empty() && !closer) return;
-  leaves = pair;
-  result = other;
-  is_beyond = other_is_beyond;
+  const bool closer = is_beyond == other.is_beyond ? other.result.distance < result.distance : is_beyond;
+  if (other.empty() || (!empty() && !closer)) return;
+  leaves = other.leaves;
+  result = other.result;
+  is_beyond = other.is_beyond;
 }
 
 void ClosestPieces::leaveOut(double lower_bound_of_others) {

@@ -42,6 +42,8 @@ struct ClosestPieces {
 
   bool empty() const { return leaves.a < 0; }
   void offer(const LeafPair& pair, const narrowphase::SignedDistance& other, double limit);
+  /// Adds what was found among other pairs, with the same limit.
+  void add(const ClosestPieces& other);
 
   /// States that the other pairs are not computed, because their distance [m] is not below this.
   void leaveOut(double lower_bound_of_others);

@@ -31,7 +31,8 @@ double signedDistance(const Eigen::AlignedBox3d& box, const Vector3d& p) {
 class InteriorSearch {
  public:
   InteriorSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                 const Question& question, Skipping skipping, double within, ClosestPieces& closest)
+                 const Question& question, Skipping skipping, double within, ClosestPieces& closest,
+                 const ClosestPieces* pieces)
       : a_(robot[pair.a]),
         b_(robot[pair.b]),
         a_T_b_(a_T_b),
@@ -44,7 +45,8 @@ class InteriorSearch {
         question_(question),
         skipping_(skipping),
         within_(within),
-        closest_(closest) {}
+        closest_(closest),
+        pieces_(pieces) {}
 
   void run() {
     outer_T_inner_ = a_T_b_;
@@ -86,6 +88,14 @@ class InteriorSearch {
     return true;
   }
 
+  /// True if a ball about a point of the mesh is less deep than pieces or another ball are.
+  bool isShallow(const Vector3d& centre, double radius) const {
+    if (!pieces_) return false;
+    // Rounding twice, so that the two differ by more than it.
+    const double depth = -(std::min(pieces_->upper_bound, closest_.upper_bound) + padding_);
+    return solid().interior->hasSurfaceWithin(centre, depth - radius - 2.0 * rounding_);
+  }
+
   void visitInner(int volume) {
     const Volume& here = inner()[volume];
     if (!here.has_representative) return;
@@ -102,6 +112,7 @@ class InteriorSearch {
     const double radius =
         std::max(0.0, representative.shape.innerRadius()) + representative.shape.margin() + solid().shape.margin();
     if (isLeftOut(signedDistance(solid().interior->box(), centre) - radius - rounding_)) return;
+    if (isShallow(centre, radius)) return;
     const Interior::Place place = solid().interior->placeOf(centre, radius + within_);
     SignedDistance result;
     result.lower_bound = place.lower_bound - radius - rounding_;
@@ -139,6 +150,7 @@ class InteriorSearch {
   const Skipping skipping_;
   const double within_;
   ClosestPieces& closest_;
+  const ClosestPieces* const pieces_;  ///< nullptr: not known
   RelativePose outer_T_inner_;
   Outer outer_ = Outer::A;
   int outer_leaf_ = -1;  ///< the leaf of the solid
@@ -147,8 +159,9 @@ class InteriorSearch {
 }  // namespace
 
 void findInteriorDepths(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                        const Question& question, Skipping skipping, double within, ClosestPieces& closest) {
-  InteriorSearch(robot, pair, a_T_b, limit, question, skipping, within, closest).run();
+                        const Question& question, Skipping skipping, double within, ClosestPieces& closest,
+                        const ClosestPieces* pieces) {
+  InteriorSearch(robot, pair, a_T_b, limit, question, skipping, within, closest, pieces).run();
 }
 
 }  // namespace proximity_server::scene

@@ -26,7 +26,11 @@ inline bool haveInterior(const Part& a, const Part& b) { return a.whole().has_in
 /// result must also be closer than `within` [m] without the padding of the pair; `within` is 0, unless the two can
 /// still move. The pair of leaves is the piece that has the interior, and the representative. One point is on the
 /// surface of the interior, the other one in the other part.
+///
+/// `pieces`: the closest pieces of the two, if they are known. Then no depth is computed that is proven to be less than
+/// theirs, and what is found with them is the same.
 void findInteriorDepths(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                        const Question& question, Skipping skipping, double within, ClosestPieces& closest);
+                        const Question& question, Skipping skipping, double within, ClosestPieces& closest,
+                        const ClosestPieces* pieces = nullptr);
 
 }  // namespace proximity_server::scene

@@ -4,7 +4,9 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/files.h"
 #include "scene/small_robots.h"
+#include "scene/solids.h"
 
 #include <gtest/gtest.h>
 
@@ -64,6 +66,34 @@ TEST(SceneBatch, AStateWithAPoseThatIsNotFiniteHasNoAnswer) {
   EXPECT_EQ(batch.below(states, 0.1).unknown, (std::vector<unsigned char>{1, 0}));
   EXPECT_EQ(batch.closest(states, 2).unknown, (std::vector<unsigned char>{1, 0}));
   EXPECT_EQ(batch.closest(states, 2).begins, (std::vector<std::size_t>{0, 0, 2}));
+}
+
+// One ball lies wholly inside of a closed mesh, and the other one overlaps its surface: the pieces that overlap are not
+// the deepest of the pair.
+TEST(SceneBatch, WhatIsInsideOfASolidCountsBesidePiecesThatOverlap) {
+  const TemporaryFiles files;
+  const std::string solid = mesh(files.write("bracket.stl", stlOf(bracket())));
+  const std::string inside = ball("0.1", "0.5 0.5 0.4"), below_it = ball("0.1", "0.5 0.5 -0.05");
+  ModelOptions triangles;
+  triangles.mesh_tolerance = 0.0;
+  for (const bool solid_is_first : {true, false}) {
+    const auto model =
+        modelOf(robotOf(urdfOf(link("base") + link("1", solid_is_first ? solid : inside + below_it) +
+                               link("2", solid_is_first ? inside + below_it : solid) +
+                               slider("to_1", "base", "1", "0 0 1") + slider("to_2", "base", "2", "0 0 1")),
+                        triangles));
+    SceneBatch batch(model);
+    Eigen::MatrixXd states = Eigen::MatrixXd::Zero(3, 2);  // the balls as above, higher by 0.2, and far away
+    states(1, 0) = solid_is_first ? -0.2 : 0.2;
+    states(2, 0) = 5.0;
+    const auto& minima = batch.minimum(states);
+    EXPECT_NEAR(minima[0].result.distance, -0.5, 1e-12);
+    EXPECT_NEAR(minima[1].result.distance, -0.5, 1e-12);
+    EXPECT_GT(minima[2].result.distance, 1.0);
+    EXPECT_EQ(batch.below(states, -0.4).begins, (std::vector<std::size_t>{0, 1, 2, 2}));
+    EXPECT_EQ(batch.anyBelow(states, -0.4)[0].kind, StateVerdict::Kind::Below);
+    EXPECT_EQ(batch.anyBelow(states, -0.6)[0].kind, StateVerdict::Kind::Above);
+  }
 }
 
 TEST(SceneBatch, RefusesStatesOfAnotherRobot) {

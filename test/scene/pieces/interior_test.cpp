@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace proximity_server::scene::interior_test {
 
 using Eigen::Vector3d;
@@ -43,6 +45,16 @@ TEST(Interior, IsLeftOutBeyondTheReachOfAPointOutside) {
   expectDistance(interior.placeOf({0.5, 0.5, 0.5}, 0.1), -0.5);
 }
 
+TEST(Interior, FindsItsSurfaceFromBothSides) {
+  const Interior interior = interiorOf(thickShell());
+  for (const Vector3d& half_a_metre_away : {Vector3d(1.0, 0.1, 0.2), Vector3d(0, 0, 0), Vector3d(0.1, 2.0, 0.0)}) {
+    EXPECT_TRUE(interior.hasSurfaceWithin(half_a_metre_away, 0.5 + 1e-12));
+    EXPECT_FALSE(interior.hasSurfaceWithin(half_a_metre_away, 0.5 - 1e-12));
+    for (const double nowhere : {0.0, -1.0, std::nan("")})
+      EXPECT_FALSE(interior.hasSurfaceWithin(half_a_metre_away, nowhere));
+  }
+}
+
 TEST(Interior, EndsAtTheWallOfACavity) {
   const Interior interior = interiorOf(thickShell());
   expectDistance(interior.placeOf({0.9, 0.1, 0.2}), -0.4);
@@ -70,6 +82,8 @@ TEST(Interior, IsWhereTheWindingNumberIsNotZero) {
       EXPECT_NEAR(place.lower_bound, expected, 1e-12) << p.transpose();
       EXPECT_NEAR(place.upper_bound, expected, 1e-12) << p.transpose();
       EXPECT_NEAR((p - place.nearest).norm(), std::abs(expected), 1e-12);
+      EXPECT_TRUE(interior.hasSurfaceWithin(p, std::abs(expected) + 1e-12));
+      EXPECT_FALSE(interior.hasSurfaceWithin(p, std::abs(expected) - 1e-12));
       (expected < 0.0 ? inside : outside) += 1;
     }
     EXPECT_GT(inside, 200);
