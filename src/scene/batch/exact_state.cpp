@@ -112,8 +112,8 @@ bool ExactState::isPlaced() {
   return std::all_of(batch_->visits.begin(), batch_->visits.end(), [&](const Visit& visit) { return isPlaced(visit); });
 }
 
-PairProximity ExactState::measure(const Visit& visit, double limit) {
-  return measurement_->measure(candidate(visit.number), visit, limit, {});
+PairProximity ExactState::measure(const Visit& visit, double limit, const Question& question) {
+  return measurement_->measure(candidate(visit.number), visit, limit, question);
 }
 
 }  // namespace proximity_server::scene

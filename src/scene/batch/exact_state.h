@@ -52,7 +52,7 @@ class ExactState {
   Visit withBoxes(const Visit& visit, double limit) const { return measurement_->refined(visit, limit); }
 
   /// Like proximity(), if isPlaced(). If a lower bound of the distance is above the limit [m], that bound is enough.
-  PairProximity measure(const Visit& visit, double limit);
+  PairProximity measure(const Visit& visit, double limit, const Question& question = {});
 
  private:
   const ShapeRefPair& candidate(int pair) const { return batch_->candidates[pair]; }

@@ -10,8 +10,6 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr float kNothing = std::numeric_limits<float>::infinity();
-
 /// For more pairs than this, the k-th smallest upper bound is not computed: it would exclude hardly any pair.
 constexpr std::size_t kMostRanked = 16;
 
@@ -25,7 +23,9 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
       near_(LaneBounds::kBlock),
       lower_(LaneBounds::kBlock),
       upper_(LaneBounds::kBlock),
-      first_(LaneBounds::kBlock) {
+      first_(LaneBounds::kBlock),
+      nearest_(LaneBounds::kBlock),
+      limits_of_asked_(LaneBounds::kBlock) {
   kept_.reserve(pairs() * LaneBounds::kBlock);
   queue_.reserve(pairs());
   measured_.reserve(pairs());
@@ -42,6 +42,12 @@ void NearestPairs::prepareClosest(const LaneBounds& lanes, std::size_t k) {
   takeBoundsOfClosest(lanes, k, kInfinity);
 }
 
+void NearestPairs::prepareWithin(const LaneBounds& lanes, double accuracy) {
+  accuracy_ = accuracy;
+  prepareClosest(lanes, 1);
+  accuracy_ = 0.0;
+}
+
 void NearestPairs::prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit) {
   thresholds_.clear();
   for (const ShapeRefPair& pair : batch_->candidates) thresholds_.push_back(thresholds.of(pair));
@@ -50,8 +56,8 @@ void NearestPairs::prepareClosest(const LaneBounds& lanes, const PairDistances& 
 
 void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit) {
   k_ = std::min(k, pairs());
-  ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && k_ < pairs();
-  std::fill(uppers_.begin(), uppers_.end(), kNothing);
+  ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && (k_ < pairs() || accuracy_ > 0.0);
+  std::fill(uppers_.begin(), uppers_.end(), kFloatInfinity);
   if (k_ > 0) takeBounds(lanes, limit);
 }
 
@@ -69,11 +75,12 @@ void NearestPairs::takeBounds(const LaneBounds& lanes, double limit) {
   const bool has_limit = ranks_bounds_ || limit < kInfinity;
   for (int state = 0; state < lanes.count(); ++state) {
     if (has_limit && lanes.isPlaced(state)) continue;
-    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep(state, {pair, -kNothing});
+    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
     limits_[state] = -kInfinity;  // so that the lanes find no pair near in this state
   }
   if (has_limit)
     for (const int pair : batch_->order) keepNear(lanes, pair);
+  if (accuracy_ > 0.0) boundPieces(lanes);
   for (double& of_state : limits_)
     if (of_state == -kInfinity) of_state = limit;
 }
@@ -94,20 +101,22 @@ void NearestPairs::keepNear(const LaneBounds& lanes, int pair) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(near); ++i) {
     const int state = near_[i];
     if (lower_[i] > limits[state]) continue;
-    keep(state, {pair, lower_[i]});
-    if (ranks_bounds_) lowerLimit(state, roundedUp(static_cast<double>(upper_[i]) - thresholdOf(pair)));
+    keep({pair, state, lower_[i], upper_[i]});
+    if (ranks_bounds_) lowerLimit(kept_.back());
   }
 }
 
 /// Puts it before those that are kept for the state.
-void NearestPairs::keep(int state, Kept kept) {
-  int& first = first_[state];
+void NearestPairs::keep(Kept kept) {
+  int& first = first_[kept.state];
   kept.next = first;
   kept_.push_back(kept);
   first = static_cast<int>(kept_.size()) - 1;
 }
 
-void NearestPairs::lowerLimit(int state, float upper_bound) {
+void NearestPairs::lowerLimit(const Kept& kept) {
+  const int state = kept.state;
+  const float upper_bound = roundedUp(static_cast<double>(kept.upper_bound) - thresholdOf(kept.pair));
   float* const smallest = &uppers_[static_cast<std::size_t>(state) * kMostRanked];
   std::size_t place = k_;
   for (; place > 0 && upper_bound < smallest[place - 1]; --place)
@@ -115,6 +124,59 @@ void NearestPairs::lowerLimit(int state, float upper_bound) {
   if (place < k_) smallest[place] = upper_bound;
   double& limit = limits_[state];
   limit = std::min(limit, static_cast<double>(smallest[k_ - 1]) + kSettledFor);
+}
+
+/// Bounds the pieces of the pairs that decide bounds within the accuracy: the nearest pair of each state first, which
+/// lowers its limit.
+void NearestPairs::boundPieces(const LaneBounds& lanes) {
+  const auto isWithin = [&](const Kept& kept) {
+    return lanes.isPlaced(kept.state) && kept.lower_bound <= limits_[kept.state] - accuracy_;
+  };
+  findNearestOfStates();
+  const auto isNearest = [&](const Kept& kept) { return &kept == &kept_[nearest_[kept.state]]; };
+  boundPieces(lanes, [&](const Kept& kept) { return isNearest(kept) && isWithin(kept); });
+  boundPieces(lanes, [&](const Kept& kept) { return !isNearest(kept) && isWithin(kept); });
+}
+
+void NearestPairs::findNearestOfStates() {
+  std::fill(nearest_.begin(), nearest_.end(), -1);
+  for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
+    int& nearest = nearest_[kept_[i].state];
+    if (nearest < 0 || kept_[i].lower_bound < kept_[nearest].lower_bound) nearest = i;
+  }
+}
+
+/// Bounds the pieces of the kept pairs for which isWanted() is true.
+template <typename IsWanted>
+void NearestPairs::boundPieces(const LaneBounds& lanes, const IsWanted& isWanted) {
+  asked_.clear();
+  for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
+    if (!asked_.empty() && kept_[i].pair != kept_[asked_.front()].pair) boundAsked(lanes);
+    if (isWanted(kept_[i])) asked_.push_back(i);
+  }
+  boundAsked(lanes);
+}
+
+/// Bounds the pieces of asked_, which are of the same pair, and forgets them.
+void NearestPairs::boundAsked(const LaneBounds& lanes) {
+  if (asked_.empty()) return;
+  const int pair = kept_[asked_.front()].pair;
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const Kept& kept = kept_[asked_[i]];
+    near_[i] = kept.state;
+    lower_[i] = kept.lower_bound;
+    upper_[i] = kept.upper_bound;
+    limits_of_asked_[i] = limits_[kept.state] - accuracy_;
+  }
+  lanes.boundPieces(pair, near_.data(), static_cast<int>(asked_.size()), limits_of_asked_.data(), accuracy_,
+                    lower_.data(), upper_.data());
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    Kept& kept = kept_[asked_[i]];
+    kept.lower_bound = lower_[i];
+    kept.upper_bound = upper_[i];
+    lowerLimit(kept);
+  }
+  asked_.clear();
 }
 
 // --- one state
@@ -134,7 +196,7 @@ void NearestPairs::enter(int state) {
     visit.threshold = thresholdOf(kept.pair);
     if (visit.excess() > first_limit_) continue;
     // The boxes of whole links hardly ever improve a bound of the lanes.
-    if (kept.lower_bound > -kNothing) visit.bound = Visit::Bound::Box;
+    if (kept.lower_bound > -kFloatInfinity) visit.bound = Visit::Bound::Box;
     queue_.push(visit);
   }
 }
@@ -172,6 +234,46 @@ void NearestPairs::rank(int pair, const PairProximity& proximity) {
   const double by = result.status == narrowphase::Status::Converged ? result.distance : result.lower_bound;
   found_.push({by - thresholdOf(pair), pair, measured_.size()});
   measured_.push_back(proximity);
+}
+
+PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy) {
+  narrowphase::SignedDistance bounds;
+  bounds.lower_bound = kInfinity;
+  int pair = -1;
+  const auto take = [&](int number, double lower_bound, double upper_bound) {
+    bounds.lower_bound = std::min(bounds.lower_bound, lower_bound);
+    if (pair >= 0 && !(upper_bound < bounds.upper_bound)) return;
+    pair = number;
+    bounds.upper_bound = upper_bound;
+  };
+  const auto isSettled = [&](double lower_bound) {
+    return bounds.upper_bound <= 0.0 || lower_bound >= bounds.upper_bound - accuracy;
+  };
+  for (int i = first_[state]; i >= 0; i = kept_[i].next)
+    take(kept_[i].pair, static_cast<double>(kept_[i].lower_bound), static_cast<double>(kept_[i].upper_bound));
+  if (!isSettled(bounds.lower_bound)) {
+    Question question;
+    question.tolerance = accuracy;
+    question.depth = Question::Depth::NotWanted;
+    first_limit_ = bounds.lower_bound = kInfinity;
+    for (enter(state); !queue_.empty() && !isSettled(queue_.lowestBound());) {
+      const Visit visit = queue_.pop();
+      if (!exact.isPlaced(visit)) continue;
+      const narrowphase::SignedDistance result = exact.measure(visit, bounds.upper_bound, question).result;
+      if (result.status != narrowphase::Status::Unknown) take(visit.number, result.lower_bound, result.upper_bound);
+    }
+    bounds.lower_bound = std::min(bounds.lower_bound, queue_.lowestBound());
+  }
+  PairProximity closest;
+  if (!(bounds.upper_bound < kInfinity)) return closest;
+  bounds.status = narrowphase::Status::Threshold;
+  bounds.distance = bounds.upper_bound > 0.0 ? bounds.lower_bound : bounds.upper_bound;
+  closest.asked = batch_->candidates[pair];
+  closest.result = bounds;
+  const Visit& visit = batch_->visits[pair];
+  const Volumes& volumes = *batch_->volumes;
+  closest.representation = std::max(volumes[visit.a].representation, volumes[visit.b].representation);
+  return closest;
 }
 
 const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int state) {

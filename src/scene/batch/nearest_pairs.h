@@ -7,6 +7,7 @@
 #include "scene/parts/visit_queue.h"
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -23,9 +24,12 @@ namespace proximity_server::scene {
 ///    of the lanes gets one from its boxes first.
 /// 5. End when the smallest bound in the queue is above the limit.
 ///
+/// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
+/// they leave open is computed, until the bounds are as near as asked.
+///
 /// If pairs have thresholds of their own, these are subtracted from bounds and distances before they are compared.
 ///
-/// No answer depends on the bounds, on the order of the visits or on the limits; they decide only which pairs are
+/// No other answer depends on the bounds, on the order of the visits or on the limits; they decide only which pairs are
 /// computed. The reason: a pair among the closest is nearer than every limit by more than the tolerance, so its search
 /// leaves out no piece that could be its closest one. If it did not converge, it is computed again without limit.
 class NearestPairs {
@@ -34,6 +38,9 @@ class NearestPairs {
 
   /// Bounds the pairs in the states of a block, for the k closest pairs of each.
   void prepareClosest(const LaneBounds& lanes, std::size_t k);
+
+  /// Prepares for bounds of the smallest distance that are `accuracy` [m] apart.
+  void prepareWithin(const LaneBounds& lanes, double accuracy);
 
   /// Prepares for the pair with the smallest distance minus its own threshold, if this is at most `limit` [m].
   void prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit);
@@ -46,12 +53,16 @@ class NearestPairs {
   const std::vector<PairProximity>& closest(ExactState& exact, int state);
   const std::vector<PairProximity>& below(ExactState& exact, int state);
 
+  /// Returns bounds of the smallest distance of all pairs, see SceneBatch::minimumWithin().
+  PairProximity within(ExactState& exact, int state, double accuracy);
+
  private:
   /// A pair that may be within the limit of a state.
   struct Kept {
-    int pair;
-    float lower_bound;  ///< [m]
-    int next = -1;      ///< index of the next one of the state; -1: none
+    int pair, state;
+    float lower_bound = -std::numeric_limits<float>::infinity();  ///< [m]
+    float upper_bound = std::numeric_limits<float>::infinity();   ///< [m]
+    int next = -1;                                                ///< index of the next one of the state; -1: none
   };
   struct Found {
     /// [m] the distance minus the threshold; the lower bound minus the threshold if the search did not converge
@@ -68,8 +79,13 @@ class NearestPairs {
   void forgetThresholds() { thresholds_.assign(pairs(), 0.0); }
   const double* limitsOf(int pair);
   void keepNear(const LaneBounds& lanes, int pair);
-  void keep(int state, Kept kept);
-  void lowerLimit(int state, float upper_bound);
+  void keep(Kept kept);
+  void lowerLimit(const Kept& kept);
+  void findNearestOfStates();
+  void boundPieces(const LaneBounds& lanes);
+  template <typename IsWanted>
+  void boundPieces(const LaneBounds& lanes, const IsWanted& isWanted);
+  void boundAsked(const LaneBounds& lanes);
   void enter(int state);
   void measure(ExactState& exact, const Visit& visit);
   void rank(int pair, const PairProximity& proximity);
@@ -80,6 +96,7 @@ class NearestPairs {
   std::size_t k_ = 0;
   bool ranks_bounds_ = false;         ///< true if upper bounds lower the limits
   double distance_ = 0.0;             ///< [m] for below()
+  double accuracy_ = 0.0;             ///< [m] for within(); 0: pieces are not bounded in lanes
   std::vector<double> thresholds_;    ///< [m] for each pair: subtracted from its distance
   std::vector<double> limits_;        ///< [m] for each state, with kSettledFor
   std::vector<double> limits_of_;     ///< [m] for each state: the limit plus the threshold of a pair
@@ -87,7 +104,10 @@ class NearestPairs {
   std::vector<int> near_;             ///< the states in which a pair is near
   std::vector<float> lower_, upper_;  ///< [m] for each of these states
   std::vector<int> first_;            ///< for each state: index of a kept pair; -1: none
-  std::vector<Kept> kept_;
+  std::vector<Kept> kept_;            ///< those of one pair lie side by side
+  std::vector<int> nearest_;          ///< for each state: index of the kept pair with the smallest lower bound
+  std::vector<int> asked_;            ///< indices of the kept pairs whose pieces are bounded
+  std::vector<double> limits_of_asked_;
 
   double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;

@@ -154,6 +154,20 @@ const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
       states, [&] { impl.nearest.prepareClosest(impl.lanes, 1); }, impl.minima);
 }
 
+const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states, double accuracy) {
+  requireColumns(states, model().robot);
+  if (!(accuracy > 0.0))
+    throw std::invalid_argument("the accuracy is " + std::to_string(accuracy) + ", but must be positive");
+  Impl& impl = *impl_;
+  impl.minima.clear();
+  impl.minima.reserve(states.rows());
+  impl.forEach(
+      states, [&] { impl.nearest.prepareWithin(impl.lanes, accuracy); },
+      [&](int state) { impl.minima.push_back(impl.nearest.within(impl.exact, state, accuracy)); },
+      [&] { impl.minima.emplace_back(); });
+  return impl.minima;
+}
+
 // If the pair with the smallest distance minus its warn distance is Clear, the state is Clear, and this pair decides.
 // Otherwise search for a pair at Stop, and if there is one, for a pair in Collision. Pairs beyond these thresholds are
 // left out, so these searches cost little.

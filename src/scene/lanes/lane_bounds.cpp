@@ -13,7 +13,7 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNever = std::numeric_limits<float>::quiet_NaN();  // no limit of a search
 
 // After so many steps, nearly all pairs are settled that a search can settle; measured with Panda and PR2 at 5 cm.
 constexpr int kCoarseSteps = 4, kFullSteps = 8;
@@ -43,7 +43,8 @@ LaneBounds::LaneBounds(std::shared_ptr<const LaneModel> model, const lanes::Kern
       column_(kBlock, 0.0),
       items_(std::make_unique<lanes::Items>()),
       near_(kBlock, 0),
-      places_(kBlock, 0) {
+      places_(kBlock, 0),
+      pieces_(model_, kernels) {
   std::memset(items_.get(), 0, sizeof(lanes::Items));
   sides_.reserve(kBlock);
 }
@@ -73,7 +74,7 @@ void LaneBounds::place(const States& states) {
   }
   for (std::size_t row = 0; row < model_->slides.size(); ++row) {
     takePositions(states, model_->slides[row]);
-    for (int i = 0; i < count_; ++i) positions_[row].row[i] = static_cast<float>(column_[i]);
+    for (int i = 0; i < count_; ++i) positions_[row].row[i] = column_[i];
   }
   for (const int joint : model_->unread)
     for (int i = 0; i < count_; ++i)
@@ -87,8 +88,8 @@ std::vector<Eigen::Isometry3d> LaneBounds::bodyPoses(int state) const {
   const std::size_t bodies = model_->bodies.size(), first = static_cast<std::size_t>(state / lanes::kTile) * bodies;
   std::vector<Eigen::Isometry3d> poses(bodies, Eigen::Isometry3d::Identity());
   for (std::size_t body = 0; body < bodies; ++body) {
-    const lanes::Tile& rows = body_poses_[first + body].tile;
-    const auto number = [&](int row) { return static_cast<double>(rows[row][state % lanes::kTile]); };
+    const lanes::WideTile& rows = body_poses_[first + body].tile;
+    const auto number = [&](int row) { return rows[row][state % lanes::kTile]; };
     for (int k = 0; k < 9; ++k) poses[body].linear()(k / 3, k % 3) = number(k);
     for (int k = 0; k < 3; ++k) poses[body].translation()[k] = number(9 + k);
   }
@@ -151,7 +152,6 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
     std::fill(upper, upper + count, kFloatInfinity);
     return;
   }
-  constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
   const lanes::PairShapes& of = shapes.shapes;
   kernels_->relativePoses(posesOf(shapes), states, count, of, *items_);
   kernels_->boundByOutlines(of, coarseSearch(shapes), {kNever, kNever}, count, *items_);
@@ -159,6 +159,18 @@ void LaneBounds::bounds(int pair, const int* states, int count, float* lower, fl
   for (int i = 0; i < count; ++i) {
     lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
     upper[i] = roundedUp(static_cast<double>(items_->upper[i]) - shapes.padding);
+  }
+}
+
+void LaneBounds::boundPieces(int pair, const int* states, int count, const double* limits, double accuracy,
+                             float* lower, float* upper) const {
+  const LaneModel::Pair& shapes = pairAt(pair);
+  if (!shapes.hasGeometry() || !model_->hasFewPieces(shapes)) return;
+  for (int first = 0; first < count; first += PieceBounds::kMostItems) {
+    const int items = std::min(PieceBounds::kMostItems, count - first);
+    kernels_->relativePoses(posesOf(shapes), states + first, items, shapes.shapes, *items_);
+    kernels_->boundByOutlines(shapes.shapes, coarseSearch(shapes), {kNever, kNever}, items, *items_);
+    pieces_.narrow(shapes, *items_, limits + first, accuracy, items, lower + first, upper + first);
   }
 }
 

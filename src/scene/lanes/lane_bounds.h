@@ -3,6 +3,7 @@
 #include "proximity_server/scene/model/states.h"
 #include "scene/lanes/lane_kernels.h"
 #include "scene/lanes/lane_model.h"
+#include "scene/lanes/piece_bounds.h"
 
 #include <Eigen/Geometry>
 
@@ -18,12 +19,14 @@ constexpr double kSettledFor = 2e-9;
 
 /// Bounds of the signed distances of the candidate pairs in a block of states. Each lane of a vector has one state.
 ///
-/// 1. place() computes the frames of all bodies and links in float, with a bound of their errors (LaneError).
+/// 1. place() computes the frames of all bodies in double and those of the links in float, with a bound of their errors
+///    (LaneError).
 /// 2. Enclosing balls, then boxes give lower bounds.
 /// 3. A search in the Minkowski difference of the outlines of two links moves a point towards the origin, step by step.
 ///    The support plane at each point gives a lower bound, and the point itself gives an upper bound if the links are
 ///    convex. It is run first with few corners, then with all.
 /// 4. Inner balls near the last point give upper bounds.
+/// 5. GJK for the pieces, see PieceBounds.
 ///
 /// All bounds hold for the whole links and include the paddings of pairs, the interiors of closed meshes, and rounding.
 /// Each bound is a function of the state and the pair alone, with the same bits on every processor.
@@ -49,6 +52,12 @@ class LaneBounds {
   /// Bounds a candidate pair in each of the listed, placed states: lower[i] <= signed distance <= upper[i] [m].
   void bounds(int pair, const int* states, int count, float* lower, float* upper) const;
 
+  /// Narrows bounds of a pair in each of the listed, placed states to those of its pieces, by GJK, until they are at most
+  /// `accuracy` [m] apart where float allows it. States whose lower bound is above limits[i] [m] need no more. An upper bound is found for pieces that are hulls of points, with any
+  /// margin. `upper` is at most 0 if the pair is proven to overlap; the depth is only bounded.
+  void boundPieces(int pair, const int* states, int count, const double* limits, double accuracy, float* lower,
+                   float* upper) const;
+
   // The following functions find bounds in steps, for a question with a threshold.
 
   /// Keeps the states in which the balls of the pair do not prove a distance above the threshold [m]. Returns their
@@ -71,15 +80,18 @@ class LaneBounds {
  private:
   using Row = lanes::Row;
   struct alignas(64) AlignedRow {
-    Row row;
+    lanes::WideRow row;
   };
   using Rows = std::vector<AlignedRow>;
-  static const Row* rowsOf(const Rows& rows) { return rows.empty() ? nullptr : &rows.front().row; }
-  struct alignas(64) AlignedTile {
-    lanes::Tile tile;
+  static const lanes::WideRow* rowsOf(const Rows& rows) { return rows.empty() ? nullptr : &rows.front().row; }
+  template <typename Tile>
+  struct alignas(64) Aligned {
+    Tile tile;
   };
-  using Tiles = std::vector<AlignedTile>;
-  static lanes::Tile* tilesOf(Tiles& tiles) { return tiles.empty() ? nullptr : &tiles.front().tile; }
+  template <typename Tile>
+  static Tile* tilesOf(std::vector<Aligned<Tile>>& tiles) {
+    return tiles.empty() ? nullptr : &tiles.front().tile;
+  }
   const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[pair]; }
   lanes::PairPoses posesOf(const LaneModel::Pair& pair) const;
   void takePositions(const States& states, const LaneModel::Column& column);
@@ -90,12 +102,14 @@ class LaneBounds {
   int count_ = 0;
   std::vector<unsigned char> is_placed_;
   Rows sines_, cosines_, positions_;
-  Tiles body_poses_, link_poses_;
+  std::vector<Aligned<lanes::WideTile>> body_poses_;
+  std::vector<Aligned<lanes::Tile>> link_poses_;
   std::vector<double> column_;
   std::unique_ptr<lanes::Items> items_;
   mutable std::vector<unsigned char> near_;
   mutable std::vector<Side> sides_;
   mutable std::vector<int> places_;
+  mutable PieceBounds pieces_;
 };
 
 }  // namespace proximity_server::scene

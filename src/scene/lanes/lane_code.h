@@ -50,79 +50,97 @@ void storePose(const Pose& pose, Rows& rows, int column) {
   store(pose.origin.z, rows[11] + column);
 }
 
-/// The pose of a frame that has this rotation and origin on its parent.
-Pose stacked(const Pose& parent, const Float* rotation, const Point& origin) {
-  Pose pose;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      pose.rotation[3 * row + column] =
-          (parent.rotation[3 * row] * rotation[column] + parent.rotation[3 * row + 1] * rotation[3 + column]) +
-          parent.rotation[3 * row + 2] * rotation[6 + column];
-  pose.origin = parent.origin + turned(parent.rotation, origin);
-  return pose;
-}
-
-// --- kinematics
+// --- kinematics, in loops of doubles that the compiler turns into lanes
 
 /// Subtracts the nearest multiple of a quarter turn from each angle. The quarter turn has two parts, the first with 33
 /// bits, so that its product with the number of quarters is exact. Then evaluates Taylor's polynomials up to pi / 4,
-/// whose remainder is below 2e-9.
-void sinesAndCosines(const double* angles, int count, float* sines, float* cosines) {
+/// whose remainder is below 2e-16.
+void sinesAndCosines(const double* angles, int count, double* sines, double* cosines) {
   constexpr double kQuartersPerRadian = 0.63661977236758138;
   constexpr double kQuarter = 1.5707963267341256, kRestOfQuarter = 6.0771005065061922e-11;
   constexpr double kRounds = 6755399441055744.0;  // 1.5 * 2^52: a sum with it is a whole number
-  alignas(64) float rests[kBlock];
-  alignas(64) int quarters[kBlock];
   for (int i = 0; i < count; ++i) {
     const double quarter = (angles[i] * kQuartersPerRadian + kRounds) - kRounds;
-    rests[i] = static_cast<float>((angles[i] - quarter * kQuarter) - quarter * kRestOfQuarter);
-    quarters[i] = static_cast<int>(quarter);
+    const double of_four = quarter - 4.0 * ((0.25 * quarter + kRounds) - kRounds);  // from -2 to 2
+    const double r = (angles[i] - quarter * kQuarter) - quarter * kRestOfQuarter, z = r * r;
+    const double sine =
+        r + r * (z * (z * (z * (z * (z * (z * (z * (-1.0 / 1307674368000.0) + 1.0 / 6227020800.0) - 1.0 / 39916800.0) +
+                                     1.0 / 362880.0) -
+                                1.0 / 5040.0) +
+                           1.0 / 120.0) -
+                      1.0 / 6.0));
+    const double cosine =
+        1.0 +
+        z * (z * (z * (z * (z * (z * (z * (z * (1.0 / 20922789888000.0) - 1.0 / 87178291200.0) + 1.0 / 479001600.0) -
+                                 1.0 / 3628800.0) +
+                            1.0 / 40320.0) -
+                       1.0 / 720.0) +
+                  1.0 / 24.0) -
+             0.5);
+    const bool is_odd = of_four == 1.0 || of_four == -1.0;
+    const double for_sine = is_odd ? cosine : sine, for_cosine = is_odd ? sine : cosine;
+    sines[i] = of_four == 0.0 || of_four == 1.0 ? for_sine : -for_sine;
+    cosines[i] = of_four == 0.0 || of_four == -1.0 ? for_cosine : -for_cosine;
   }
-  for (int i = 0; i < count; i += kLanes) {
-    const Float r = load(rests + i), z = r * r;
-    const Int quarter = *reinterpret_cast<const Int*>(quarters + i);
-    const Float sine =
-        r + r * (z * (z * (z * (z * (1.0f / 362880.0f) - 1.0f / 5040.0f) + 1.0f / 120.0f) - 1.0f / 6.0f));
-    const Float cosine =
-        1.0f + z * (z * (z * (z * (1.0f / 40320.0f - z * (1.0f / 3628800.0f)) - 1.0f / 720.0f) + 1.0f / 24.0f) - 0.5f);
-    const Int is_odd = (quarter & 1) != 0;
-    const Int sign_of_sine = (quarter & 2) << 30, sign_of_cosine = ((quarter + 1) & 2) << 30;
-    store(reinterpret_cast<Float>(reinterpret_cast<Int>(is_odd ? cosine : sine) ^ sign_of_sine), sines + i);
-    store(reinterpret_cast<Float>(reinterpret_cast<Int>(is_odd ? sine : cosine) ^ sign_of_cosine), cosines + i);
+}
+
+/// Places frames with this rotation and origin on their parents, in the columns of a tile.
+template <typename Rotation, typename Origin, typename Pose>
+void stack(const WideTile& parent, const Rotation& rotation, const Origin& origin, Pose& pose) {
+  for (int i = 0; i < 3; ++i) {
+    const double *x = parent[3 * i], *y = parent[3 * i + 1], *z = parent[3 * i + 2], *o = parent[9 + i];
+    for (int j = 0; j < 3; ++j)
+      for (int c = 0; c < kTile; ++c)
+        pose(3 * i + j, c, (x[c] * rotation(j, c) + y[c] * rotation(3 + j, c)) + z[c] * rotation(6 + j, c));
+    for (int c = 0; c < kTile; ++c)
+      pose(9 + i, c, o[c] + ((x[c] * origin(0, c) + y[c] * origin(1, c)) + z[c] * origin(2, c)));
   }
 }
 
 /// `tile` has the poses of the bodies before this one.
-Pose placed(const BodyPlan& body, int column, const Row* sines, const Row* cosines, const Row* positions,
-            const Tile* tile) {
-  Float rotation[9];
-  for (int k = 0; k < 9; ++k) rotation[k] = all(body.fixed[k]);
-  Point origin = point(body.origin);
+void placeBody(const BodyPlan& body, int column, const WideRow* sines, const WideRow* cosines, const WideRow* positions,
+               const WideTile* tile, WideTile& pose) {
+  WideTile on_parent;
+  for (int k = 0; k < 9; ++k)
+    for (int c = 0; c < kTile; ++c) on_parent[k][c] = body.fixed[k];
+  for (int k = 0; k < 3; ++k)
+    for (int c = 0; c < kTile; ++c) on_parent[9 + k][c] = body.origin[k];
   if (body.angle_row >= 0) {
-    const Float sine = load(sines[body.angle_row] + column), cosine = load(cosines[body.angle_row] + column);
-    for (int k = 0; k < 9; ++k) rotation[k] = (rotation[k] + sine * body.by_sine[k]) + cosine * body.by_cosine[k];
+    const double *sine = sines[body.angle_row] + column, *cosine = cosines[body.angle_row] + column;
+    for (int k = 0; k < 9; ++k)
+      for (int c = 0; c < kTile; ++c)
+        on_parent[k][c] = (on_parent[k][c] + sine[c] * body.by_sine[k]) + cosine[c] * body.by_cosine[k];
   }
-  if (body.position_row >= 0) origin = origin + load(positions[body.position_row] + column) * point(body.direction);
-  if (body.parent >= 0) return stacked(loadPose(tile[body.parent], column % kTile), rotation, origin);
-  Pose pose;
-  for (int k = 0; k < 9; ++k) pose.rotation[k] = rotation[k];
-  pose.origin = origin;
-  return pose;
+  if (body.position_row >= 0) {
+    const double* position = positions[body.position_row] + column;
+    for (int k = 0; k < 3; ++k)
+      for (int c = 0; c < kTile; ++c) on_parent[9 + k][c] += position[c] * body.direction[k];
+  }
+  if (body.parent < 0) {
+    for (int k = 0; k < kPoseRows; ++k)
+      for (int c = 0; c < kTile; ++c) pose[k][c] = on_parent[k][c];
+    return;
+  }
+  const auto set = [&](int row, int c, double value) { pose[row][c] = value; };
+  stack(
+      tile[body.parent], [&](int k, int c) { return on_parent[k][c]; },
+      [&](int k, int c) { return on_parent[9 + k][c]; }, set);
 }
 
-void placeBodiesAndLinks(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
-                         const Row* positions) {
-  for (int column = 0; column < count; column += kLanes) {
-    Tile* const body_tile = bodies.poses + column / kTile * bodies.count;
+void placeBodiesAndLinks(const Bodies& bodies, const Links& links, int count, const WideRow* sines,
+                         const WideRow* cosines, const WideRow* positions) {
+  for (int column = 0; column < count; column += kTile) {
+    WideTile* const body_tile = bodies.poses + column / kTile * bodies.count;
     Tile* const link_tile = links.poses + column / kTile * links.count;
     for (int i = 0; i < bodies.count; ++i)
-      storePose(placed(bodies.plans[i], column, sines, cosines, positions, body_tile), body_tile[i], column % kTile);
+      placeBody(bodies.plans[i], column, sines, cosines, positions, body_tile, body_tile[i]);
     for (int i = 0; i < links.count; ++i) {
       const LinkPlan& link = links.plans[i];
-      Float rotation[9];
-      for (int k = 0; k < 9; ++k) rotation[k] = all(link.rotation[k]);
-      const Pose body = loadPose(body_tile[link.body], column % kTile);
-      storePose(stacked(body, rotation, point(link.origin)), link_tile[i], column % kTile);
+      Tile& pose = link_tile[i];
+      const auto set = [&](int row, int c, double value) { pose[row][c] = static_cast<float>(value); };
+      stack(
+          body_tile[link.body], [&](int k, int) { return link.rotation[k]; },
+          [&](int k, int) { return link.origin[k]; }, set);
     }
   }
 }
@@ -236,6 +254,220 @@ void boundByOutlines(const PairShapes& shapes, const SearchEffort& effort, const
     store(cso_point.z, items.cso_point[2] + first);
     store(lower, items.lower + first);
     store(upper, items.upper + first);
+  }
+}
+
+// --- pieces
+
+void boxGaps(const Boxes& a, const Boxes& b, float error, int count, const Items& items, int stride, float* gaps) {
+  struct Placed {  // a box in the frame of the other link: its centre, and the half of its bounding box there
+    Float centre[3], half[3];
+  };
+  for (int first = 0; first < count; first += kLanes) {
+    const Pose a_T_b = loadPose(items.pose, first);
+    Placed in_b[kMostBoxes];
+    for (int i = 0; i < a.count; ++i) {
+      const Point p = turnedBack(a_T_b.rotation, Point{a.centre[0][i] - a_T_b.origin.x, a.centre[1][i] - a_T_b.origin.y,
+                                                       a.centre[2][i] - a_T_b.origin.z});
+      in_b[i].centre[0] = p.x, in_b[i].centre[1] = p.y, in_b[i].centre[2] = p.z;
+      for (int k = 0; k < 3; ++k)
+        in_b[i].half[k] =
+            (absolute(a_T_b.rotation[k]) * a.half[0][i] + absolute(a_T_b.rotation[3 + k]) * a.half[1][i]) +
+            absolute(a_T_b.rotation[6 + k]) * a.half[2][i];
+    }
+    for (int j = 0; j < b.count; ++j) {
+      const Point p =
+          a_T_b.origin + turned(a_T_b.rotation, Point{all(b.centre[0][j]), all(b.centre[1][j]), all(b.centre[2][j])});
+      const Float in_a[3] = {p.x, p.y, p.z};
+      Float half[3];
+      for (int k = 0; k < 3; ++k)
+        half[k] =
+            (absolute(a_T_b.rotation[3 * k]) * b.half[0][j] + absolute(a_T_b.rotation[3 * k + 1]) * b.half[1][j]) +
+            absolute(a_T_b.rotation[3 * k + 2]) * b.half[2][j];
+      for (int i = 0; i < a.count; ++i) {
+        Float along_a[3], along_b[3];
+        for (int k = 0; k < 3; ++k) {
+          along_a[k] = ((absolute(in_a[k] - a.centre[k][i]) - a.half[k][i]) - half[k]) - error;
+          along_b[k] = ((absolute(in_b[i].centre[k] - b.centre[k][j]) - b.half[k][j]) - in_b[i].half[k]) - error;
+        }
+        store(larger(fromBox(along_a), fromBox(along_b)) - error, gaps + (i * b.count + j) * stride + first);
+      }
+    }
+  }
+}
+
+Point cross(const Point& a, const Point& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/// The core's vertex that is farthest in a direction.
+Support vertex(const Balls& core, const Point& direction) {
+  Float highest = all(-__builtin_inff());
+  Int place{};
+  for (int i = 0; i < core.count; ++i) {
+    const Float height = dot(ball(core, i), direction);
+    place = height > highest ? Int{} + i : place;
+    highest = larger(height, highest);
+  }
+  Point farthest;
+  for (int k = 0; k < kLanes; ++k) {
+    farthest.x[k] = core.x[place[k]];
+    farthest.y[k] = core.y[place[k]];
+    farthest.z[k] = core.z[place[k]];
+  }
+  return {highest, farthest};
+}
+
+/// What is nearest to the origin on the edges and faces of a tetrahedron that end at its newest vertex.
+struct Nearest {
+  Point point;        ///< a combination of the vertices whose weights are in [0, 1]
+  Float square;       ///< of its length
+  Point direction;    ///< that of the point; of a face its normal, which is more exact near contact
+  Int first, second;  ///< the numbers of the other vertices of the edge or face; those of a vertex or an edge repeat
+  Int is_inside;      ///< the origin is on the inner side of the three faces
+};
+
+// With fused or rounded products the cross product of two nearly parallel edges has no direction.
+constexpr float kFlat = 1e-8f;  ///< of the squared sine of the angle of a face
+
+Nearest nearest(const Point* simplex, const Point& newest) {
+  Point edges[3], normals[3];
+  for (int i = 0; i < 3; ++i) edges[i] = simplex[i] - newest;
+  Nearest best{newest, all(__builtin_inff()), newest, Int{}, Int{}, ~Int{}};
+  Float squares[3];
+  for (int i = 0; i < 3; ++i) {
+    squares[i] = dot(edges[i], edges[i]);
+    const Float part = -dot(newest, edges[i]) / larger(squares[i], all(1e-37f));
+    const Point p = newest + smaller(larger(part, all(0.0f)), all(1.0f)) * edges[i];
+    const Float square = dot(p, p);
+    const Int is_nearer = square < best.square;
+    best.square = is_nearer ? square : best.square;
+    best.point = choose(is_nearer, p, best.point);
+    best.first = is_nearer ? Int{} + i : best.first;
+  }
+  best.second = best.first;
+  best.direction = best.point;
+  Float heights[3];
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    normals[i] = cross(edges[i], edges[j]);
+    heights[i] = dot(normals[i], newest);
+    const Float area2 = dot(normals[i], normals[i]);
+    const Float of_i = dot(normals[i], cross(edges[j], newest)), of_j = dot(normals[i], cross(newest, edges[i]));
+    const Int is_solid = area2 > kFlat * (squares[i] * squares[j]);
+    best.is_inside = best.is_inside & is_solid;
+    const Int is_over = is_solid & (of_i >= 0.0f) & (of_j >= 0.0f) & (of_i + of_j <= area2);
+    const Float per_area = 1.0f / (is_solid ? area2 : all(1.0f));
+    const Point p = newest + ((of_i * per_area) * edges[i] + (of_j * per_area) * edges[j]);
+    const Float square = dot(p, p);
+    const Int is_nearer = is_over & (square < best.square);
+    best.square = is_nearer ? square : best.square;
+    best.point = choose(is_nearer, p, best.point);
+    const Float sign = heights[i] < 0.0f ? all(-1.0f) : all(1.0f);
+    best.direction = choose(is_nearer, sign * normals[i], best.direction);
+    best.first = is_nearer ? Int{} + i : best.first;
+    best.second = is_nearer ? Int{} + j : best.second;
+  }
+  const Float volume = dot(normals[0], edges[2]);
+  for (int i = 0; i < 3; ++i) best.is_inside = best.is_inside & (heights[i] * volume < 0.0f);
+  return best;
+}
+
+/// Tells in which lanes the origin lies inside of a tetrahedron, deeper than `error` [m] below each face.
+Int isDeepInside(const Point* corners, float error) {
+  Int is_inside = ~Int{};
+  for (int i = 0; i < 4; ++i) {
+    const Point &p = corners[i], u = corners[(i + 1) % 4] - p, v = corners[(i + 2) % 4] - p;
+    const Point normal = cross(u, v);
+    const Float height = dot(normal, p), opposite = dot(normal, corners[(i + 3) % 4] - p);
+    // 16 u: the rounding of the normal, and of the height
+    const Float rounding = 1e-6f * root((dot(u, u) * dot(v, v)) * dot(p, p));
+    is_inside = is_inside & ((height < 0.0f) == (opposite > 0.0f)) &
+                (absolute(height) > error * root(dot(normal, normal)) + rounding);
+  }
+  return is_inside;
+}
+
+// A lane whose search has ended takes the next column, as soon as some have ended: so nearly all lanes work. The
+// simplex has always three vertices, which may be equal; what is degenerate is never the nearest. So there is one path
+// for all dimensions.
+void boundByGjk(const Cores& cores, float accuracy, const Items& items, const int* columns, const float* limits,
+                int count, float* lower_bounds, float* upper_bounds) {
+  constexpr int kSteps = 32, kRefill = kLanes / 8 + 1;
+  const Float infinity = all(__builtin_inff());
+  alignas(64) float taken[kPoseRows + 4][kLanes] = {};
+  alignas(64) int is_fresh[kLanes];
+  int item[kLanes];
+  bool is_idle[kLanes];
+  for (int k = 0; k < kLanes; ++k) is_idle[k] = true;
+  int next = 0, idle = kLanes;
+  Pose a_T_b{};
+  Float lower{}, upper{}, square{}, limit{};
+  Int steps{};
+  Point simplex[3] = {}, towards{};
+  while (true) {
+    if (idle >= kRefill && next < count) {
+      for (int k = 0; k < kLanes; ++k) {
+        is_fresh[k] = 0;
+        if (!is_idle[k] || next == count) continue;
+        item[k] = next++;
+        for (int row = 0; row < kPoseRows; ++row) taken[row][k] = items.pose[row][columns[item[k]]];
+        for (int row = 0; row < 3; ++row) taken[kPoseRows + row][k] = items.cso_point[row][columns[item[k]]];
+        taken[kPoseRows + 3][k] = limits[item[k]];
+        is_idle[k] = false;
+        is_fresh[k] = -1;
+        --idle;
+      }
+      a_T_b = loadPose(taken, 0);
+      limit = load(taken[kPoseRows + 3]);
+      const Int fresh = *reinterpret_cast<const Int*>(is_fresh);
+      towards =
+          choose(fresh, Point{load(taken[kPoseRows]), load(taken[kPoseRows + 1]), load(taken[kPoseRows + 2])}, towards);
+      lower = fresh ? -infinity : lower;
+      upper = fresh ? infinity : upper;
+      square = fresh ? infinity : square;
+      steps = fresh ? Int{} : steps;
+    }
+    if (idle == kLanes) return;
+    // The bound along the direction, and the vertex of the CSO.
+    const Float length2 = dot(towards, towards);
+    const Int has_direction = length2 > 1e-36f;
+    const Point direction = (-1.0f / root(has_direction ? length2 : all(1.0f))) * towards;  // from a to b
+    const Point in_b = turnedBack(a_T_b.rotation, direction);
+    const Support a = vertex(cores.a, direction), b = vertex(cores.b, Point{-in_b.x, -in_b.y, -in_b.z});
+    const Float gap = ((dot(direction, a_T_b.origin) - b.height) - a.height) - cores.error;
+    lower = has_direction & (gap > lower) ? gap : lower;
+    const Point newest = a.point - (a_T_b.origin + turned(a_T_b.rotation, b.point));
+    for (Point& p : simplex) p = choose(steps == 0, newest, p);
+    steps = steps + 1;
+    const Nearest found = nearest(simplex, newest);
+    const Int is_nearer = found.square < square;
+    Int ends = found.is_inside & ~(lower > 0.0f);
+    if (any(ends)) {
+      const Point corners[4] = {newest, simplex[0], simplex[1], simplex[2]};
+      upper = ends & isDeepInside(corners, cores.error) ? all(0.0f) : upper;
+    }
+    const Float nearer = root(found.square) + cores.error;
+    upper = is_nearer & (nearer < upper) ? nearer : upper;
+    square = is_nearer ? found.square : square;
+    ends = ends | ~is_nearer | ~has_direction | (lower > limit) | (upper - lower <= accuracy) | (steps >= kSteps);
+    const Point first = choose(found.first == 0, simplex[0], choose(found.first == 1, simplex[1], simplex[2]));
+    const Point second = choose(found.second == 0, simplex[0], choose(found.second == 1, simplex[1], simplex[2]));
+    simplex[0] = newest;
+    simplex[1] = first;
+    simplex[2] = second;
+    towards = found.direction;
+    if (!any(ends)) continue;
+    alignas(64) float lowers[kLanes], uppers[kLanes];
+    store(lower, lowers);
+    store(upper, uppers);
+    for (int k = 0; k < kLanes; ++k) {
+      if (is_idle[k] || !ends[k]) continue;
+      lower_bounds[item[k]] = lowers[k];
+      upper_bounds[item[k]] = uppers[k];
+      is_idle[k] = true;
+      ++idle;
+    }
   }
 }
 

@@ -14,11 +14,13 @@ constexpr int kBlock = 512;
 constexpr int kPoseRows = 12;
 
 using Row = float[kBlock];
+using WideRow = double[kBlock];
 
 /// Poses are kept in tiles of this many columns. All poses of a tile are side by side, each in kPoseRows rows. Rows of
 /// a whole block would be so far apart in memory that they push each other out of the first-level cache.
 constexpr int kTile = 16;
 using Tile = float[kPoseRows][kTile];
+using WideTile = double[kPoseRows][kTile];
 static_assert(kBlock % kTile == 0);
 
 /// The pose of a body on its parent: the rotation is fixed + sine * by_sine + cosine * by_cosine, the translation is
@@ -27,18 +29,18 @@ struct BodyPlan {
   int parent;        ///< number of an earlier body; -1: the body is fixed at the identity
   int angle_row;     ///< row of the angle; -1: the joint does not turn
   int position_row;  ///< row of the position; -1: the joint does not slide
-  float fixed[9];    ///< row by row, like all matrices
-  float by_sine[9];
-  float by_cosine[9];
-  float origin[3];
-  float direction[3];
+  double fixed[9];   ///< row by row, like all matrices
+  double by_sine[9];
+  double by_cosine[9];
+  double origin[3];
+  double direction[3];
 };
 
 /// The frame of a link, which is the frame of its box, on its body.
 struct LinkPlan {
   int body;
-  float rotation[9];
-  float origin[3];
+  double rotation[9];
+  double origin[3];
 };
 
 /// Balls: their centres and radii.
@@ -71,11 +73,24 @@ struct alignas(64) Items {
   Row lower, upper;
 };
 
+/// Boxes along the axes of the frame of their link.
+struct Boxes {
+  int count;
+  const float* centre[3];
+  const float* half[3];
+};
+
+/// Two convex cores: the hulls of the centres of balls, each in the frame of its link. The radii are not read.
+struct Cores {
+  Balls a, b;
+  float error;  ///< [m] of a bound along an axis, and of the length of a point of the CSO
+};
+
 /// The bodies of a robot, and the place of their poses: one tile for each, then those of the next columns.
 struct Bodies {
   const BodyPlan* plans;
   int count;
-  Tile* poses;
+  WideTile* poses;
 };
 
 /// The links of a robot, and where their poses go.
@@ -110,11 +125,11 @@ struct Kernels {
   const char* name;
 
   /// Computes sines and cosines of angles [rad] up to kMostAngle in `count` columns, within kSineError.
-  void (*sinesAndCosines)(const double* angles, int count, float* sines, float* cosines);
+  void (*sinesAndCosines)(const double* angles, int count, double* sines, double* cosines);
 
-  /// Poses of the bodies and of the links in `count` columns.
-  void (*placeBodiesAndLinks)(const Bodies& bodies, const Links& links, int count, const Row* sines, const Row* cosines,
-                              const Row* positions);
+  /// Poses of the bodies and of the links in `count` columns, computed in double. Those of the links are then rounded.
+  void (*placeBodiesAndLinks)(const Bodies& bodies, const Links& links, int count, const WideRow* sines,
+                              const WideRow* cosines, const WideRow* positions);
 
   /// Sets near[i] to 0 if the squared distance of the origins of two links is above a limit, otherwise to 1.
   void (*markNear)(const PairPoses& poses, int count, float limit, unsigned char* near);
@@ -128,13 +143,25 @@ struct Kernels {
   void (*boundByOutlines)(const PairShapes& shapes, const SearchEffort& effort, const SearchLimits& limits, int count,
                           Items& items);
 
+  /// Lower bounds of the distances of all boxes of two links in the first `count` items. That of the boxes i and j in
+  /// item k is gaps[(i * b.count + j) * stride + k]. At most kMostBoxes boxes for each link.
+  void (*boxGaps)(const Boxes& a, const Boxes& b, float error, int count, const Items& items, int stride, float* gaps);
+
+  /// Bounds the signed distance of two cores in the listed columns of the items by GJK. Each search begins along the
+  /// point of the CSO of the item, which need not be one of these cores. It ends where the lower
+  /// bound is above its limit, or the gap between the bounds is at most `accuracy` [m], or where rounding allows no
+  /// further step. An overlap that is proven has the upper bound 0.
+  void (*boundByGjk)(const Cores& cores, float accuracy, const Items& items, const int* columns, const float* limits,
+                     int count, float* lower, float* upper);
+
   /// Lowers the upper bounds by inner balls near the last points of the search.
   void (*boundByInnerBalls)(const PairShapes& shapes, int count, Items& items);
 };
 
-constexpr double kMostAngle = 1e5;     ///< [rad]
-constexpr double kSineError = 1.5e-7;  ///< tested
-constexpr int kMostSteps = 32;         ///< the sum over all searches of an item; the upper error depends on it
+constexpr double kMostAngle = 1e5;    ///< [rad]
+constexpr double kSineError = 3e-16;  ///< tested
+constexpr int kMostSteps = 32;        ///< the sum over all searches of an item; the upper error depends on it
+constexpr int kMostBoxes = 64;
 
 /// The best kernels for this processor.
 const Kernels& kernels();

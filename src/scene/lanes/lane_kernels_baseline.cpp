@@ -4,8 +4,8 @@
 namespace proximity_server::scene::lanes {
 
 const Kernels& baselineKernels() {
-  static const Kernels kernels{"baseline",    sinesAndCosines, placeBodiesAndLinks, markNear,
-                               relativePoses, boundByOutlines, boundByInnerBalls};
+  static const Kernels kernels{"baseline",      sinesAndCosines, placeBodiesAndLinks, markNear,         relativePoses,
+                               boundByOutlines, boxGaps,         boundByGjk,          boundByInnerBalls};
   return kernels;
 }
 

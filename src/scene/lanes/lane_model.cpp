@@ -15,17 +15,20 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kUnit = 0x1p-24;      // the relative rounding error of float
+constexpr double kWideUnit = 0x1p-53;  // and of double
 constexpr double kSecondOrder = 1.01;  // for products of errors, and the rounding in double of these bounds
 const double kNormOfRotation = std::sqrt(3.0);
 
 // [m] For a sliding joint without limits. A state may have a larger position; the lanes then leave it to other steps.
 constexpr double kMostSlide = 10.0;
 
-void assign(const Matrix3d& matrix, float (&rows)[9]) {
-  for (int i = 0; i < 9; ++i) rows[i] = static_cast<float>(matrix(i / 3, i % 3));
+template <typename Number>
+void assign(const Matrix3d& matrix, Number (&rows)[9]) {
+  for (int i = 0; i < 9; ++i) rows[i] = static_cast<Number>(matrix(i / 3, i % 3));
 }
-void assign(const Vector3d& vector, float (&values)[3]) {
-  for (int i = 0; i < 3; ++i) values[i] = static_cast<float>(vector[i]);
+template <typename Number>
+void assign(const Vector3d& vector, Number (&values)[3]) {
+  for (int i = 0; i < 3; ++i) values[i] = static_cast<Number>(vector[i]);
 }
 
 /// How something stands on a parent: see LaneError.
@@ -39,10 +42,16 @@ LaneError errorOn(const LaneError& parent, const Stand& stand) {
   LaneError error;
   const double norm = kNormOfRotation + parent.rotation;
   error.rotation = kSecondOrder * (parent.rotation * (1.0 + stand.rotation_error) + stand.rotation_error +
-                                   3.0 * kUnit * norm * (kNormOfRotation + stand.rotation_error));
+                                   3.0 * kWideUnit * norm * (kNormOfRotation + stand.rotation_error));
   error.reach = parent.reach + stand.length;
   error.origin = kSecondOrder * (parent.origin + parent.rotation * stand.length + stand.origin_error * norm +
-                                 3.0 * kUnit * norm * stand.length + kUnit * error.reach);
+                                 3.0 * kWideUnit * norm * stand.length + kWideUnit * error.reach);
+  return error;
+}
+
+LaneError roundedToFloat(LaneError error) {
+  error.rotation += kSecondOrder * kUnit * kNormOfRotation;
+  error.origin += kSecondOrder * kUnit * error.reach;
   return error;
 }
 
@@ -90,19 +99,51 @@ double mostOf(const Joint& leader, const Joint::Mimic& mimic) {
   return std::isfinite(position) ? std::clamp(position, 1e-3, kMostSlide) : kMostSlide;
 }
 
-lanes::Balls ballsOf(const std::array<std::vector<float>, 4>& rows) {
+lanes::Balls ballsOf(const LaneModel::BallRows& rows) {
   return {static_cast<int>(rows[0].size()), rows[0].data(), rows[1].data(), rows[2].data(), rows[3].data()};
 }
 
+/// A point of the body in the frame of the box of its link.
+Vector3d inFrameOf(const Bounds& bounds, const Vector3d& point) {
+  return bounds.axes.transpose() * (point - bounds.centre);
+}
+
 /// Converts balls to the frame of the box.
-std::array<std::vector<float>, 4> rowsOf(const std::vector<Ball>& balls, const Bounds& bounds) {
-  std::array<std::vector<float>, 4> rows;
+LaneModel::BallRows rowsOf(const std::vector<Ball>& balls, const Bounds& bounds) {
+  LaneModel::BallRows rows;
   for (const Ball& ball : balls) {
-    const Vector3d centre = bounds.axes.transpose() * (ball.centre - bounds.centre);
+    const Vector3d centre = inFrameOf(bounds, ball.centre);
     for (int k = 0; k < 3; ++k) rows[k].push_back(static_cast<float>(centre[k]));
     rows[3].push_back(static_cast<float>(ball.radius));
   }
   return rows;
+}
+
+/// Adds a box around points of the body, and around the margin [m] of these.
+void addBox(const std::vector<Vector3d>& points, double margin, const Bounds& bounds, LaneModel::BoxRows& rows) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& point : points) box.extend(inFrameOf(bounds, point));
+  for (int k = 0; k < 3; ++k) {
+    rows[k].push_back(static_cast<float>(box.center()[k]));
+    rows[3 + k].push_back(roundedUp(0.5 * box.sizes()[k] + margin));
+  }
+}
+
+LaneModel::Pieces piecesOf(const LinkOutline& outline) {
+  LaneModel::Pieces pieces;
+  const Bounds& bounds = outline.bounds;
+  const double rounding = outline.uncovered;
+  for (const PieceOutline& piece : outline.pieces) {
+    std::vector<Ball> corners;
+    for (const Vector3d& corner : piece.corners) corners.push_back({corner, 0.0});
+    pieces.list.push_back({rowsOf(corners, bounds), piece.margin, piece.is_exact});
+    addBox(piece.corners, piece.margin + rounding, bounds, pieces.boxes);
+  }
+  for (const PieceOutline& interior : outline.interiors)
+    addBox(interior.corners, interior.margin + rounding, bounds, pieces.interiors);
+  for (const Ball& ball : outline.representatives)
+    addBox({ball.centre}, ball.radius + rounding, bounds, pieces.representatives);
+  return pieces;
 }
 
 }  // namespace
@@ -171,8 +212,8 @@ void LaneModel::addCarried(const RobotModel& robot, const Body& body) {
   bodies.push_back(plan);
   const double moving = matrices.by_sine.norm() + matrices.by_cosine.norm();
   const double length = parent_T_joint.translation().norm() + (plan.position_row >= 0 ? slides.back().limit : 0.0);
-  const Stand stand{4.0 * kUnit * (matrices.fixed.norm() + moving) + lanes::kSineError * moving, 4.0 * kUnit * length,
-                    length};
+  const Stand stand{4.0 * kWideUnit * (matrices.fixed.norm() + moving) + lanes::kSineError * moving,
+                    4.0 * kWideUnit * length, length};
   body_errors.push_back(errorOn(body_errors[body.parent], stand));
 }
 
@@ -192,8 +233,9 @@ void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds)
   assign(bounds.axes, plan.rotation);
   assign(bounds.centre, plan.origin);
   links.push_back(plan);
-  const Stand stand{kUnit * kNormOfRotation, kUnit * bounds.centre.norm(), bounds.centre.norm()};
-  link_errors.push_back(errorOn(body_errors[plan.body], stand));
+  pieces.push_back(piecesOf(added->outline));
+  const Stand stand{kWideUnit * kNormOfRotation, kWideUnit * bounds.centre.norm(), bounds.centre.norm()};
+  link_errors.push_back(roundedToFloat(errorOn(body_errors[plan.body], stand)));
 }
 
 /// Let C and x be the rotation and origin of b in the frame of a, with errors as in LaneError, and n a direction that
@@ -226,11 +268,8 @@ LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) 
   shapes.inner_a = ballsOf(a.inner);
   shapes.inner_b = ballsOf(b.inner);
   shapes.uncovered = roundedUp(a.outline.uncovered + b.outline.uncovered);
-  const auto in_link = [](const Link& link) -> Vector3d {
-    return link.outline.bounds.axes.transpose() * (link.outline.inside - link.outline.bounds.centre);
-  };
-  assign(in_link(a), shapes.centre_a);
-  assign(in_link(b), shapes.centre_b);
+  assign(inFrameOf(a.outline.bounds, a.outline.inside), shapes.centre_a);
+  assign(inFrameOf(b.outline.bounds, b.outline.inside), shapes.centre_b);
   for (int k = 0; k < 3; ++k) {
     shapes.half_a[k] = roundedUp(a.outline.bounds.half[k] + a.outline.uncovered);
     shapes.half_b[k] = roundedUp(b.outline.bounds.half[k] + b.outline.uncovered);
@@ -242,7 +281,18 @@ LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) 
   pair.coarse_corners_a = static_cast<int>(a.outline.coarse_corners);
   pair.coarse_corners_b = static_cast<int>(b.outline.coarse_corners);
   pair.coarse_uncovered = roundedUp(a.outline.coarse_uncovered + b.outline.coarse_uncovered);
+  pair.gap_error = roundedUp(shapes.box_error + 64.0 * kUnit * lengths);
   return pair;
+}
+
+bool LaneModel::hasFewPieces(const Pair& pair) const {
+  const auto areFew = [](const Pieces& of) { return of.list.size() <= lanes::kMostBoxes; };
+  return areFew(pieces[pair.a]) && areFew(pieces[pair.b]);
+}
+
+lanes::Cores LaneModel::coresOf(const Pair& pair, std::size_t piece_a, std::size_t piece_b) const {
+  const Piece &a = pieces[pair.a].list[piece_a], &b = pieces[pair.b].list[piece_b];
+  return {ballsOf(a.corners), ballsOf(b.corners), pair.shapes.lower_error};
 }
 
 }  // namespace proximity_server::scene

@@ -13,10 +13,10 @@
 
 namespace proximity_server::scene {
 
-/// An upper bound of the error of a frame that the lanes compute in float, in any state within the limits of
-/// LaneModel::Column.
+/// An upper bound of the error of a frame that the lanes compute in double, in any state within the limits of
+/// LaneModel::Column. That of a link is rounded to float in the end, which adds 2^-24 of its rotation, and of the reach.
 ///
-/// Let u be 2^-24, and measure matrices by their Frobenius norm. Let A + sine B + cosine C be the rotation of a body on
+/// Let u be 2^-53, and measure matrices by their Frobenius norm. Let A + sine B + cosine C be the rotation of a body on
 /// its parent. Its constants, products and sums have an error of at most 4 u (|A| + |B| + |C|), and sine and cosine add
 /// lanes::kSineError (|B| + |C|). Let a frame with the error e stand on a parent R with the error E, with the rotation
 /// M and the origin at the distance m from that of the parent. The product of the two rotations has the error E (1 + e)
@@ -52,6 +52,26 @@ class LaneModel {
   std::vector<LaneError> link_errors;
   std::vector<LaneError> body_errors;
 
+  /// Balls in the frame of a link: their centres, and their radii.
+  using BallRows = std::array<std::vector<float>, 4>;
+
+  /// Boxes along the axes of the frame of a link: their centres, and halves of their edges.
+  using BoxRows = std::array<std::vector<float>, 6>;
+
+  /// One convex piece of a link.
+  struct Piece {
+    BallRows corners;
+    double margin;  ///< [m]
+    bool is_exact;  ///< see PieceOutline
+  };
+
+  /// The pieces of a link, and boxes around these, the interiors and the representatives, see LinkOutline.
+  struct Pieces {
+    std::vector<Piece> list;
+    BoxRows boxes, interiors, representatives;
+  };
+  std::vector<Pieces> pieces;  ///< for each of `links`
+
   struct Pair {
     int a = -1, b = -1;   ///< indices into `links`; -1: no geometry
     double padding;       ///< [m]
@@ -60,16 +80,22 @@ class LaneModel {
     lanes::PairShapes shapes;
     int coarse_corners_a, coarse_corners_b;  ///< the number of corners that are searched first
     float coarse_uncovered;
+    float gap_error;  ///< [m] of the gap of two boxes
 
     bool hasGeometry() const { return a >= 0; }
   };
   std::vector<Pair> pairs;  ///< index: the number of the candidate
 
+  /// True if boxes and GJK can bound the pieces of a pair: they are not too many.
+  bool hasFewPieces(const Pair& pair) const;
+
+  lanes::Cores coresOf(const Pair& pair, std::size_t piece_a, std::size_t piece_b) const;
+
  private:
   struct Link {
     LinkOutline outline;
     double extent;  ///< [m] how far the link extends from the origin of its frame
-    std::array<std::vector<float>, 4> corners, inner;
+    BallRows corners, inner;
     int number;
   };
 

@@ -3,6 +3,7 @@
 #include "proximity_server/narrowphase/shape/shape.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "scene/model/pieces.h"
+#include "scene/pieces/interior.h"
 
 #include <algorithm>
 #include <cmath>
@@ -311,11 +312,9 @@ double uncoveredBy(const std::vector<Ball>& balls, std::size_t count) {
   return uncovered;
 }
 
-/// True if the hull of the corners is exactly the link.
-bool isExact(const RobotModel& model, const std::vector<int>& pieces) {
-  if (pieces.size() != 1) return false;
-  const Piece& piece = model.pieces[pieces.front()];
-  switch (piece.shape.kind()) {
+/// True if surfaceOf() is the surface of the core.
+bool hasExactSurface(const Shape& shape) {
+  switch (shape.kind()) {
     case Shape::Kind::Point:
     case Shape::Kind::Segment:
     case Shape::Kind::Box:
@@ -326,6 +325,25 @@ bool isExact(const RobotModel& model, const std::vector<int>& pieces) {
   }
 }
 
+PieceOutline outlineOf(std::vector<Vector3d> corners, const Isometry3d& body_T_piece, double margin, bool is_exact) {
+  for (Vector3d& corner : corners) corner = body_T_piece * corner;
+  return {std::move(corners), margin, is_exact};
+}
+
+void addPiece(const Piece& piece, LinkOutline& outline) {
+  const Shape& shape = piece.shape;
+  outline.pieces.push_back(
+      outlineOf(surfaceOf(shape).points, piece.body_T_piece, shape.margin(), hasExactSurface(shape)));
+  if (piece.is_representative)
+    outline.representatives.push_back(
+        {piece.body_T_piece * shape.centre(), std::max(0.0, shape.innerRadius()) + shape.margin()});
+  if (!piece.interior) return;
+  const Eigen::AlignedBox3d& box = piece.interior->box();
+  std::vector<Vector3d> corners = surfaceOfBox(0.5 * box.sizes()).points;
+  for (Vector3d& corner : corners) corner += box.center();
+  outline.interiors.push_back(outlineOf(std::move(corners), piece.body_T_piece, shape.margin(), false));
+}
+
 }  // namespace
 
 double depthIn(const Piece& piece, const Vector3d& point) { return Depth(piece).at(point); }
@@ -334,11 +352,12 @@ LinkOutline outlineOf(const RobotModel& model, int link, const Bounds& bounds) {
   const std::vector<int> pieces = model.piecesOf(link);
   LinkOutline outline;
   outline.bounds = bounds;
-  outline.is_exact = isExact(model, pieces);
+  outline.is_exact = pieces.size() == 1 && hasExactSurface(model.pieces[pieces.front()].shape);
   std::vector<Depth> depths;
   for (const int index : pieces) {
     const Piece& piece = model.pieces[index];
     depths.emplace_back(piece);
+    addPiece(piece, outline);
     if (piece.interior) outline.uncovered = std::max(outline.uncovered, model.collisions[piece.collision].uncovered);
   }
   outline.corners = cornersOf(model, pieces);

@@ -20,6 +20,13 @@ struct Ball {
 constexpr std::size_t kCoarseCorners = 24;
 constexpr int kInnerBalls = 24;  ///< the largest number for a link
 
+/// What bounds the distances of one convex piece. Frame: the body.
+struct PieceOutline {
+  std::vector<Eigen::Vector3d> corners;  ///< the core is in their hull, or sticks out of it by the rounding of the link
+  double margin = 0.0;                   ///< [m] around the core
+  bool is_exact = false;                 ///< the core is their hull
+};
+
 /// Shapes that contain a link and shapes that it contains, without the paddings of pairs.
 struct LinkOutline {
   Bounds bounds;  ///< sphere and box
@@ -40,6 +47,14 @@ struct LinkOutline {
 
   /// Each ball lies inside of one of the pieces. The largest ball comes first.
   std::vector<Ball> inner;
+
+  std::vector<PieceOutline> pieces;
+
+  /// Each interior of a closed mesh is in the hull of the corners of its box.
+  std::vector<PieceOutline> interiors;
+
+  /// The ball of each piece that may be inside of an interior of another link, see PieceSearch.
+  std::vector<Ball> representatives;
 };
 
 /// Makes the outline of a link that has geometry; `bounds` are those of the link.

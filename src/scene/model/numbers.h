@@ -6,6 +6,7 @@
 namespace proximity_server::scene {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+inline constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
 /// roundedUp(): the nearest float that is not below a number. roundedDown(): the nearest float that is not above it.
 inline float roundedUp(double value) {

@@ -241,18 +241,63 @@ TEST_P(BatchOf, DecidingPairIsThatOfAllPairsOneByOne) {
   }
 }
 
+TEST_P(BatchOf, MinimumWithinAnAccuracyBoundsTheMinimum) {
+  const MatrixXd states = variousStates(robot(), repeats(1000), 19);
+  SceneBatch batch(model_);
+  Everything everything(model_);
+  const std::vector<PairProximity> minima = batch.minimum(states);
+  int apart = 0, overlaps = 0;
+  for (const double accuracy : {0.01, 1e-4, 1e-6, 2e-9}) {
+    SCOPED_TRACE(accuracy);
+    const std::vector<PairProximity>& within = batch.minimumWithin(states, accuracy);
+    ASSERT_EQ(within.size(), minima.size());
+    for (std::size_t i = 0; i < minima.size(); ++i) {
+      const SignedDistance &truth = minima[i].result, &found = within[i].result;
+      ASSERT_EQ(found.status, truth.status == Status::Unknown ? Status::Unknown : Status::Threshold) << "state " << i;
+      if (truth.status == Status::Unknown) continue;
+      // What did not converge is ranked by its lower bound: another pair may be nearer than its upper bound.
+      ASSERT_LE(found.lower_bound, truth.upper_bound) << "state " << i;
+      ASSERT_GE(found.upper_bound, truth.lower_bound) << "state " << i;
+      ASSERT_EQ(found.distance, found.upper_bound > 0.0 ? found.lower_bound : found.upper_bound);
+      ASSERT_FALSE(found.has_points);
+      if (truth.status == Status::Converged && truth.distance > 1e-8) {
+        ASSERT_LE(found.upper_bound - found.lower_bound, accuracy + 1e-9) << "state " << i;
+        ++apart;
+      } else if (truth.distance < -1e-8) {
+        ASSERT_TRUE(found.upper_bound <= 0.0 || found.upper_bound - found.lower_bound <= accuracy) << "state " << i;
+        overlaps += found.upper_bound <= 0.0 ? 1 : 0;
+      }
+      if (i % 50 != 0) continue;
+      everything.place(states, static_cast<Index>(i));
+      for (const PairProximity& pair : everything.sorted()) {
+        ASSERT_GE(pair.result.upper_bound, found.lower_bound);
+        const bool is_named = pair.asked.a == within[i].asked.a && pair.asked.b == within[i].asked.b;
+        ASSERT_TRUE(!is_named || pair.result.lower_bound <= found.upper_bound);
+      }
+    }
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(apart + overlaps, 3000);
+  }
+  for (const double wrong : {0.0, -1.0, kNaN}) EXPECT_THROW(batch.minimumWithin(states, wrong), std::invalid_argument);
+}
+
 // --- what they do not depend on
 
 /// The answers to all questions, as they may be compared.
 struct Answers {
-  std::vector<PairProximity> minima, deciding;
+  std::vector<PairProximity> minima, within, deciding;
   StatePairs closest, below;
   std::vector<StateVerdict> verdicts;
 };
 
 Answers answersOf(SceneBatch& batch, const States& states) {
-  return {batch.minimum(states), batch.deciding(states, randomThresholds(batch.model(), 15)), batch.closest(states, 3),
-          batch.below(states, 0.05), batch.anyBelow(states, 0.05)};
+  return {batch.minimum(states),
+          batch.minimumWithin(states, 1e-4),
+          batch.deciding(states, randomThresholds(batch.model(), 15)),
+          batch.closest(states, 3),
+          batch.below(states, 0.05),
+          batch.anyBelow(states, 0.05)};
 }
 
 /// Expects of the states [first, first + count) of `part` what `whole` says of those with the given numbers.
@@ -261,6 +306,7 @@ void expectSame(const Answers& part, const Answers& whole, const std::vector<Ind
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     const auto number = static_cast<std::size_t>(numbers[i]);
     ASSERT_TRUE(areSame(part.minima[i], whole.minima[number]));
+    ASSERT_TRUE(areSame(part.within[i], whole.within[number]));
     ASSERT_TRUE(areSame(part.deciding[i], whole.deciding[number]));
     ASSERT_TRUE(areSameLists(ofState(part.closest, static_cast<Index>(i)), ofState(whole.closest, numbers[i])));
     ASSERT_TRUE(areSameLists(ofState(part.below, static_cast<Index>(i)), ofState(whole.below, numbers[i])));
@@ -344,6 +390,7 @@ TEST_P(Many, NothingAllocatesAfterTheFirstBatch) {
   const LevelThresholds thresholds = randomThresholds(*model_, 16);
   const auto askAll = [&] {
     batch.minimum(states_);
+    batch.minimumWithin(states_, 1e-4);
     batch.deciding(states_, thresholds);
     batch.closest(states_, 3);
     batch.below(states_, 0.05);

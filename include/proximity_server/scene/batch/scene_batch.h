@@ -60,6 +60,17 @@ class SceneBatch {
   /// Finds for each state the pair with the smallest signed distance; Unknown also if there is no candidate pair.
   const std::vector<PairProximity>& minimum(const States& states);
 
+  /// Bounds for each state the smallest signed distance of all pairs, so that the bounds are at most `accuracy` [m]
+  /// apart. They are proven, rounding included. It costs a fraction of minimum() for 1e-4 m, with which no distance is
+  /// wrong by more than the robot is built to; spheres in place of the links are wrong by centimetres.
+  ///
+  /// `asked` is the pair of the upper bound. The answer has Status::Threshold, its distance is its lower bound, and it
+  /// has no points and no <collision>. If the upper bound is 0 or less, the pair overlaps: then the upper bound is the
+  /// distance, the lower bound may be far below, and another pair may overlap more. Unknown as in minimum().
+  /// Bounds are wider apart where the narrowphase does not converge, and where `accuracy` is below its tolerance.
+  /// Throws std::invalid_argument also if `accuracy` is not positive.
+  const std::vector<PairProximity>& minimumWithin(const States& states, double accuracy);
+
   /// Finds for each state the pair that decides its level, see DecidingPair; levelOf() returns the level. Unknown as in
   /// minimum().
   const std::vector<PairProximity>& deciding(const States& states, const LevelThresholds& thresholds);
