@@ -363,7 +363,12 @@ Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
 constexpr char kMinimumDoc[] = R"(The pair with the smallest signed distance in each state.
 
 Returns rows of the dtype PAIR, of the shape of the states; for q of shape (joints,) one row. The status is UNKNOWN if a
-position is not finite, or if the robot has no pair.)";
+position is not finite, or if the robot has no pair.
+
+With `accuracy` [m], lower and upper bound the smallest distance of all pairs, are proven, and are at most so far apart;
+1e-4 takes a fraction of the time. Then the status is THRESHOLD, the distance is the lower bound, and there are no
+points. If upper is 0 or less, the pair overlaps; how deep is not told. A robot with objects answers exactly.
+Raises ValueError if accuracy is not positive.)";
 
 constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
 
@@ -594,7 +599,7 @@ void declareObjects(py::class_<Robot>& robot) {
 }
 
 void declareQuestions(py::class_<Robot>& robot) {
-  robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a);
+  robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a, py::kw_only(), "accuracy"_a = py::none());
   robot.def("level", &Robot::level, kLevelDoc, "q"_a);
   robot.def("closest", &Robot::closest, kClosestDoc, "q"_a, "k"_a);
   robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a);

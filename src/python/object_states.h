@@ -20,6 +20,10 @@ class ObjectStates {
       : scene_(fresh.forAnotherThread()), numbers_(numbers) {}
 
   const std::vector<scene::PairProximity>& minimum(const scene::States& states);
+  /// The exact answer, which is within any accuracy [m].
+  const std::vector<scene::PairProximity>& minimumWithin(const scene::States& states, double /*accuracy*/) {
+    return minimum(states);
+  }
   const std::vector<scene::PairProximity>& deciding(const scene::States& states,
                                                     const scene::LevelThresholds& thresholds);
   const scene::StatePairs& closest(const scene::States& states, int k);

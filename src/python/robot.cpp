@@ -230,6 +230,13 @@ struct Closest {
 constexpr auto kMinimum = [](auto& batch, const JointPositions::Block& states) -> const auto& {
   return batch.minimum(states);
 };
+struct MinimumWithin {
+  double accuracy;
+  template <typename Batch>
+  const auto& operator()(Batch& batch, const JointPositions::Block& states) const {
+    return batch.minimumWithin(states, accuracy);
+  }
+};
 struct Deciding {
   const scene::LevelThresholds& thresholds;
   template <typename Batch>
@@ -480,10 +487,14 @@ void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const As
   });
 }
 
-py::object Robot::minimum(const py::object& q) {
+py::object Robot::minimum(const py::object& q, std::optional<double> accuracy) {
+  if (accuracy && !(*accuracy > 0.0)) throw std::invalid_argument("accuracy must be positive");
   const JointPositions positions(q, model().robot);
   RowTable rows(newArray(rowType(thresholds()), positions, {}));
-  answerRows(positions, 1, kMinimum, rows, nullptr);
+  if (accuracy)
+    answerRows(positions, 1, MinimumWithin{*accuracy}, rows, nullptr);
+  else
+    answerRows(positions, 1, kMinimum, rows, nullptr);
   return scalarIfSingle(rows.array());
 }
 

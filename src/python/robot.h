@@ -75,7 +75,7 @@ class Robot {
 
   // --- The questions. The docstrings in module.cpp document their results and errors.
 
-  pybind11::object minimum(const pybind11::object& q);
+  pybind11::object minimum(const pybind11::object& q, std::optional<double> accuracy);
   pybind11::object level(const pybind11::object& q);
   pybind11::object closest(const pybind11::object& q, long k);
   /// Returns the rows and gradients of minimum(), or of closest() if k has a value.

@@ -22,7 +22,8 @@ def answers(robot, q, distance=0.1, k=3):
     """Everything that a robot says of its states, as bytes."""
     rows, gradients = robot.gradient(q, k)
     return [numpy.asarray(answer).tobytes() for answer in (
-        robot.minimum(q), robot.closest(q, k), robot.below(q, distance), robot.pairs_below(q, distance), rows, gradients)]
+        robot.minimum(q), robot.minimum(q, accuracy=1e-4), robot.closest(q, k), robot.below(q, distance),
+        robot.pairs_below(q, distance), rows, gradients)]
 
 
 class OnPaper(unittest.TestCase):
@@ -52,6 +53,21 @@ class OnPaper(unittest.TestCase):
         large = cases.BALLS.replace('radius="0.2"', 'radius="1.5"')
         robot = proximity.Robot.from_text(large, only_pairs=ARM_AND_BASE)
         self.assertAlmostEqual(-0.6, robot.minimum([0.0, 0.0, 0.0])["distance"], delta=1e-12)
+
+    def test_bounds_within_an_accuracy_hold_the_distance(self):
+        turns = numpy.linspace(-2.0, 3.0, 1001)
+        q = numpy.stack([turns, 0 * turns, 0 * turns], axis=1)
+        expected = numpy.sqrt(5.0 - 4.0 * numpy.cos(turns)) - 0.3
+        for accuracy in (0.1, 1e-4, 1e-8):
+            with self.subTest(accuracy=accuracy):
+                answer = self.robot.minimum(q, accuracy=accuracy)
+                self.assertTrue((answer["lower"] <= expected + 1e-12).all() and (expected <= answer["upper"] + 1e-12).all())
+                self.assertLessEqual((answer["upper"] - answer["lower"]).max(), accuracy + 1e-12)
+                self.assertTrue((answer["status"] == Status.THRESHOLD).all())
+                self.assertTrue((answer["distance"] == answer["lower"]).all())
+        for accuracy in (0.0, -1.0, math.nan):
+            with self.subTest(accuracy=accuracy), self.assertRaisesRegex(ValueError, "accuracy"):
+                self.robot.minimum(q, accuracy=accuracy)
 
     def test_below_tells_the_sides_of_a_distance(self):
         q = numpy.array([[0.0, 0.0, 0.0], [math.pi, 0.0, 0.0]])  # 0.7 m and 2.7 m

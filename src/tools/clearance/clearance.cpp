@@ -59,6 +59,7 @@ std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& optio
 
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
   ClearanceQuestion question = options.question;
+  if (options.accuracy) question.selection.accuracy = *options.accuracy;
   question.model = loadSceneModel(options.robot);
   printWarningsOf(*question.model, options.robot.warnings);
   question.thresholds = thresholdsOf(options, question.model->robot);

@@ -7,7 +7,7 @@
 namespace proximity_server::tools {
 namespace {
 
-/// [m] The smallest legal tolerance of a motion: the narrowphase answers within 1e-9 m only.
+/// [m] The smallest legal tolerance of a motion and accuracy: the narrowphase answers within 1e-9 m only.
 constexpr double kSmallestTolerance = 1e-8;
 
 void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
@@ -15,8 +15,8 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
       "--trajectory", options.rows, RowKind::Segment,
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
-  for (const char* other : {"--pairs", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range", "--summary",
-                            "--second-opinion", "--thresholds"})
+  for (const char* other : {"--pairs", "--accuracy", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range",
+                            "--summary", "--second-opinion", "--thresholds"})
     program.atMostOneOf({"--trajectory", other});
   addLength(program, "--contact-distance", options.question.motion.contact_distance, 0.0,
             "what counts as contact (default: 0)")
@@ -67,6 +67,10 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
       "all, minimum, below:METRES, k:COUNT, or any:METRES: only whether a pair is as close, and one that is "
       "(default: minimum). With --thresholds, minimum is the pair that sets the level: of the worst level the one "
       "with the smallest distance less its threshold");
+  addLength(
+      program, "--accuracy", options.accuracy, kSmallestTolerance,
+      "of --pairs minimum: only bounds of the distance, at most so far apart and proven, and no points. 1e-4 takes "
+      "a fraction of the time");
   addRobotOptions(program, options.robot);
   addQuiet(program, options.robot.warnings);
   program.addFlag("--no-filter", options.question.filter, PairFilter::Off,
@@ -103,6 +107,10 @@ void requireConsistent(const ClearanceOptions& options) {
           "--second-opinion does not go with --shard, --range, --merge and --format npy");
   const PairSelection::Kind pairs = options.question.selection.kind;
   const bool is_any = pairs == PairSelection::Kind::Any, has_thresholds = !options.question.thresholds_file.empty();
+  const bool has_accuracy = options.accuracy || options.question.selection.accuracy > 0.0;
+  require(!has_accuracy || pairs == PairSelection::Kind::Minimum, "--accuracy goes with --pairs minimum only");
+  require(!has_accuracy || (!has_thresholds && !has_second),
+          "--accuracy does not go with --thresholds and --second-opinion, which need the distance");
   require(!is_merge || !has_thresholds, "--merge needs no --thresholds: the parts have their levels");
   require(!has_thresholds || !is_npy, "--thresholds does not go with --format npy, whose rows have no level");
   require(!has_thresholds || !is_any, "--thresholds does not go with --pairs any, which has no levels");

@@ -15,7 +15,8 @@ namespace proximity_server::tools {
 /// The options of `clearance`.
 struct ClearanceOptions {
   RobotFiles robot;
-  bool list = false;  ///< the joints, and no states
+  bool list = false;               ///< the joints, and no states
+  std::optional<double> accuracy;  ///< [m] PairSelection::accuracy, as an option of its own
   StateOptions states;
   ClearanceQuestion question;  ///< without its robot, pairs, objects and thresholds, which are to be loaded
   std::string out, plot;       ///< files; "": none

@@ -46,10 +46,16 @@ PairSelection readPairSelection(const std::string& text) {
   using Kind = PairSelection::Kind;
   if (text == "all") return {Kind::All};
   if (text == "minimum") return {Kind::Minimum};
+  if (text.compare(0, 8, "minimum:") == 0) {
+    PairSelection minimum;
+    minimum.accuracy = numberAfter<double>("minimum:", text);
+    if (!(minimum.accuracy > 0.0)) throw std::invalid_argument(text + ": the accuracy is not above 0");
+    return minimum;
+  }
   if (text.compare(0, 6, "below:") == 0) return {Kind::Below, thresholdAfter("below:", text)};
   if (text.compare(0, 4, "any:") == 0) return {Kind::Any, thresholdAfter("any:", text)};
   if (text.compare(0, 2, "k:") != 0)
-    throw std::invalid_argument(text + ": none of all, minimum, below:METRES, any:METRES, k:COUNT");
+    throw std::invalid_argument(text + ": none of all, minimum, minimum:METRES, below:METRES, any:METRES, k:COUNT");
   PairSelection closest{Kind::Closest};
   closest.count = numberAfter<int>("k:", text);
   if (closest.count < 1) throw std::invalid_argument(text + ": at least one pair");
@@ -69,6 +75,7 @@ std::string textOf(const PairSelection& selection) {
     case PairSelection::Kind::Minimum:
       break;
   }
+  if (selection.accuracy > 0.0) return "minimum:" + shortest(selection.accuracy);
   return "minimum";
 }
 

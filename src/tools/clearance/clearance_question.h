@@ -22,9 +22,10 @@ struct PairSelection {
   Kind kind = Kind::Minimum;
   double threshold = std::numeric_limits<double>::infinity();  ///< [m] for Below and Any
   int count = 1;                                               ///< for Closest
+  double accuracy = 0.0;  ///< [m] for Minimum: how far its bounds may be apart; 0: the distance, as exact as it can be
 };
 
-/// Reads "all", "minimum", "below:0.05", "any:0.05" or "k:5". Throws std::invalid_argument naming the text.
+/// Reads "all", "minimum", "minimum:1e-4" (the accuracy), "below:0.05", "any:0.05" or "k:5". Throws std::invalid_argument naming the text.
 PairSelection readPairSelection(const std::string& text);
 
 /// The text that is read as the selection, one for each.

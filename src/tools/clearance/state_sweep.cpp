@@ -199,13 +199,18 @@ class StateSweep {
         break;
       case PairSelection::Kind::Minimum:
       case PairSelection::Kind::All:  // is not answered here
-        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds()) : worker.batch->minimum(states), block,
+        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds()) : minimaOf(states, worker), block,
                   worker);
         break;
     }
     if (!needsSmallest()) return;
-    const std::vector<scene::PairProximity>& minima = worker.batch->minimum(states);
+    const std::vector<scene::PairProximity>& minima = minimaOf(states, worker);
     for (std::size_t i = 0; i < block.answers.size(); ++i) block.answers[i].smallest = smallestOf(ofMinimum(minima[i]));
+  }
+
+  const std::vector<scene::PairProximity>& minimaOf(const scene::States& states, Worker& worker) const {
+    const double accuracy = question_.selection.accuracy;
+    return accuracy > 0.0 ? worker.batch->minimumWithin(states, accuracy) : worker.batch->minimum(states);
   }
 
   void addVerdicts(const std::vector<scene::StateVerdict>& verdicts, StateBlock& block, Worker& worker) const {

@@ -1,11 +1,14 @@
 // The executable from end to end, on a robot whose distances are worked out on paper.
 #include "tools/program/clearance_command.h"
+#include "tools/robot/robot_files.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
+#include <map>
 #include <random>
+#include <string>
 
 namespace proximity_server::tools::clearance_test {
 
@@ -68,6 +71,39 @@ TEST_F(Clearance, SelectsPairs) {
   EXPECT_EQ(rowsFor("k:2"), 2U);
   EXPECT_EQ(rowsFor("below:1.5"), 1U);  // base - sled, 1 m
   EXPECT_EQ(rowsFor("below:0.5"), 0U);
+}
+
+TEST_F(Clearance, BoundsTheMinimumWithinAnAccuracy) {
+  const std::string states = manyStates(3000);
+  const auto exact = rowsOf(run(states, "").output), within = rowsOf(run(states, "--accuracy 1e-4").output);
+  ASSERT_EQ(exact.size(), 3001U);
+  ASSERT_EQ(within.size(), exact.size());
+  for (std::size_t i = 1; i < exact.size(); ++i) {
+    const double distance = std::stod(exact[i][3]), lower = std::stod(within[i][4]), upper = std::stod(within[i][5]);
+    ASSERT_LE(lower, distance + 1e-9);
+    ASSERT_GE(upper, distance - 1e-9);
+    ASSERT_LE(upper - lower, 1e-4);
+    ASSERT_EQ(within[i][15], "threshold");
+  }
+  EXPECT_EQ(rowsOf(run(states, "--pairs minimum:1e-4").output), within);
+  const std::string out = files_.path("parts"), whole = files_.path("whole.csv"), merged = files_.path("merged.csv");
+  ASSERT_EQ(run(states, "--accuracy 1e-4 --out " + whole).exit_code, 0);
+  for (const std::string part : {"1/2", "2/2"})
+    ASSERT_EQ(run(states, "--accuracy 1e-4 --out " + out + " --shard " + part).exit_code, 0);
+  ASSERT_EQ(runCommandApart(CLEARANCE " --merge " + out + " --out " + merged).exit_code, 0);
+  EXPECT_EQ(readTextFile(merged), readTextFile(whole));
+  EXPECT_EQ(run("slide\n0\n", "--accuracy 1e-4 --assert-above 2.2").exit_code, 0);
+  EXPECT_EQ(run("slide\n0\n", "--accuracy 1e-4 --assert-above 2.3").exit_code, 2);
+  for (const auto& [options, error] :
+       std::map<std::string, std::string>{{"--accuracy 1e-4 --pairs k:2", "--accuracy goes with --pairs minimum only"},
+                                          {"--accuracy 0", "--accuracy"},
+                                          {"--pairs minimum:0", "minimum:0: the accuracy is not above 0"},
+                                          {"--accuracy 1e-4 --trajectory", "--accuracy"},
+                                          {"--accuracy 1e-4 --second-opinion fcl", "--second-opinion"}}) {
+    const CommandResult refused = run("slide\n0\n", options);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_TRUE(says(refused.errors, error)) << refused.errors;
+  }
 }
 
 TEST_F(Clearance, JsonSaysTheSameAsCsv) {
