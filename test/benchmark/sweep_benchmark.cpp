@@ -35,6 +35,7 @@ constexpr int kRounds = 7;
 constexpr int kBatch = 4096;           // states
 constexpr double kRoundSeconds = 0.1;  // of one library in one round, more or less
 constexpr int kFewest = 64;            // states of a library that is slow
+constexpr double kAccuracy = 1e-4;     // [m] of the minimum that planners need
 constexpr SceneQuestion kQuestions[] = {SceneQuestion::AnyBelow, SceneQuestion::Minimum, SceneQuestion::Closest,
                                         SceneQuestion::Below};
 
@@ -57,16 +58,21 @@ NamedLibrary fclBy(const std::string& name, FclScene::Method method) {
 }
 
 /// The others are compared with the first.
-std::vector<NamedLibrary> libraries() {
-  return {{"ours", [](const Model& model) { return std::make_unique<SweepBatch>(model); }},
-          {"ours, Scene",
-           [](const Model& model) {
-             return std::make_unique<SweepScene>(model, std::make_unique<OurScene>(model, Skipping::On));
-           }},
-          fclBy("FCL hulls", FclScene::Method::HullsLibccd),
-          fclBy("FCL hulls, INDEP", FclScene::Method::HullsIndep),
-          fclBy("FCL triangles", FclScene::Method::Triangles),
-          {"spheres", [](const Model& model) { return std::make_unique<SweepSpheres>(*model); }}};
+std::vector<NamedLibrary> libraries(SceneQuestion question) {
+  std::vector<NamedLibrary> libraries{
+      {"ours", [](const Model& model) { return std::make_unique<SweepBatch>(model); }},
+      {"ours, Scene",
+       [](const Model& model) {
+         return std::make_unique<SweepScene>(model, std::make_unique<OurScene>(model, Skipping::On));
+       }},
+      fclBy("FCL hulls", FclScene::Method::HullsLibccd),
+      fclBy("FCL hulls, INDEP", FclScene::Method::HullsIndep),
+      fclBy("FCL triangles", FclScene::Method::Triangles),
+      {"spheres", [](const Model& model) { return std::make_unique<SweepSpheres>(*model); }}};
+  if (question == SceneQuestion::Minimum)
+    libraries.push_back(
+        {"ours, 0.1 mm", [](const Model& model) { return std::make_unique<SweepBatch>(model, kAccuracy); }});
+  return libraries;
 }
 
 /// One question about one robot in each of its states.
@@ -166,7 +172,7 @@ json agreementOf(const Row& row, const Run& ours, const Run& other) {
 
 json measure(const Row& row) {
   std::vector<Run> runs;
-  for (const NamedLibrary& library : libraries()) runs.emplace_back(library, row);
+  for (const NamedLibrary& library : libraries(row.question)) runs.emplace_back(library, row);
   for (int round = 0; round < kRounds; ++round)
     for (Run& run : runs) run.time();
   json entries = json::array();

@@ -4,7 +4,7 @@ the others lie from ours, the efficiency of two threads, and what a batch costs.
 
 from scene_table import best_fcl, by_row
 
-OURS, SCENE, SPHERES = "ours", "ours, Scene", "spheres"
+OURS, SCENE, WITHIN, SPHERES = "ours", "ours, Scene", "ours, 0.1 mm", "spheres"
 VERDICT = "any below 5 cm"
 
 
@@ -27,6 +27,14 @@ def times(rows):
         yield [row, nanoseconds(ours["ns"]), rate(ours["ns"]), nanoseconds(libraries[SCENE]["ns"]),
                f"{nanoseconds(fcl['ns'])} ({fcl['library'].replace('FCL ', '')})", nanoseconds(libraries[SPHERES]["ns"]),
                f"{fcl['ns'] / ours['ns']:.1f}", f"{libraries[SPHERES]['ns'] / ours['ns']:.2f}"]
+
+
+def within(rows):
+    """Yields the rows of the minimum within an accuracy, beside the exact one and spheres."""
+    for row, libraries in rows.items():
+        if WITHIN in libraries:
+            bounds, exact, others = (libraries[name]["ns"] for name in (WITHIN, OURS, SPHERES))
+            yield [row, nanoseconds(bounds), rate(bounds), f"{exact / bounds:.2f}", f"{others / bounds:.2f}"]
 
 
 def spheres(result):
@@ -54,7 +62,7 @@ def agreement(result):
     """Yields a line for each robot and library, our Scene and FCL, over all rows of the robot."""
     groups = {}
     for entry in result["rows"]:
-        if entry["library"] not in (OURS, SPHERES):
+        if entry["library"] not in (OURS, WITHIN, SPHERES):
             groups.setdefault((entry["robot"], entry["library"]), []).append(entry["agreement"])
     for (robot, library), found in groups.items():
         def total(key, parts=found):
@@ -84,6 +92,8 @@ def tables(result):
     return {
         "times": (["ns a state", "ours", "states a second", "Scene alone", "best FCL", "spheres", "FCL / ours", "spheres / ours"],
                   times(by_row(result["rows"]))),
+        "within": (["bounds within 0.1 mm, ns a state", "ours", "states a second", "exact / this", "spheres / this"],
+                   within(by_row(result["rows"]))),
         "spheres": (["what spheres say", "spheres", "states", "proven below 5 cm", "below 5 cm, proven above", "above 5 cm, proven below",
                      "too near by at most", "too far by at most", "overlaps claimed"], spheres(result)),
         "agreement": (["beside ours", "library", "compared", "largest difference [m]", "differing", "right: ours / other",

@@ -22,7 +22,7 @@ void SweepBatch::ask(const States& states, SceneQuestion question) {
       verdicts_ = &batch_.anyBelow(states, kBelow);
       return;
     case SceneQuestion::Minimum:
-      minima_ = &batch_.minimum(states);
+      minima_ = accuracy_ > 0.0 ? &batch_.minimumWithin(states, accuracy_) : &batch_.minimum(states);
       return;
     case SceneQuestion::Closest:
       lists_ = &batch_.closest(states, kClosest);

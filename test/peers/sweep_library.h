@@ -24,7 +24,9 @@ class SweepLibrary {
 /// Ours for batches. It has no answer to All.
 class SweepBatch : public SweepLibrary {
  public:
-  explicit SweepBatch(std::shared_ptr<const SceneModel> model) : batch_(std::move(model)) {}
+  /// With an accuracy [m], the minimum is minimumWithin().
+  explicit SweepBatch(std::shared_ptr<const SceneModel> model, double accuracy = 0.0)
+      : batch_(std::move(model)), accuracy_(accuracy) {}
   explicit SweepBatch(SceneBatch batch) : batch_(std::move(batch)) {}
 
   void ask(const States& states, SceneQuestion question) override;
@@ -32,6 +34,7 @@ class SweepBatch : public SweepLibrary {
 
  private:
   SceneBatch batch_;
+  double accuracy_ = 0.0;
   const std::vector<StateVerdict>* verdicts_ = nullptr;  // exactly one of these is the last answer
   const std::vector<PairProximity>* minima_ = nullptr;
   const StatePairs* lists_ = nullptr;
