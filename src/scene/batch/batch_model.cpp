@@ -71,6 +71,8 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
     visits.push_back({{a, b}, -std::numeric_limits<double>::infinity(), static_cast<int>(i), paddings.of(pair)});
   }
   lanes = std::make_shared<const LaneModel>(*model, *volumes);
+  for (const LaneModel::Pair& pair : lanes->pairs)
+    if (pair.hasGeometry()) deepest = std::max(deepest, pair.radius_a + pair.radius_b + pair.padding);
   order = pairOrder(robot, lanes);
 }
 

@@ -25,6 +25,7 @@ struct BatchModel {
   std::vector<Visit> visits;
 
   std::shared_ptr<const LaneModel> lanes;
+  double deepest = 0.0;    ///< [m] no pair overlaps by more
   std::vector<int> order;  ///< the numbers of the candidates; those that are near most often come first
 };
 

@@ -124,6 +124,8 @@ void NearestPairs::lowerLimit(const Kept& kept) {
   if (place < k_) smallest[place] = upper_bound;
   double& limit = limits_[state];
   limit = std::min(limit, static_cast<double>(smallest[k_ - 1]) + kSettledFor);
+  // Bounds within an accuracy need no other pair than one that overlaps.
+  if (accuracy_ > 0.0 && smallest[0] <= 0.0F) limit = -kInfinity;
 }
 
 /// Bounds the pieces of the pairs that decide bounds within the accuracy: the nearest pair of each state first, which
@@ -266,6 +268,7 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
   }
   PairProximity closest;
   if (!(bounds.upper_bound < kInfinity)) return closest;
+  if (bounds.upper_bound <= 0.0) bounds.lower_bound = -batch_->deepest;  // other pairs may have been left out
   bounds.status = narrowphase::Status::Threshold;
   bounds.distance = bounds.upper_bound > 0.0 ? bounds.lower_bound : bounds.upper_bound;
   closest.asked = batch_->candidates[pair];

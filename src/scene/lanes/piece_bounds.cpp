@@ -35,8 +35,8 @@ PieceBounds::PieceBounds(std::shared_ptr<const LaneModel> model, const lanes::Ke
   gaps_.resize(most);
 }
 
-void PieceBounds::narrow(const LaneModel::Pair& pair, const lanes::Items& items, const double* limits,
-                         double accuracy, int count, float* lower, float* upper) {
+void PieceBounds::narrow(const LaneModel::Pair& pair, const lanes::Items& items, const double* limits, double accuracy,
+                         int count, float* lower, float* upper) {
   const LaneModel::Pieces &a = model_->pieces[pair.a], &b = model_->pieces[pair.b];
   const std::size_t pieces = a.list.size() * b.list.size();
   count_ = static_cast<std::size_t>(count);
@@ -110,15 +110,15 @@ void PieceBounds::boundCores(const LaneModel::Pair& pair, std::size_t pieces, co
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     const auto item = static_cast<std::size_t>(asked_[k]);
     gaps[item] = std::max(gaps[item], roundedDown(static_cast<double>(asked_lowers_[k]) - margin));
-    if (is_exact)
-      uppers_[item] = std::min(uppers_[item], roundedUp(static_cast<double>(asked_uppers_[k]) - margin));
+    if (is_exact) uppers_[item] = std::min(uppers_[item], roundedUp(static_cast<double>(asked_uppers_[k]) - margin));
   }
 }
 
 /// Lowers the lower bounds where a representative of one link may be inside of an interior of the other.
 void PieceBounds::boundInteriors(const LaneModel::Pair& pair, const lanes::Items& items, float* lower) {
   const LaneModel::Pieces &a = model_->pieces[pair.a], &b = model_->pieces[pair.b];
-  for (const auto& [of_a, of_b] : {std::pair{&a.interiors, &b.representatives}, std::pair{&a.representatives, &b.interiors}}) {
+  for (const auto& [of_a, of_b] :
+       {std::pair{&a.interiors, &b.representatives}, std::pair{&a.representatives, &b.interiors}}) {
     const lanes::Boxes boxes_a = boxesOf(*of_a), boxes_b = boxesOf(*of_b);
     if (boxes_a.count == 0 || boxes_b.count == 0) continue;
     findGaps(boxes_a, boxes_b, pair.gap_error, items);

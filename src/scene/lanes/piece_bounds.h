@@ -44,7 +44,7 @@ class PieceBounds {
   std::vector<Row> gaps_;   ///< [m] the lower bound of each pair of pieces: the items of one after those of another
   std::size_t stride_ = 0;  ///< from one pair of pieces to the next
   std::size_t count_ = 0;
-  float accuracy_ = 0.0f;  ///< [m]
+  float accuracy_ = 0.0f;                        ///< [m]
   std::vector<float> limits_, lowers_, uppers_;  ///< [m] of the items, without padding
   std::vector<int> closest_;                     ///< for each item: the pair of pieces with the smallest gap
   std::vector<int> asked_;                       ///< the items that GJK is asked about

@@ -66,7 +66,7 @@ class SceneBatch {
   ///
   /// `asked` is the pair of the upper bound. The answer has Status::Threshold, its distance is its lower bound, and it
   /// has no points and no <collision>. If the upper bound is 0 or less, the pair overlaps: then the upper bound is the
-  /// distance, the lower bound may be far below, and another pair may overlap more. Unknown as in minimum().
+  /// distance, the lower bound only says how deep any pair of this robot can overlap, and another pair may overlap more. Unknown as in minimum().
   /// Bounds are wider apart where the narrowphase does not converge, and where `accuracy` is below its tolerance.
   /// Throws std::invalid_argument also if `accuracy` is not positive.
   const std::vector<PairProximity>& minimumWithin(const States& states, double accuracy);
