@@ -131,11 +131,12 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
 }
 
 /// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
-/// wait for a root and a division.
-Vector3d firstDirection(const Cso& cso, const WarmStart& warm_start) {
+/// wait for a root and a division. `centreDifference` returns the vector from the centre of a's core to that of b's.
+template <typename Vector>
+Vector3d firstDirection(const WarmStart& warm_start, const Vector& centreDifference) {
   const double warm2 = warm_start.axis.squaredNorm();
   if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis;  // the squares of other axes might underflow or overflow
-  const Vector3d centres = cso.centreDifference();
+  const Vector3d centres = centreDifference();
   return centres.squaredNorm() > 1e-200 ? centres : Vector3d(Vector3d::UnitX());
 }
 
@@ -162,8 +163,33 @@ SignedDistance overlapAlong(const Vector3d& normal, double lower_bound, double u
 /// balls: the distance of the centres less both radii. The rounding of the CSO covers the distance of the centres, too:
 /// it is computed as the norm of a CSO vertex is, from points of the cores, and the radii have the error of a support
 /// point.
-double distanceOfInnerBalls(const Cso& cso) {
-  return cso.centreDifference().norm() - (cso.a().innerRadius() + cso.b().innerRadius()) + cso.rounding();
+double distanceOfInnerBalls(const Shape& a, const Shape& b, const Vector3d& centres, double rounding) {
+  return centres.norm() - (a.innerRadius() + b.innerRadius()) + rounding;
+}
+
+/// True if a threshold is asked about two cores whose support planes have formulas without support points. Their centres
+/// are the origins of their frames.
+bool hasFirstBounds(const Shape& a, const Shape& b, const Options& options) {
+  constexpr Shape::Kind kLast = Shape::Kind::Cylinder;
+  return options.stop_above < std::numeric_limits<double>::infinity() && a.kind() <= kLast && b.kind() <= kLast;
+}
+
+/// [m] Height of the support plane of such a core along `direction`, times the length of the direction.
+double heightAlong(const Shape& shape, const Vector3d& direction) {
+  const Vector3d& half = shape.halfExtents();
+  if (shape.kind() == Shape::Kind::Cylinder)
+    return half.x() * support::radialPart(direction) + half.z() * std::abs(direction.z());
+  return half.dot(direction.cwiseAbs());
+}
+
+/// [m] Lower bound of the distance of two shapes by the gap between the support planes of their cores along a direction
+/// of this length; `gap` is multiplied by it.
+///
+/// The rounding of the CSO covers that of heights, too. To first order in eps, a height has an error of 2 eps of the
+/// reach, and the turned direction adds 2.6 eps of it to that of b. The last sum adds eps / 2, the norm and the quotient
+/// 1.75 eps, rounding and margins 1 eps: together 7.85 eps of b's reach, and less of a's reach and of the offset.
+double boundByPlanes(const Shape& a, const Shape& b, double gap, double length, double rounding) {
+  return gap / length - rounding - (a.margin() + b.margin());
 }
 
 bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
@@ -204,37 +230,42 @@ std::optional<double> turnedByTilt(const Shape& a, const Shape& b, const Isometr
 /// The signed distance of cores without a closed form of their own.
 template <typename Observer>
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            double rounding, WarmStart& warm_start, SearchState& search, Observer observer) {
+                            double rounding, std::optional<double> gap, WarmStart& warm_start, SearchState& search,
+                            Observer observer) {
   if (const auto turned = turnedByTilt(a, b, a_T_b, options.distance_tolerance)) {
     observer.reaches(Algorithm::ParallelAxes);
     return certified(parallelAxesDistance(a, b, a_T_b, options.distance_tolerance),
                      rounding + *turned + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
-  const Vector3d direction = firstDirection(cso, warm_start);
+  if (gap && *gap <= 0.0 && areBoxes(a, b)) {
+    observer.reaches(Algorithm::BoxAxes);
+    if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
+  }
+  const Vector3d direction = firstDirection(warm_start, [&cso] { return cso.centreDifference(); });
   const CsoVertex first = cso.vertex(direction);
   const double towards = direction.dot(first.point);
-  if (towards < 0.0) {
+  if (!gap && towards < 0.0) {
     const double length = direction.norm(), lower_bound = -towards / length - rounding;
     if (lower_bound > options.stop_above) {
       const SignedDistance result = separatedAlong(direction / length, lower_bound);
-      observer.endsAtFirst(Algorithm::FirstDirection, result, first);
+      observer.endsAtFirst(Algorithm::FirstDirection, result.normal, lower_bound, [&first] { return first; });
       return result;
     }
   }
-  if (options.stop_below > -std::numeric_limits<double>::infinity()) {
-    const double upper_bound = distanceOfInnerBalls(cso);
+  if (!gap && options.stop_below > -std::numeric_limits<double>::infinity()) {
+    const double upper_bound = distanceOfInnerBalls(a, b, cso.centreDifference(), rounding);
     if (upper_bound <= options.stop_below) {
       // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
       const double length = direction.norm();
       const SignedDistance result = overlapAlong(direction / length, -towards / length - rounding, upper_bound);
-      observer.endsAtFirst(Algorithm::InnerBalls, result, first);
+      observer.endsAtFirst(Algorithm::InnerBalls, result.normal, result.lower_bound, [&first] { return first; });
       return result;
     }
   }
   observer.reaches(Algorithm::BoxAxes);
   const bool may_overlap = towards >= 0.0;
-  if (may_overlap && areBoxes(a, b))
+  if (!gap && may_overlap && areBoxes(a, b))
     if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
   if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) search.begun_with = warm_start;
   const SignedDistance result = iterative(cso, direction.normalized(), first, options, observer);
@@ -349,15 +380,17 @@ std::optional<SignedDistance> nearOrigins(const Shape& a, const Shape& b, const 
   return movedBack(ask(near.a(), near.b(), near.pose(), inner, warm_start, observer), near, options);
 }
 
-/// The answer about shapes without a closed form, and steps 6 to 8 of signedDistance().
+/// The answer about shapes without a closed form, and steps 6 to 8 of signedDistance(). `gap` is that of the support
+/// planes along the first direction, if byFirstBounds() has left a threshold open.
 template <typename Observer>
-SignedDistance bySearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                        double rounding, WarmStart& warm_start, Observer observer) {
+[[gnu::noinline]] SignedDistance bySearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                          const Options& options, double rounding, std::optional<double> gap,
+                                          WarmStart& warm_start, Observer observer) {
   const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
   const bool is_warm = warm_start.simplex_size != 0 || !warm_start.axis.isZero(0.0);
   SearchState search;
-  SignedDistance result = withMargins(coreDistance(a, b, a_T_b, core_options, rounding, warm_start, search, observer),
-                                      a.margin(), b.margin());
+  SignedDistance result = withMargins(
+      coreDistance(a, b, a_T_b, core_options, rounding, gap, warm_start, search, observer), a.margin(), b.margin());
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can decide it.
     if (search.begun_with) warm_start = *search.begun_with;
@@ -381,6 +414,36 @@ SignedDistance bySearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
   return result;
 }
 
+/// The answer of a threshold about two shapes without a closed form, if hasFirstBounds(): by the support planes along the
+/// first direction, by the inner balls, or by a search. It is a function of its own, because bySearch() stores many
+/// registers and fills much of the stack.
+template <typename Observer>
+[[gnu::noinline]] SignedDistance byFirstBounds(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                               const Options& options, double rounding, WarmStart& warm_start,
+                                               Observer observer) {
+  const Vector3d centres = a_T_b.translation();
+  const Vector3d direction = firstDirection(warm_start, [&centres] { return centres; });
+  const double length = direction.norm();
+  const double gap =
+      direction.dot(centres) - heightAlong(a, direction) - heightAlong(b, a_T_b.linear().transpose() * direction);
+  const auto endsBy = [&](Algorithm algorithm) {
+    warm_start.axis = direction / length;
+    observer.endsAtFirst(algorithm, warm_start.axis, gap / length - rounding,
+                         [&] { return Cso(a, b, a_T_b, rounding, warm_start).vertex(direction); });
+  };
+  const double lower_bound = boundByPlanes(a, b, gap, length, rounding);
+  if (lower_bound > options.stop_above) {
+    endsBy(Algorithm::FirstDirection);
+    return separatedAlong(warm_start.axis, lower_bound);
+  }
+  const double upper_bound = distanceOfInnerBalls(a, b, centres, rounding) - (a.margin() + b.margin());
+  if (upper_bound <= options.stop_below && !turnedByTilt(a, b, a_T_b, options.distance_tolerance)) {
+    endsBy(Algorithm::InnerBalls);
+    return overlapAlong(warm_start.axis, lower_bound, upper_bound);
+  }
+  return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
+}
+
 template <typename Observer>
 SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                                 WarmStart& warm_start, Observer observer) {
@@ -395,7 +458,8 @@ SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d
     observer.reaches(Algorithm::PointsAndSegments);
     return byClosedForm(a, b, a_T_b, options, rounding + transposeError(b, a_T_b, departure2), warm_start);
   }
-  return bySearch(a, b, a_T_b, options, rounding, warm_start, observer);
+  if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
+  return bySearch(a, b, a_T_b, options, rounding, std::nullopt, warm_start, observer);
 }
 
 }  // namespace

@@ -207,6 +207,115 @@ TEST(SignedDistance, ABooleanInDeepOverlapKeepsTheWarmStartOfTheLastSearch) {
   }
 }
 
+/// Two shapes with centres on the x axis, along which they are the nearest to each other.
+struct PairAlongX {
+  const char* name;
+  Shape a, b;
+  double reach;  // of both along x, with margins
+};
+
+std::vector<PairAlongX> pairsAlongX() {
+  const Shape ball = Sphere{0.25}, capsule = Capsule{0.125, 2}, box = Box{{1, 2, 3}}, cylinder = Cylinder{0.5, 2},
+              plate = Box{{1, 2, 1e-300}};
+  return {{"ball, capsule", ball, capsule, 0.375}, {"ball, box", ball, box, 0.75},
+          {"capsules", capsule, capsule, 0.25},    {"boxes", box, box, 1.0},
+          {"plates", plate, plate, 1.0},           {"padded boxes", box.padded(0.25), box.padded(0.125), 1.375},
+          {"box, capsule", box, capsule, 0.625},   {"box, cylinder", box, cylinder, 1.0},
+          {"cylinders", cylinder, cylinder, 1.0},  {"padded cylinder, ball", cylinder.padded(0.25), ball, 1.0}};
+}
+
+/// b is turned about x, so that the axes are not parallel.
+Isometry3d alongX(double x) {
+  Isometry3d pose = at(x, 0, 0);
+  pose.linear() << 1, 0, 0, 0, 0.8, -0.6, 0, 0.6, 0.8;
+  return pose;
+}
+
+TEST(SignedDistance, ABooleanDecidesOnBothSidesOfTheGapAlongTheCentres) {
+  for (const PairAlongX& pair : pairsAlongX())
+    for (const double scale : {1e-8, 1.0, 1e8})
+      for (const double distance : {1.0, 0.125, -0.125})
+        for (const double beside : {-0.01, -1e-12, 1e-12, 0.01}) {
+          const Shape a = scaled(pair.a, scale), b = scaled(pair.b, scale);
+          const Isometry3d a_T_b = alongX(scale * (pair.reach + distance));
+          const Options options = Options::above(scale * (distance + beside));
+          const SignedDistance result = signedDistance(a, b, a_T_b, options);
+          EXPECT_TRUE(carriesItsProof({a, b, a_T_b}, result, options)) << pair.name << " " << scale << " " << distance;
+          if (beside < 0.0)
+            EXPECT_GT(result.lower_bound, options.stop_above) << pair.name << " " << scale << " " << distance;
+          else if (distance < 0.0)
+            EXPECT_LE(result.upper_bound, options.stop_below) << pair.name << " " << scale << " " << distance;
+          else
+            EXPECT_LE(result.lower_bound, options.stop_above) << pair.name << " " << scale << " " << distance;
+        }
+}
+
+TEST(SignedDistance, ABooleanOfTouchingShapesIsNotAbove) {
+  for (const PairAlongX& pair : pairsAlongX())
+    for (const double scale : {1e-8, 1.0, 1e8}) {
+      const Shape a = scaled(pair.a, scale), b = scaled(pair.b, scale);
+      const Isometry3d touching = alongX(scale * pair.reach);
+      const SignedDistance result = signedDistance(a, b, touching, Options::above(0.0));
+      EXPECT_LE(result.lower_bound, 0.0) << pair.name << " " << scale;
+      EXPECT_TRUE(carriesItsProof({a, b, touching}, result, Options::above(0.0))) << pair.name << " " << scale;
+    }
+}
+
+// Scaling by a power of two rounds nothing, so that the truth is scaled, too.
+TEST(SignedDistance, ABooleanEnclosesTheTruthAtAnyScale) {
+  int without_points = 0;
+  for (const KnownCase& c : cases())
+    for (const double factor : {std::ldexp(1.0, -27), 1.0, std::ldexp(1.0, 27)})
+      for (const double offset : kOffsets) {
+        PairCase grown{c.name, scaled(c.a, factor), scaled(c.b, factor), c.a_T_b};
+        grown.a_T_b.translation() *= factor;
+        Options options = Options::above(factor * (static_cast<double>(c.truth.distance) + offset));
+        options.distance_tolerance *= factor;
+        const SignedDistance result = distanceOf(grown, options);
+        EXPECT_TRUE(carriesItsProof(grown.pair(), result, options)) << factor << " " << offset << " " << describe(c);
+        const Truth truth{factor * c.truth.distance, factor * c.truth.error_bound};
+        EXPECT_TRUE(enclosesTruth(grown.pair(), result, truth)) << factor << " " << offset << " " << describe(c);
+        without_points += result.has_points ? 0 : 1;
+      }
+  EXPECT_GT(without_points, 1000);
+}
+
+// The axis of the last query is taken for the first direction, whatever its length is. Along z the shapes seem to
+// overlap.
+TEST(SignedDistance, ABooleanTakesAWarmAxisOfAnyLength) {
+  for (const PairAlongX& pair : pairsAlongX())
+    for (const double length : {1e-320, 1e-101, 1e-99, 1e-3, 1e99, 1e101, 1e300})
+      for (const Vector3d& axis : {Vector3d(length, 0, 0), Vector3d(-length, 0, 0), Vector3d(0, 0, length)}) {
+        const Isometry3d a_T_b = alongX(pair.reach + 0.5);
+        WarmStart warm_start;
+        warm_start.axis = axis;
+        const SignedDistance above = signedDistance(pair.a, pair.b, a_T_b, Options::above(0.25), warm_start);
+        EXPECT_GT(above.lower_bound, 0.25) << pair.name << " " << length;
+        EXPECT_TRUE(carriesItsProof({pair.a, pair.b, a_T_b}, above, Options::above(0.25)))
+            << pair.name << " " << length;
+        warm_start.axis = axis;
+        const SignedDistance below = signedDistance(pair.a, pair.b, a_T_b, Options::above(0.75), warm_start);
+        EXPECT_LE(below.upper_bound, 0.75) << pair.name << " " << length;
+      }
+}
+
+TEST(SignedDistance, ABooleanOfSharedCentresIsNotAbove) {
+  for (const PairAlongX& pair : pairsAlongX())
+    for (const double offset : {0.0, 1e-308, 1e-165, 1e-155, 1e-149, 1e-99}) {
+      const Isometry3d a_T_b = alongX(offset);
+      const SignedDistance result = signedDistance(pair.a, pair.b, a_T_b, Options::above(0.0));
+      EXPECT_LE(result.upper_bound, 0.0) << pair.name << " " << offset;
+      EXPECT_TRUE(carriesItsProof({pair.a, pair.b, a_T_b}, result, Options::above(0.0))) << pair.name << " " << offset;
+    }
+}
+
+TEST(SignedDistance, AThresholdLeavesParallelCylindersInOverlapTheirPoints) {
+  const SignedDistance result =
+      signedDistance(Cylinder{0.5, 4}, Cylinder{0.25, 4}, at(0.125, 0, 0), Options::above(0.0));
+  EXPECT_EQ(result.status, Status::Converged);
+  EXPECT_NEAR(result.distance, -0.625, 1e-14);
+}
+
 // The first direction, from centre to centre, does not separate the plates; their faces do, by 0.05.
 TEST(SignedDistance, AFaceOfABoxDecidesAThreshold) {
   const Shape plate = Box{{4, 4, 0.2}};

@@ -18,11 +18,6 @@ QueryTrace::GjkStep foundVertex(const CsoVertex& w, const Vector3d& normal, doub
 
 }  // namespace
 
-void Recorder::endsAtFirst(Algorithm algorithm, const SignedDistance& result, const CsoVertex& first) const {
-  reaches(algorithm);
-  trace_->gjk.push_back(foundVertex(first, result.normal, result.lower_bound));
-}
-
 void Recorder::supports(const CsoVertex& w, const Vector3d& normal, double lower_bound) const {
   QueryTrace::GjkStep step = foundVertex(w, normal, lower_bound);
   if (!trace_->gjk.empty()) {

@@ -19,7 +19,8 @@ struct DepthBounds {
 /// An observer that does nothing.
 struct Unobserved {
   void reaches(Algorithm) const {}
-  void endsAtFirst(Algorithm, const SignedDistance&, const CsoVertex&) const {}
+  template <typename First>
+  void endsAtFirst(Algorithm, const Eigen::Vector3d&, double, const First&) const {}
   void supports(const CsoVertex&, const Eigen::Vector3d&, double) const {}
   void reduces(const Simplex&, const Nearest&, double) const {}
   void begins() const {}
@@ -39,9 +40,13 @@ class Recorder {
   /// The last algorithm that a query reaches gives its answer.
   void reaches(Algorithm algorithm) const { trace_->algorithm = algorithm; }
 
-  /// The query ends with this algorithm, before GJK. The first vertex proves the lower bound of the result along its
-  /// normal.
-  void endsAtFirst(Algorithm algorithm, const SignedDistance& result, const CsoVertex& first) const;
+  /// The query ends with this algorithm, before GJK. The first vertex, which `first` returns, proves the lower bound of
+  /// the cores along the normal.
+  template <typename First>
+  void endsAtFirst(Algorithm algorithm, const Eigen::Vector3d& normal, double lower_bound, const First& first) const {
+    reaches(algorithm);
+    supports(first(), normal, lower_bound);
+  }
   /// GJK has found w along the normal, which proves the lower bound.
   void supports(const CsoVertex& w, const Eigen::Vector3d& normal, double lower_bound) const;
   /// GJK has reduced the simplex with w to what the nearest point needs. `rounding` [m] is that of the CSO.
