@@ -141,18 +141,18 @@ Vector3d firstDirection(const WarmStart& warm_start, const Vector& centreDiffere
 }
 
 /// The answer of shapes whose lower bound, which the normal proves, decides the threshold.
-SignedDistance separatedAlong(const Vector3d& normal, double lower_bound) {
+SignedDistance separatedAlong(const Vector3d& normal, double lower_bound, int iterations = 1) {
   SignedDistance result;
   result.status = Status::Threshold;
   result.lower_bound = result.distance = lower_bound;
   result.normal = normal;
-  result.iterations = 1;
+  result.iterations = iterations;
   return result;
 }
 
 /// The answer of shapes whose upper bound decides the threshold. The normal proves the lower bound.
-SignedDistance overlapAlong(const Vector3d& normal, double lower_bound, double upper_bound) {
-  SignedDistance result = separatedAlong(normal, lower_bound);
+SignedDistance overlapAlong(const Vector3d& normal, double lower_bound, double upper_bound, int iterations = 1) {
+  SignedDistance result = separatedAlong(normal, lower_bound, iterations);
   result.distance = result.upper_bound = upper_bound;
   return result;
 }
@@ -298,7 +298,7 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
   return result.status == Status::IterationLimit ? Status::IterationLimit : Status::Degenerate;
 }
 
-/// The answer of cores that have a closed form. No threshold can save time here.
+/// The answer of cores that have a closed form.
 /// Evidence: as a call with the formula inlined it takes 28 ns (sphere and box) and 29 ns (capsules); inlined into
 /// signedDistance(), 30 and 40 ns, and boxes in overlap 157 instead of 151, as both need more registers than there are.
 [[gnu::noinline]] SignedDistance byClosedForm(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
@@ -309,6 +309,28 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
   if (result.status == Status::Converged && result.unique)
     result.unique = meetInOnePoint(a, b, a_T_b, result.normal, options.distance_tolerance);
   return result;
+}
+
+/// The answer of a threshold about a point or a segment and a segment or a box: by the support planes across the line of
+/// the centres, by the inner balls, or by the closed form. Evidence: 330 instead of 490 instructions for a sphere and a
+/// box that are apart, 320 instead of 540 for two capsules. The formulas of other pairs take no longer than this.
+[[gnu::noinline]] SignedDistance byCentres(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                           const Options& options, double rounding, WarmStart& warm_start) {
+  const Vector3d centres = a_T_b.translation();
+  const double length2 = centres.squaredNorm(), length = std::sqrt(length2);
+  if (!(length > support::kShortest)) return byClosedForm(a, b, a_T_b, options, rounding, warm_start);
+  const double of_a = a.halfExtents().z() * std::abs(centres.z());
+  const double of_b = b.kind() == Shape::Kind::Box ? heightAlong(b, a_T_b.linear().transpose() * centres)
+                                                   : b.halfExtents().z() * std::abs(a_T_b.linear().col(2).dot(centres));
+  const double lower_bound = boundByPlanes(a, b, length2 - of_a - of_b, length, rounding);
+  if (lower_bound > options.stop_above) {
+    warm_start.axis = centres / length;
+    return separatedAlong(warm_start.axis, lower_bound, 0);
+  }
+  const double upper_bound = distanceOfInnerBalls(a, b, centres, rounding) - (a.margin() + b.margin());
+  if (!(upper_bound <= options.stop_below)) return byClosedForm(a, b, a_T_b, options, rounding, warm_start);
+  warm_start.axis = centres / length;
+  return overlapAlong(warm_start.axis, lower_bound, upper_bound, 0);
 }
 
 /// A warm start without knowledge that keeps the storage of the polytope.
@@ -456,7 +478,9 @@ SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d
   }
   if (hasClosedForm(a.kind(), b.kind())) {
     observer.reaches(Algorithm::PointsAndSegments);
-    return byClosedForm(a, b, a_T_b, options, rounding + transposeError(b, a_T_b, departure2), warm_start);
+    const double error = rounding + transposeError(b, a_T_b, departure2);
+    const bool pays = hasFirstBounds(a, b, options) && b.kind() != Shape::Kind::Point;
+    return (pays ? byCentres : byClosedForm)(a, b, a_T_b, options, error, warm_start);
   }
   if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
   return bySearch(a, b, a_T_b, options, rounding, std::nullopt, warm_start, observer);

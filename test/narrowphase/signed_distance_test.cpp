@@ -309,6 +309,17 @@ TEST(SignedDistance, ABooleanOfSharedCentresIsNotAbove) {
     }
 }
 
+TEST(SignedDistance, ABooleanOfACentreInsideOfABoxHasNoPoints) {
+  const Shape ball = Sphere{0.25}, box = Box{{1, 2, 3}};
+  const Isometry3d inside = at(0.25, 0.5, 0.75);
+  EXPECT_EQ(signedDistance(ball, box, inside, Options::above(0.0)).status, Status::Converged);
+  const Isometry3d near_the_centre = at(0.25, 0.125, 0.25);
+  const SignedDistance result = signedDistance(ball, box, near_the_centre, Options::above(0.0));
+  EXPECT_EQ(result.status, Status::Threshold);
+  EXPECT_FALSE(result.has_points);
+  EXPECT_EQ(result.iterations, 0);
+}
+
 TEST(SignedDistance, AThresholdLeavesParallelCylindersInOverlapTheirPoints) {
   const SignedDistance result =
       signedDistance(Cylinder{0.5, 4}, Cylinder{0.25, 4}, at(0.125, 0, 0), Options::above(0.0));
