@@ -23,7 +23,9 @@ class Call : public ros::CallbackInterface {
 }  // namespace
 
 // On Linux each thread has a niceness of its own.
-RequestQueue::RequestQueue(int niceness) : niceness_(getpriority(PRIO_PROCESS, 0) + niceness) {}
+RequestQueue::RequestQueue(int niceness) : niceness_(getpriority(PRIO_PROCESS, 0) + niceness) {
+  sem_init(&untaken_, 0, 0);
+}
 
 RequestQueue::~RequestQueue() {
   waiting_.disable();
@@ -31,34 +33,28 @@ RequestQueue::~RequestQueue() {
     const std::lock_guard<std::mutex> lock(mutex_);
     is_stopping_ = true;
   }
-  changed_.notify_all();
+  for (std::size_t i = 0; i < threads_.size(); ++i) sem_post(&untaken_);
   for (std::thread& thread : threads_) thread.join();
+  sem_destroy(&untaken_);
 }
 
 void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner_id) {
   waiting_.addCallback(callback, owner_id);
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (is_stopping_) return;
-    ++waiting_count_;
-    if (++unfinished_count_ > threads_.size() && threads_.size() < kMaxThreads)
-      threads_.emplace_back([this] { work(); });
-  }
-  changed_.notify_one();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (is_stopping_) return;
+  if (++unfinished_count_ > threads_.size() && threads_.size() < kMaxThreads) threads_.emplace_back([this] { work(); });
+  sem_post(&untaken_);
 }
 
 void RequestQueue::work() {
   // Every user may raise the niceness. It is set as an absolute value, because a thread of this queue may start another
   // one (when it reads the next request of a connection), and that one inherits the raised niceness.
   setpriority(PRIO_PROCESS, 0, niceness_);
-  std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    changed_.wait(lock, [this] { return is_stopping_ || waiting_count_ > 0; });
+    if (sem_wait(&untaken_) != 0) continue;  // a signal interrupted it
     if (is_stopping_) return;
-    --waiting_count_;
-    lock.unlock();
     waiting_.callOne();  // does nothing if the callback was removed
-    lock.lock();
+    const std::lock_guard<std::mutex> lock(mutex_);
     --unfinished_count_;
   }
 }

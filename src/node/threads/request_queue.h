@@ -2,8 +2,9 @@
 
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
+#include <semaphore.h>
 
-#include <condition_variable>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -34,11 +35,13 @@ class RequestQueue : public ros::CallbackQueueInterface {
 
   const int niceness_;
   ros::CallbackQueue waiting_;
-  std::mutex mutex_;  // guards the members below
-  std::condition_variable changed_;
+  // This is no condition variable, because addCallback() runs in the thread that receives transforms and
+  // publishes levels. Before glibc 2.41, to notify a condition variable may wait until a thread that was woken earlier
+  // gets a processor: under load for milliseconds.
+  sem_t untaken_;  // counts callbacks that no thread has taken yet
+  std::atomic<bool> is_stopping_{false};
+  std::mutex mutex_;                  // guards the members below
   std::size_t unfinished_count_ = 0;  // callbacks that wait or run
-  std::size_t waiting_count_ = 0;     // callbacks that no thread has taken yet
-  bool is_stopping_ = false;
   std::vector<std::thread> threads_;
 };
 
