@@ -1,14 +1,14 @@
 #include "scene/batch/batch_model.h"
 
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/query/pair_distances.h"
 #include "scene/filter/given_model.h"
 #include "scene/lanes/lane_bounds.h"
+#include "scene/model/numbers.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -65,15 +65,33 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders.push_back(robot.leaderOf(joint));
   const PairDistances paddings = paddingsOf(model->pairs);
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const ShapeRefPair& pair = candidates[i];
-    const auto [a, b] = std::minmax({volumes->of(pair.a), volumes->of(pair.b)});
-    visits.push_back({{a, b}, -std::numeric_limits<double>::infinity(), static_cast<int>(i), paddings.of(pair)});
-  }
+  for (const ShapeRefPair& pair : candidates) add(pair, paddings);
   lanes = std::make_shared<const LaneModel>(*model, *volumes);
   for (const LaneModel::Pair& pair : lanes->pairs)
     if (pair.hasGeometry()) deepest = std::max(deepest, pair.radius_a + pair.radius_b + pair.padding);
   order = pairOrder(robot, lanes);
+}
+
+BatchModel::BatchModel(const BatchModel& robot, std::shared_ptr<const Objects> of_robot) : BatchModel(robot) {
+  if (&of_robot->model() != model.get()) throw std::invalid_argument("the objects are those of another model");
+  deepest = kInfinity;
+  pairs.resize(candidates.size());
+  visits.resize(candidates.size());
+  const PairDistances paddings = paddingsOf(model->pairs);
+  of_robot->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) {
+    add({a, b}, paddings);
+    // Of two parts, the second one may have half-spaces.
+    PartPair& parts = visits.back();
+    const ShapeRef& first = parts.a == volumes->of(a) ? a : b;
+    if (first.isObject() && of_robot->placed(first.object())->isUnbounded()) std::swap(parts.a, parts.b);
+  });
+  objects = std::make_shared<const BatchObjects>(std::move(of_robot), visits, candidates.size(), *volumes, *lanes);
+}
+
+void BatchModel::add(const ShapeRefPair& pair, const PairDistances& paddings) {
+  const auto [a, b] = std::minmax({volumes->of(pair.a), volumes->of(pair.b)});
+  visits.push_back({{a, b}, -kInfinity, static_cast<int>(pairs.size()), paddings.of(pair)});
+  pairs.push_back(pair);
 }
 
 }  // namespace proximity_server::scene

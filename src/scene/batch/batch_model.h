@@ -1,7 +1,9 @@
 #pragma once
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
+#include "scene/batch/batch_objects.h"
 #include "scene/lanes/lane_model.h"
 #include "scene/parts/visit_queue.h"
 #include "scene/parts/volumes.h"
@@ -15,18 +17,28 @@ namespace proximity_server::scene {
 struct BatchModel {
   explicit BatchModel(std::shared_ptr<const SceneModel> scene_model);
 
+  /// The same robot with other objects. Failure: throws as SceneBatch::use() does.
+  BatchModel(const BatchModel& robot, std::shared_ptr<const Objects> objects);
+
   std::shared_ptr<const SceneModel> model;
   Candidates candidates;
   std::shared_ptr<const Volumes> volumes;
   std::vector<Joint::Mimic> leaders;  ///< for each joint, see RobotModel::leaderOf()
 
-  /// The candidate pairs by the numbers of their parts, as PairMeasurement::visitOf() finds them, with minus infinity
-  /// as bound.
+  /// The candidate pairs, then the pairs with objects.
+  std::vector<ShapeRefPair> pairs;
+
+  /// These pairs by the numbers of their parts, as PairMeasurement::visitOf() finds them, with minus infinity as bound.
   std::vector<Visit> visits;
 
+  std::shared_ptr<const BatchObjects> objects;  ///< nullptr without objects
+
   std::shared_ptr<const LaneModel> lanes;
-  double deepest = 0.0;    ///< [m] no pair overlaps by more
+  double deepest = 0.0;    ///< [m] no pair overlaps by more; infinity with objects
   std::vector<int> order;  ///< the numbers of the candidates; those that are near most often come first
+
+ private:
+  void add(const ShapeRefPair& pair, const PairDistances& paddings);
 };
 
 }  // namespace proximity_server::scene

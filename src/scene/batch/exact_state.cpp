@@ -18,7 +18,11 @@ ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
       poses_(batch_->model->robot.bodies.size(), Isometry3d::Identity()),
       pose_of_(poses_.size(), 0),
       body_of_(poses_.size(), 0),
-      sphere_of_(static_cast<std::size_t>(batch_->volumes->rootCount()), 0) {}
+      sphere_of_(static_cast<std::size_t>(batch_->volumes->rootCount()), 0) {
+  if (!batch_->objects) return;
+  measurement_->use(batch_->objects->objects);
+  frames_.resize(batch_->objects->frame_links.size());
+}
 
 void ExactState::place(const States& states, Eigen::Index state) {
   positions_ = states.data() + state * states.rowStride();
@@ -45,10 +49,23 @@ const Isometry3d& ExactState::poseOf(int body) {
 }
 
 void ExactState::placeBody(int body) {
+  if (body >= static_cast<int>(poses_.size())) return placeFrames();  // the body of an object that no link holds
   std::uint64_t& state = body_of_[body];
   if (state == state_) return;
   measurement_->robot().place(body, poseOf(body));
   state = state_;
+}
+
+/// Places the moving objects. Fixed ones stand in their places.
+void ExactState::placeFrames() {
+  if (frames_of_ == state_ || frames_.empty()) return;
+  const RobotModel& robot = batch_->model->robot;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    const Link& link = robot.links[batch_->objects->frame_links[i]];
+    frames_[i] = poseOf(link.body) * link.body_T_link;
+  }
+  measurement_->updateFrames(frames_);
+  frames_of_ = state_;
 }
 
 /// Chooses the origin as PlacedRobot::update() does.
@@ -65,11 +82,13 @@ void ExactState::placeOrigin() {
   origin_of_ = state_;
 }
 
-void ExactState::placeSphere(int root) {
-  std::uint64_t& state = sphere_of_[root];
+void ExactState::placeSphere(int part) {
+  PlacedRobot& robot = measurement_->robot();
+  if (robot.isObject(part)) return placeBody(robot[part].body);  // its sphere is made when it is asked
+  std::uint64_t& state = sphere_of_[part];
   if (state == state_) return;
-  placeBody(measurement_->robot()[root].body);
-  measurement_->robot().placeSphere(root);
+  placeBody(robot[part].body);
+  robot.placeSphere(part);
   state = state_;
 }
 
@@ -77,6 +96,8 @@ void ExactState::placeSphere(int root) {
 
 /// Places all that visitOf() of the pair reads.
 void ExactState::placePair(int pair) {
+  PROXIMITY_ASSERT(narrowphase::isPlace(pair, batch_->pairs.size()),
+                   "No pair has this number: they are numbered as in BatchModel::pairs.");
   const Visit& visit = visitOf(pair);
   placeOrigin();
   placeSphere(visit.a);
@@ -84,20 +105,27 @@ void ExactState::placePair(int pair) {
 }
 
 bool ExactState::isBelow(int pair, double distance) {
-  PROXIMITY_ASSERT(narrowphase::isPlace(pair, batch_->candidates.size()),
-                   "No candidate has this number: pairs are numbered as in BatchModel::candidates.");
+  const std::optional<Visit> visit = boundedWithin(pair, distance);
+  return visit && isBelow(*visit, distance);
+}
+
+std::optional<Visit> ExactState::boundedWithin(int pair, double distance) {
   placePair(pair);
-  const std::optional<Visit> visit = measurement_->visitOf(candidate(pair), pair);
-  return visit && !measurement_->isProvenBeyond(*visit, distance);
+  std::optional<Visit> visit = measurement_->visitOf(refsOf(pair), pair);
+  if (visit && !(visit->lower_bound > distance)) visit = measurement_->refined(*visit, distance);
+  return visit && visit->lower_bound > distance ? std::nullopt : visit;
 }
 
 PairProximity ExactState::proximity(int pair, double threshold) {
-  PROXIMITY_ASSERT(narrowphase::isPlace(pair, batch_->candidates.size()),
-                   "No candidate has this number: pairs are numbered as in BatchModel::candidates.");
   placePair(pair);
   Question question;
   question.threshold = threshold;
-  return measurement_->settle(candidate(pair), question);
+  return measurement_->settle(refsOf(pair), question);
+}
+
+Representation ExactState::representationOf(const PartPair& pair) const {
+  const PlacedRobot& robot = measurement_->robot();
+  return std::max(robot[pair.a].whole().representation, robot[pair.b].whole().representation);
 }
 
 bool ExactState::isPlaced(const Visit& visit) {
@@ -113,7 +141,7 @@ bool ExactState::isPlaced() {
 }
 
 PairProximity ExactState::measure(const Visit& visit, double limit, const Question& question) {
-  return measurement_->measure(candidate(visit.number), visit, limit, question);
+  return measurement_->measure(refsOf(visit.number), visit, limit, question);
 }
 
 }  // namespace proximity_server::scene

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/states.h"
+#include "proximity_server/scene/query/scene.h"
 #include "scene/batch/batch_model.h"
 #include "scene/query/pair_measurement.h"
 
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -21,7 +23,7 @@ namespace proximity_server::scene {
 ///    this state has placed them. The poses are those of forwardKinematics().
 /// 3. PairMeasurement answers, without any memory of other answers.
 ///
-/// Pairs are numbers among BatchModel::candidates. After construction nothing is allocated, except if the search of
+/// Pairs are numbers among BatchModel::pairs. After construction nothing is allocated, except if the search of
 /// pieces needs a longer queue than ever before.
 class ExactState {
  public:
@@ -35,8 +37,16 @@ class ExactState {
   /// Scene::below() decides it. The distance itself is not computed, which costs less.
   bool isBelow(int pair, double distance);
 
+  /// Both steps of isBelow(), for a search of many pairs. The first one returns the pair with the lower bound of its
+  /// spheres and boxes, unless this is above the distance, or the pair is Unknown. The second one decides by the pieces.
+  std::optional<Visit> boundedWithin(int pair, double distance);
+  bool isBelow(const Visit& bounded, double distance) { return !measurement_->arePiecesBeyond(bounded, distance); }
+
   /// The answer of Scene::proximity() with this Question::threshold [m].
   PairProximity proximity(int pair, double threshold = std::numeric_limits<double>::infinity());
+
+  /// That of the less exact one of two parts.
+  Representation representationOf(const PartPair& pair) const;
 
   // The following functions answer in steps, for a search of many pairs. A visit is one of BatchModel::visits with a
   // lower bound that the caller knows.
@@ -45,7 +55,7 @@ class ExactState {
   /// is Unknown.
   bool isPlaced(const Visit& visit);
 
-  /// True if no candidate pair is Unknown. Positions may be finite and a pose not.
+  /// True if no pair is Unknown. Positions may be finite and a pose not.
   bool isPlaced();
 
   /// Raises the lower bound with the boxes of both links, unless it is above the limit [m].
@@ -54,14 +64,17 @@ class ExactState {
   /// Like proximity(), if isPlaced(). If a lower bound of the distance is above the limit [m], that bound is enough.
   PairProximity measure(const Visit& visit, double limit, const Question& question = {});
 
+  /// The pose of a body of the robot.
+  const Eigen::Isometry3d& poseOf(int body);
+
  private:
-  const ShapeRefPair& candidate(int pair) const { return batch_->candidates[pair]; }
+  const ShapeRefPair& refsOf(int pair) const { return batch_->pairs[pair]; }
   const Visit& visitOf(int pair) const { return batch_->visits[pair]; }
   void placePair(int pair);
-  void placeSphere(int root);
+  void placeSphere(int part);
   void placeOrigin();
   void placeBody(int body);
-  const Eigen::Isometry3d& poseOf(int body);
+  void placeFrames();
   double positionOf(int joint) const;
 
   std::shared_ptr<const BatchModel> batch_;
@@ -76,6 +89,8 @@ class ExactState {
   std::vector<std::uint64_t> body_of_;    ///< for each body: the state in which PlacedRobot has it
   std::vector<std::uint64_t> sphere_of_;  ///< for each root: the state in which PlacedRobot has its sphere
   std::uint64_t origin_of_ = 0;           ///< the state to which the origin of the spheres belongs
+  FramePoses frames_;                     ///< of moving objects
+  std::uint64_t frames_of_ = 0;           ///< the state in which PlacedRobot has them
 };
 
 }  // namespace proximity_server::scene

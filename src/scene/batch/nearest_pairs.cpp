@@ -25,7 +25,8 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
       upper_(LaneBounds::kBlock),
       first_(LaneBounds::kBlock),
       nearest_(LaneBounds::kBlock),
-      limits_of_asked_(LaneBounds::kBlock) {
+      limits_of_asked_(LaneBounds::kBlock),
+      objects_(batch_) {
   kept_.reserve(pairs() * LaneBounds::kBlock);
   queue_.reserve(pairs());
   measured_.reserve(pairs());
@@ -49,14 +50,19 @@ void NearestPairs::prepareWithin(const LaneBounds& lanes, double accuracy) {
 }
 
 void NearestPairs::prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit) {
-  thresholds_.clear();
-  for (const ShapeRefPair& pair : batch_->candidates) thresholds_.push_back(thresholds.of(pair));
+  takeThresholds(thresholds);
   takeBoundsOfClosest(lanes, 1, limit + kSettledFor);
 }
 
+void NearestPairs::takeThresholds(const PairDistances& thresholds) {
+  own_thresholds_ = thresholds;
+  thresholds_.clear();
+  for (const ShapeRefPair& pair : batch_->candidates) thresholds_.push_back(thresholds.of(pair));
+}
+
 void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit) {
-  k_ = std::min(k, pairs());
-  ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && (k_ < pairs() || accuracy_ > 0.0);
+  k_ = std::min(k, batch_->pairs.size());
+  ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && (k_ < batch_->pairs.size() || accuracy_ > 0.0);
   std::fill(uppers_.begin(), uppers_.end(), kFloatInfinity);
   if (k_ > 0) takeBounds(lanes, limit);
 }
@@ -69,6 +75,7 @@ void NearestPairs::prepareBelow(const LaneBounds& lanes, double distance) {
 }
 
 void NearestPairs::takeBounds(const LaneBounds& lanes, double limit) {
+  objects_.place(lanes);
   kept_.clear();
   std::fill(first_.begin(), first_.end(), -1);
   std::fill(limits_.begin(), limits_.end(), limit);
@@ -203,12 +210,23 @@ void NearestPairs::enter(int state) {
   }
 }
 
+void NearestPairs::enterObjects(ExactState& exact, int state) {
+  if (first_limit_ == kInfinity)
+    first_limit_ = objects_.limitOfClosest(k_, own_thresholds_, state, exact) + kSettledFor;
+  const double largest_threshold = own_thresholds_.range(PairKind::WithObject).largest;
+  for (Visit visit : objects_.within(first_limit_ + largest_threshold, state, exact)) {
+    visit.threshold = thresholdOf(visit.number);
+    if (!(visit.excess() > first_limit_)) queue_.push(visit);
+  }
+}
+
 const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int state) {
   measured_.clear();
   found_.clear();
   if (k_ == 0) return sorted();
   first_limit_ = limits_[state];
   enter(state);
+  if (objects_.hasPairs()) enterObjects(exact, state);
   while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
     Visit visit = queue_.pop();
     if (!exact.isPlaced(visit)) continue;
@@ -253,12 +271,15 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
   };
   for (int i = first_[state]; i >= 0; i = kept_[i].next)
     take(kept_[i].pair, static_cast<double>(kept_[i].lower_bound), static_cast<double>(kept_[i].upper_bound));
-  if (!isSettled(bounds.lower_bound)) {
+  if (bounds.upper_bound > 0.0 && (objects_.hasPairs() || !isSettled(bounds.lower_bound))) {
     Question question;
     question.tolerance = accuracy;
     question.depth = Question::Depth::NotWanted;
     first_limit_ = bounds.lower_bound = kInfinity;
-    for (enter(state); !queue_.empty() && !isSettled(queue_.lowestBound());) {
+    enter(state);
+    first_limit_ = bounds.upper_bound;
+    if (objects_.hasPairs()) enterObjects(exact, state);
+    while (!queue_.empty() && !isSettled(queue_.lowestBound())) {
       const Visit visit = queue_.pop();
       if (!exact.isPlaced(visit)) continue;
       const narrowphase::SignedDistance result = exact.measure(visit, bounds.upper_bound, question).result;
@@ -271,23 +292,24 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
   if (bounds.upper_bound <= 0.0) bounds.lower_bound = -batch_->deepest;  // other pairs may have been left out
   bounds.status = narrowphase::Status::Threshold;
   bounds.distance = bounds.upper_bound > 0.0 ? bounds.lower_bound : bounds.upper_bound;
-  closest.asked = batch_->candidates[pair];
+  closest.asked = batch_->pairs[pair];
   closest.result = bounds;
-  const Visit& visit = batch_->visits[pair];
-  const Volumes& volumes = *batch_->volumes;
-  closest.representation = std::max(volumes[visit.a].representation, volumes[visit.b].representation);
+  closest.representation = exact.representationOf(batch_->visits[pair]);
   return closest;
 }
 
 const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int state) {
   measured_.clear();
   found_.clear();
-  for (int i = first_[state]; i >= 0; i = kept_[i].next) {
-    const int pair = kept_[i].pair;
-    const PairProximity proximity = exact.proximity(pair, distance_);
-    if (!(proximity.result.lower_bound > distance_)) rank(pair, proximity);
-  }
+  for (int i = first_[state]; i >= 0; i = kept_[i].next) listIfBelow(exact, kept_[i].pair);
+  if (objects_.hasPairs())
+    for (const Visit& visit : objects_.within(distance_ + kSettledFor, state, exact)) listIfBelow(exact, visit.number);
   return sorted();
+}
+
+void NearestPairs::listIfBelow(ExactState& exact, int pair) {
+  const PairProximity proximity = exact.proximity(pair, distance_);
+  if (!(proximity.result.lower_bound > distance_)) rank(pair, proximity);
 }
 
 const std::vector<PairProximity>& NearestPairs::sorted() {

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/exact_state.h"
+#include "scene/batch/near_objects.h"
 #include "scene/bounds/heap.h"
 #include "scene/lanes/lane_bounds.h"
 #include "scene/parts/visit_queue.h"
@@ -26,6 +27,8 @@ namespace proximity_server::scene {
 ///
 /// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
 /// they leave open is computed, until the bounds are as near as asked.
+///
+/// The pairs with objects within the limit come from NearObjects, and enter the queue with those of links.
 ///
 /// If pairs have thresholds of their own, these are subtracted from bounds and distances before they are compared.
 ///
@@ -72,11 +75,15 @@ class NearestPairs {
     bool operator<(const Found& other) const { return rank != other.rank ? rank < other.rank : pair < other.pair; }
   };
 
-  std::size_t pairs() const { return batch_->candidates.size(); }
+  std::size_t pairs() const { return batch_->candidates.size(); }  ///< of links
   void takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit);
   void takeBounds(const LaneBounds& lanes, double limit);
-  double& thresholdOf(int pair) { return thresholds_[pair]; }
-  void forgetThresholds() { thresholds_.assign(pairs(), 0.0); }
+  double thresholdOf(int pair) const {
+    const auto place = static_cast<std::size_t>(pair);
+    return place < pairs() ? thresholds_[place] : own_thresholds_.of(batch_->pairs[place]);
+  }
+  void forgetThresholds() { takeThresholds({}); }
+  void takeThresholds(const PairDistances& thresholds);
   const double* limitsOf(int pair);
   void keepNear(const LaneBounds& lanes, int pair);
   void keep(Kept kept);
@@ -87,7 +94,9 @@ class NearestPairs {
   void boundPieces(const LaneBounds& lanes, const IsWanted& isWanted);
   void boundAsked(const LaneBounds& lanes);
   void enter(int state);
+  void enterObjects(ExactState& exact, int state);
   void measure(ExactState& exact, const Visit& visit);
+  void listIfBelow(ExactState& exact, int pair);
   void rank(int pair, const PairProximity& proximity);
   double limit() const;
   const std::vector<PairProximity>& sorted();
@@ -97,7 +106,8 @@ class NearestPairs {
   bool ranks_bounds_ = false;         ///< true if upper bounds lower the limits
   double distance_ = 0.0;             ///< [m] for below()
   double accuracy_ = 0.0;             ///< [m] for within(); 0: pieces are not bounded in lanes
-  std::vector<double> thresholds_;    ///< [m] for each pair: subtracted from its distance
+  std::vector<double> thresholds_;    ///< [m] for each pair of links: subtracted from its distance
+  PairDistances own_thresholds_;      ///< [m] the same of all pairs
   std::vector<double> limits_;        ///< [m] for each state, with kSettledFor
   std::vector<double> limits_of_;     ///< [m] for each state: the limit plus the threshold of a pair
   std::vector<float> uppers_;         ///< [m] for each state: the k smallest upper bounds, ascending
@@ -108,6 +118,8 @@ class NearestPairs {
   std::vector<int> nearest_;          ///< for each state: index of the kept pair with the smallest lower bound
   std::vector<int> asked_;            ///< indices of the kept pairs whose pieces are bounded
   std::vector<double> limits_of_asked_;
+
+  NearObjects objects_;
 
   double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;

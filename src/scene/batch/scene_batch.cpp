@@ -140,6 +140,15 @@ SceneBatch SceneBatch::forAnotherThread() const { return SceneBatch(std::make_un
 
 const SceneModel& SceneBatch::model() const { return *impl_->batch->model; }
 const Candidates& SceneBatch::candidates() const { return impl_->batch->candidates; }
+const std::vector<ShapeRefPair>& SceneBatch::pairs() const { return impl_->batch->pairs; }
+
+void SceneBatch::use(std::shared_ptr<const Objects> objects) {
+  impl_ = std::make_unique<Impl>(std::make_shared<const BatchModel>(*impl_->batch, std::move(objects)));
+}
+
+const Objects* SceneBatch::objects() const {
+  return impl_->batch->objects ? impl_->batch->objects->objects.get() : nullptr;
+}
 
 const std::vector<StateVerdict>& SceneBatch::anyBelow(const States& states, double distance) {
   requireColumns(states, model().robot);
@@ -172,8 +181,8 @@ const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states
 // Otherwise search for a pair at Stop, and if there is one, for a pair in Collision. Pairs beyond these thresholds are
 // left out, so these searches cost little.
 const std::vector<PairProximity>& SceneBatch::deciding(const States& states, const LevelThresholds& thresholds) {
-  if (thresholds.stop.areEqual(PairKind::OfLinks) && thresholds.warn.areEqual(PairKind::OfLinks))
-    return minimum(states);
+  const PairKind kind = objects() && !objects()->empty() ? PairKind::Any : PairKind::OfLinks;
+  if (thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind)) return minimum(states);
   requireColumns(states, model().robot);
   Impl& impl = *impl_;
   impl.closestOfEach(

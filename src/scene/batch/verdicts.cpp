@@ -1,6 +1,7 @@
 #include "scene/batch/verdicts.h"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -11,6 +12,7 @@ Verdicts::Verdicts(std::shared_ptr<const BatchModel> batch)
     : batch_(std::move(batch)),
       lanes_(batch_->lanes),
       exact_(batch_),
+      objects_(batch_),
       open_(LaneBounds::kBlock),
       near_(LaneBounds::kBlock),
       first_leftover_(LaneBounds::kBlock, -1),
@@ -28,6 +30,7 @@ const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double
     lanes_.place(block);
     decideInLanes(distance);
     decideExactly(block, distance);
+    if (objects_.hasPairs()) decideObjects(block, distance);
   }
   return verdicts_;
 }
@@ -100,6 +103,36 @@ void Verdicts::decideExactly(const States& block, double distance) {
       break;
     }
   }
+}
+
+/// Decides the states in which no pair of links is below.
+void Verdicts::decideObjects(const States& block, double distance) {
+  objects_.place(lanes_);
+  for (int i = 0; i < lanes_.count(); ++i) {
+    if (block_[i].kind != Kind::Above) continue;
+    exact_.place(block, i);
+    block_[i] = verdictOfObjects(i, distance);
+  }
+}
+
+/// Above or Below, by the pairs with objects in a state that is placed in exact_.
+StateVerdict Verdicts::verdictOfObjects(int state, double distance) {
+  queue_.clear();
+  for (const Visit& visit : objects_.within(distance + kSettledFor, state, exact_)) queue_.push(visit);
+  while (!queue_.empty()) {
+    Visit visit = queue_.pop();
+    if (visit.bound == Visit::Bound::Sphere) {
+      const std::optional<Visit> bounded = exact_.boundedWithin(visit.number, distance);
+      if (!bounded) continue;
+      visit = *bounded;
+      visit.bound = Visit::Bound::Box;
+    }
+    if (visit.lower_bound > queue_.lowestBound())
+      queue_.push(visit);
+    else if (exact_.isBelow(visit, distance))
+      return {Kind::Below, visit.number};
+  }
+  return {Kind::Above};
 }
 
 }  // namespace proximity_server::scene

@@ -3,7 +3,9 @@
 #include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/model/states.h"
 #include "scene/batch/exact_state.h"
+#include "scene/batch/near_objects.h"
 #include "scene/lanes/lane_bounds.h"
+#include "scene/parts/visit_queue.h"
 
 #include <memory>
 #include <vector>
@@ -18,6 +20,9 @@ namespace proximity_server::scene {
 ///    which a pair is proven to be below is decided.
 /// 3. The leftovers are pairs that the lanes prove neither above nor below, in states that are not decided. Decide them
 ///    exactly, in the same order of pairs, up to the first one that is below.
+///
+/// 4. In the states in which no pair of links is below, decide the pairs with objects that NearObjects finds, the one
+///    with the smallest lower bound first.
 ///
 /// So the pair of a verdict is the first one in the order that the lanes prove to be below; if there is none, the first
 /// one that is exactly below. It depends on the state and the distance alone.
@@ -42,10 +47,14 @@ class Verdicts {
  private:
   void decideInLanes(double distance);
   void decideExactly(const States& block, double distance);
+  void decideObjects(const States& block, double distance);
+  StateVerdict verdictOfObjects(int state, double distance);
 
   std::shared_ptr<const BatchModel> batch_;
   LaneBounds lanes_;
   ExactState exact_;
+  NearObjects objects_;
+  VisitQueue queue_;  ///< of pairs with objects
   std::vector<StateVerdict> verdicts_;
   StateVerdict* block_ = nullptr;
   std::vector<int> open_, near_;  ///< states of the block

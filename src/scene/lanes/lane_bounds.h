@@ -74,6 +74,10 @@ class LaneBounds {
   /// Returns the side for each of the listed states. The result is valid until the next question.
   const std::vector<Side>& sides(int pair, double threshold, const int* states, int count) const;
 
+  /// Writes where a point of a body is in each state, see LaneModel::body_errors for its error. The arrays have kBlock
+  /// entries.
+  void placePoint(int body, const Eigen::Vector3f& point, float* x, float* y, float* z) const;
+
   /// The frames of all bodies, as the lanes have them. For tests.
   std::vector<Eigen::Isometry3d> bodyPoses(int state) const;
 

@@ -63,10 +63,12 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       paddings_(paddingsOf(model.pairs)) {}
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
-  pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
-  // Few of many objects are near, and the hierarchy settles the others without an entry here.
-  const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
-  kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
+  if (memory_ != Memory::None) {
+    pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
+    // Few of many objects are near, and the hierarchy settles the others without an entry here.
+    const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
+    kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
+  }
   const std::vector<int> changed = robot_.use(std::move(objects));
   if (changed.empty()) return;
   const auto isChanged = [&](int part) { return std::binary_search(changed.begin(), changed.end(), part); };
@@ -237,12 +239,19 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
 bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
   if (visit.lower_bound > distance) return true;
   const Visit box = refined(visit, distance);
-  if (box.lower_bound > distance) return true;
-  const RelativePose a_T_b = robot_.relative(box.a, box.b);
-  if (!pieces_.areBeyond(box, a_T_b, distance)) return false;
-  if (!haveInterior(robot_[box.a], robot_[box.b])) return true;
+  return box.lower_bound > distance || arePiecesBeyond(box, distance);
+}
+
+bool PairMeasurement::arePiecesBeyond(const Visit& visit, double distance) {
+  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  if (const Part& b = robot_[visit.b]; b.isUnbounded()) {
+    if (!(closestToHalfSpaces(robot_, visit, a_T_b, distance, {}, skipping_).lower_bound > distance)) return false;
+    if (b.whole().isEmpty()) return true;
+  }
+  if (!pieces_.areBeyond(visit, a_T_b, distance)) return false;
+  if (!haveInterior(robot_[visit.a], robot_[visit.b])) return true;
   ClosestPieces inside;
-  findInteriorDepths(robot_, box, a_T_b, distance, {}, skipping_, 0.0, inside);
+  findInteriorDepths(robot_, visit, a_T_b, distance, {}, skipping_, 0.0, inside);
   return inside.lower_bound > distance;
 }
 

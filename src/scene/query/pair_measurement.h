@@ -71,6 +71,9 @@ class PairMeasurement {
   /// threshold, but the distance of nearer pairs is not computed. `visit`: the pair with the bound of its spheres.
   bool isProvenBeyond(const Visit& visit, double distance);
 
+  /// The last step of isProvenBeyond(), if no bound of a whole is above `distance`: the interiors and the pieces.
+  bool arePiecesBeyond(const Visit& visit, double distance);
+
   /// The bounds that interiors add to the distance of a pair, see findInteriorDepths(); infinite if that distance is
   /// not below `within` [m].
   DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const;

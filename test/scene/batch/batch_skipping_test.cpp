@@ -37,35 +37,6 @@ using Kind = StateVerdict::Kind;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<PairProximity> ofState(const StatePairs& all, Index state) {
-  const auto i = static_cast<std::size_t>(state);
-  return {all.pairs.begin() + static_cast<std::ptrdiff_t>(all.begins[i]),
-          all.pairs.begin() + static_cast<std::ptrdiff_t>(all.begins[i + 1])};
-}
-
-testing::AssertionResult areSameLists(const std::vector<PairProximity>& found,
-                                      const std::vector<PairProximity>& expected) {
-  if (found.size() != expected.size())
-    return testing::AssertionFailure() << found.size() << " pairs instead of " << expected.size();
-  for (std::size_t i = 0; i < found.size(); ++i)
-    if (!areSame(found[i], expected[i]))
-      return testing::AssertionFailure() << "pair " << i << ": links " << found[i].asked.a.link() << " and "
-                                         << found[i].asked.b.link() << " at " << found[i].result.distance
-                                         << " instead of links " << expected[i].asked.a.link() << " and "
-                                         << expected[i].asked.b.link() << " at " << expected[i].result.distance;
-  return testing::AssertionSuccess();
-}
-
-/// By which SceneBatch sorts pairs.
-double rankOf(const PairProximity& pair) {
-  return pair.result.status == Status::Converged ? pair.result.distance : pair.result.lower_bound;
-}
-
-void sortByRank(std::vector<PairProximity>& pairs) {  // of candidates in their order
-  std::stable_sort(pairs.begin(), pairs.end(),
-                   [](const PairProximity& p, const PairProximity& q) { return rankOf(p) < rankOf(q); });
-}
-
 /// The answers about one state by all pairs one by one.
 class Everything {
  public:
@@ -128,14 +99,6 @@ class Everything {
   ExactState exact_;
   std::vector<PairProximity> all_, sorted_;
 };
-
-/// Random states, and short edges of small steps between them.
-MatrixXd variousStates(const RobotModel& robot, int count, unsigned seed) {
-  MatrixXd states = randomStates(robot, count, seed);
-  for (Index i = 1; i < states.rows(); ++i)
-    if (i % 16 >= 8) states.row(i) = states.row(i - 1) + 0.01 * (states.row(i) - states.row(i - 1));
-  return states;
-}
 
 class BatchOf : public testing::TestWithParam<const char*> {
  protected:

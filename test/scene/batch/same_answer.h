@@ -1,8 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/query/question.h"
+#include "scene/random_states.h"
 
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
 #include <cstring>
+#include <vector>
 
 namespace proximity_server::scene {
 
@@ -21,6 +28,43 @@ inline bool areSame(const PairProximity& p, const PairProximity& q) {
          x.unique == y.unique && x.iterations == y.iterations && areSameBits(x.distance, y.distance) &&
          areSameBits(x.lower_bound, y.lower_bound) && areSameBits(x.upper_bound, y.upper_bound) &&
          areSameBits(x.point_a, y.point_a) && areSameBits(x.point_b, y.point_b) && areSameBits(x.normal, y.normal);
+}
+
+inline std::vector<PairProximity> ofState(const StatePairs& all, Eigen::Index state) {
+  const auto i = static_cast<std::size_t>(state);
+  return {all.pairs.begin() + static_cast<std::ptrdiff_t>(all.begins[i]),
+          all.pairs.begin() + static_cast<std::ptrdiff_t>(all.begins[i + 1])};
+}
+
+inline testing::AssertionResult areSameLists(const std::vector<PairProximity>& found,
+                                             const std::vector<PairProximity>& expected) {
+  if (found.size() != expected.size())
+    return testing::AssertionFailure() << found.size() << " pairs instead of " << expected.size();
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (!areSame(found[i], expected[i]))
+      return testing::AssertionFailure() << "pair " << i << ": links " << found[i].asked.a.link() << " and "
+                                         << found[i].asked.b.link() << " at " << found[i].result.distance
+                                         << " instead of links " << expected[i].asked.a.link() << " and "
+                                         << expected[i].asked.b.link() << " at " << expected[i].result.distance;
+  return testing::AssertionSuccess();
+}
+
+/// By which SceneBatch sorts pairs.
+inline double rankOf(const PairProximity& pair) {
+  return pair.result.status == narrowphase::Status::Converged ? pair.result.distance : pair.result.lower_bound;
+}
+
+inline void sortByRank(std::vector<PairProximity>& pairs) {  // of pairs in their order
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const PairProximity& p, const PairProximity& q) { return rankOf(p) < rankOf(q); });
+}
+
+/// Random states, and short edges of small steps between them.
+inline Eigen::MatrixXd variousStates(const RobotModel& robot, int count, unsigned seed) {
+  Eigen::MatrixXd states = randomStates(robot, count, seed);
+  for (Eigen::Index i = 1; i < states.rows(); ++i)
+    if (i % 16 >= 8) states.row(i) = states.row(i - 1) + 0.01 * (states.row(i) - states.row(i - 1));
+  return states;
 }
 
 }  // namespace proximity_server::scene

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/states.h"
+#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
@@ -20,9 +21,9 @@ struct StatePairs {
   std::vector<unsigned char> unknown;  ///< 1 for a state that has no answer, and so has no pairs
 };
 
-/// Answers questions about the candidate pairs of one robot in many states, each in the frame of the root links.
-/// Planners, audits and data sets ask about millions of states. It has the working memory of one caller. Not
-/// thread-safe; call forAnotherThread() for each further thread.
+/// Answers questions about one robot in many states, each in the frame of the root links: about its candidate pairs, and
+/// the checked pairs with its objects. Planners, audits and data sets ask about millions of states. It has the working
+/// memory of one caller. Not thread-safe; call forAnotherThread() for each further thread.
 ///
 /// The answer about a state depends on that state alone, to the last bit: not on other states, their number, the
 /// threads or the processor. It is the answer of a new Scene that has seen no other state, with the default tolerance.
@@ -45,19 +46,31 @@ class SceneBatch {
   SceneBatch(SceneBatch&&) noexcept;
   SceneBatch& operator=(SceneBatch&&) noexcept;
 
-  /// Returns another batch of the same model. The two share all data that never change.
+  /// Returns another batch of the same model and objects. The two share all data that never change.
   SceneBatch forAnotherThread() const;
 
   const SceneModel& model() const;
 
-  /// The candidate pairs; StateVerdict::pair is an index into them.
+  /// Takes the objects that all following questions are about, too. A moving object moves with the link that its frame
+  /// names, see framePoses().
+  /// Failure: throws std::invalid_argument for the objects of another model, and naming a moving object whose frame is
+  ///          not a link. Then the batch keeps the objects that it had.
+  void use(std::shared_ptr<const Objects> objects);
+
+  /// nullptr before the first use().
+  const Objects* objects() const;
+
   const Candidates& candidates() const;
+
+  /// The candidate pairs, then the pairs with objects in the order of Objects::forEachCheckedPair(). StateVerdict::pair
+  /// is an index into them.
+  const std::vector<ShapeRefPair>& pairs() const;
 
   /// Tells for each state whether any pair is at or below the distance [m]. A pair counts as below unless its lower
   /// bound proves otherwise.
   const std::vector<StateVerdict>& anyBelow(const States& states, double distance);
 
-  /// Finds for each state the pair with the smallest signed distance; Unknown also if there is no candidate pair.
+  /// Finds for each state the pair with the smallest signed distance; Unknown also if there is no pair.
   const std::vector<PairProximity>& minimum(const States& states);
 
   /// Bounds for each state the smallest signed distance of all pairs, so that the bounds are at most `accuracy` [m]
@@ -66,7 +79,7 @@ class SceneBatch {
   ///
   /// `asked` is the pair of the upper bound. The answer has Status::Threshold, its distance is its lower bound, and it
   /// has no points and no <collision>. If the upper bound is 0 or less, the pair overlaps: then the upper bound is the
-  /// distance, the lower bound only says how deep any pair of this robot can overlap, and another pair may overlap more. Unknown as in minimum().
+  /// distance, the lower bound only says how deep any pair of links can overlap (minus infinity with objects), and another pair may overlap more. Unknown as in minimum().
   /// Bounds are wider apart where the narrowphase does not converge, and where `accuracy` is below its tolerance.
   /// Throws std::invalid_argument also if `accuracy` is not positive.
   const std::vector<PairProximity>& minimumWithin(const States& states, double accuracy);
