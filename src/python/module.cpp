@@ -327,10 +327,8 @@ state with a position that is not finite, in any column, has no answer: Status.U
 joints are not looked at.
 
 Each answer depends on its state alone, to the last bit: not on the other states and their number, nor on the threads,
-the processor and the C library. With objects this holds within the accepted gap of the bounds, 1e-9 m: the answer about
-a state starts from that about the state before it, in blocks of 256 states of a question, and below() may name another
-pair. The fields of the rows are described at the top of the module, help(proximity); where the robot has thresholds,
-those of PAIR are rows of LEVELED_PAIR.)";
+the processor and the C library, with objects as without. The fields of the rows are described at the top of the module,
+help(proximity); where the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 
@@ -367,7 +365,7 @@ position is not finite, or if the robot has no pair.
 
 With `accuracy` [m], lower and upper bound the smallest distance of all pairs, are proven, and are at most so far apart;
 1e-4 takes a fraction of the time. Then the status is THRESHOLD, the distance is the lower bound, and there are no
-points. If upper is 0 or less, the pair overlaps; how deep is not told. A robot with objects answers exactly.
+points. If upper is 0 or less, the pair overlaps; how deep is not told.
 Raises ValueError if accuracy is not positive.)";
 
 constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.

@@ -4,7 +4,6 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
-#include "python/object_states.h"
 #include "python/signal_watch.h"
 #include "system/pipeline.h"
 
@@ -41,12 +40,8 @@ struct LoadedRobot {
         thresholds(thresholdsOf(text, model->robot)),
         batch(model) {}
 
-  /// Scenes of the model. Questions are asked of copies made by forAnotherThread(), so that these stay without memory
-  /// of answers. They are made when they are first needed.
-  const scene::Scene& scene() const {
-    std::call_once(has_scene, [this] { fresh_scene.emplace(model); });
-    return *fresh_scene;
-  }
+  /// Questions are asked of copies made by forAnotherThread(), so that this one stays without memory of answers. It is
+  /// made when it is first needed.
   const scene::MovingScene& movingScene() const {
     std::call_once(has_moving_scene, [this] { fresh_moving_scene.emplace(model); });
     return *fresh_moving_scene;
@@ -56,9 +51,8 @@ struct LoadedRobot {
   LoadOptions options;
   std::shared_ptr<const scene::SceneModel> model;
   std::optional<scene::LevelThresholds> thresholds;
-  scene::SceneBatch batch;  ///< questions are asked of copies made by forAnotherThread()
-  mutable std::once_flag has_scene, has_moving_scene;
-  mutable std::optional<scene::Scene> fresh_scene;
+  scene::SceneBatch batch;  ///< without objects
+  mutable std::once_flag has_moving_scene;
   mutable std::optional<scene::MovingScene> fresh_moving_scene;
 };
 
@@ -67,17 +61,6 @@ struct Scratch {
   Scratch(std::shared_ptr<const LoadedRobot> shared, std::shared_ptr<const scene::Objects> robot_objects)
       : loaded(std::move(shared)), objects(std::move(robot_objects)) {}
 
-  scene::SceneBatch& states() {
-    if (!batch) batch.emplace(loaded->batch.forAnotherThread());
-    return *batch;
-  }
-  const scene::Scene& freshScene() {
-    if (!scene) {
-      scene.emplace(loaded->scene().forAnotherThread());
-      scene->use(objects);
-    }
-    return *scene;
-  }
   const scene::MovingScene& freshMovingScene() {
     if (!moving_scene) {
       moving_scene.emplace(loaded->movingScene().forAnotherThread());
@@ -89,7 +72,6 @@ struct Scratch {
   std::shared_ptr<const LoadedRobot> loaded;
   std::shared_ptr<const scene::Objects> objects;
   std::optional<scene::SceneBatch> batch;
-  std::optional<scene::Scene> scene;  ///< without poses; questions are asked of copies made by forAnotherThread()
   std::optional<scene::MovingScene> moving_scene;
   std::optional<scene::Derivatives> derivatives;
   std::vector<double> positions, goal;  ///< of one state, or of an edge
@@ -222,25 +204,22 @@ AnsweredPairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::In
 // These function objects ask the questions that return a fixed number of pairs for each state.
 struct Closest {
   int k;
-  template <typename Batch>
-  const scene::StatePairs& operator()(Batch& batch, const JointPositions::Block& states) const {
+  const scene::StatePairs& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
     return batch.closest(states, k);
   }
 };
-constexpr auto kMinimum = [](auto& batch, const JointPositions::Block& states) -> const auto& {
+constexpr auto kMinimum = [](scene::SceneBatch& batch, const JointPositions::Block& states) -> const auto& {
   return batch.minimum(states);
 };
 struct MinimumWithin {
   double accuracy;
-  template <typename Batch>
-  const auto& operator()(Batch& batch, const JointPositions::Block& states) const {
+  const auto& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
     return batch.minimumWithin(states, accuracy);
   }
 };
 struct Deciding {
   const scene::LevelThresholds& thresholds;
-  template <typename Batch>
-  const auto& operator()(Batch& batch, const JointPositions::Block& states) const {
+  const auto& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
     return batch.deciding(states, thresholds);
   }
 };
@@ -341,6 +320,14 @@ const PairNumbers& Robot::pairs() const {
   std::call_once(pairs_made_,
                  [this] { pairs_ = std::make_unique<PairNumbers>(loaded_->batch.candidates(), *objects_); });
   return *pairs_;
+}
+
+const scene::SceneBatch& Robot::freshBatch() const {
+  std::call_once(batch_made_, [this] {
+    batch_.emplace(loaded_->batch.forAnotherThread());
+    if (!objects_->empty()) batch_->use(objects_);
+  });
+  return *batch_;
 }
 
 void Robot::setThreads(int threads) {
@@ -466,25 +453,25 @@ void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& a
 template <typename Answer>
 void Robot::answerStates(const JointPositions& positions, const Answer& answer) {
   answerBlocks(positions.count(), kBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
-    if (objects_->empty()) return answer(scratch.states(), scratch, positions.block(first, count), first);
-    ObjectStates states(scratch.freshScene(), pairs());
-    answer(states, scratch, positions.block(first, count), first);
+    if (!scratch.batch) scratch.batch.emplace(freshBatch().forAnotherThread());
+    answer(*scratch.batch, scratch, positions.block(first, count), first);
   });
 }
 
 template <typename Ask>
 void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows,
                        double* gradients) {
-  answerStates(positions, [&](auto& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-    const auto& answers = ask(batch, block);
-    for (Eigen::Index i = 0; i < block.rows(); ++i) {
-      const AnsweredPairs of_state = pairsOf(answers, i);
-      const Eigen::Index begin = (first + i) * k;
-      for (Eigen::Index j = 0; j < k; ++j)
-        rows.write(begin + j, rowOf(first + i, pairOf(of_state, j), pairs(), thresholds()));
-      if (gradients) writeGradients(block, i, of_state, k, scratch, gradients + begin * block.cols());
-    }
-  });
+  answerStates(positions,
+               [&](scene::SceneBatch& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
+                 const auto& answers = ask(batch, block);
+                 for (Eigen::Index i = 0; i < block.rows(); ++i) {
+                   const AnsweredPairs of_state = pairsOf(answers, i);
+                   const Eigen::Index begin = (first + i) * k;
+                   for (Eigen::Index j = 0; j < k; ++j)
+                     rows.write(begin + j, rowOf(first + i, pairOf(of_state, j), pairs(), thresholds()));
+                   if (gradients) writeGradients(block, i, of_state, k, scratch, gradients + begin * block.cols());
+                 }
+               });
 }
 
 py::object Robot::minimum(const py::object& q, std::optional<double> accuracy) {
@@ -533,11 +520,12 @@ py::object Robot::below(const py::object& q, double distance) {
   const JointPositions positions(q, model().robot);
   py::array_t<VerdictRow> rows = newArray<VerdictRow>(positions, {});
   VerdictRow* const out = rows.mutable_data();
-  answerStates(positions, [&](auto& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
-    const std::vector<scene::StateVerdict>& verdicts = batch.anyBelow(block, distance);
-    std::transform(verdicts.begin(), verdicts.end(), out + first,
-                   [](const scene::StateVerdict& verdict) { return rowOf(verdict); });
-  });
+  answerStates(positions,
+               [&](scene::SceneBatch& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
+                 const std::vector<scene::StateVerdict>& verdicts = batch.anyBelow(block, distance);
+                 std::transform(verdicts.begin(), verdicts.end(), out + first,
+                                [](const scene::StateVerdict& verdict) { return rowOf(verdict); });
+               });
   return scalarIfSingle(rows);
 }
 
@@ -545,11 +533,12 @@ py::object Robot::pairsBelow(const py::object& q, double distance) {
   const JointPositions positions(q, model().robot);
   std::mutex mutex;
   std::map<Eigen::Index, std::vector<LevelRow>> found;  // by the first state of the block
-  answerStates(positions, [&](auto& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
-    std::vector<LevelRow> rows = listedRows(batch.below(block, distance), first, pairs(), thresholds());
-    const std::lock_guard<std::mutex> lock(mutex);
-    found.emplace(first, std::move(rows));
-  });
+  answerStates(positions,
+               [&](scene::SceneBatch& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
+                 std::vector<LevelRow> rows = listedRows(batch.below(block, distance), first, pairs(), thresholds());
+                 const std::lock_guard<std::mutex> lock(mutex);
+                 found.emplace(first, std::move(rows));
+               });
   return joined(found, rowType(thresholds()));
 }
 

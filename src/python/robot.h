@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "python/joint_positions.h"
@@ -92,14 +93,16 @@ class Robot {
         std::vector<scene::WrittenRule> rules, int threads);
   std::unique_ptr<Robot> withEdits(const scene::ObjectEditor& editor) const;
 
+  /// Questions are asked of copies made by forAnotherThread().
+  const scene::SceneBatch& freshBatch() const;
+
   std::shared_ptr<Scratch> borrow();
 
   /// Calls `answer(scratch, first, count)` for all blocks of `block` items, without the GIL. There are `count` items.
   template <typename Answer>
   void answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer);
 
-  /// Calls `answer(batch, scratch, block, first)` for all blocks of states; `batch` is a SceneBatch, or ObjectStates if
-  /// there are objects.
+  /// Calls `answer(batch, scratch, block, first)` for all blocks of states; `batch` is a SceneBatch.
   template <typename Answer>
   void answerStates(const JointPositions& positions, const Answer& answer);
 
@@ -119,8 +122,9 @@ class Robot {
   std::shared_ptr<const scene::Objects> objects_;
   std::vector<scene::WrittenRule> rules_;
   int threads_;
-  mutable std::once_flag pairs_made_;
+  mutable std::once_flag pairs_made_, batch_made_;
   mutable std::unique_ptr<PairNumbers> pairs_;
+  mutable std::optional<scene::SceneBatch> batch_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Scratch>> free_scratches_;  ///< those that are not borrowed
   std::size_t scratch_count_ = 0;                         ///< number of all scratches

@@ -256,6 +256,18 @@ rules:
                 self.assertEqual(q.shape[:-1], found.shape[:3])
                 self.assertEqual(expected.tobytes(), found.tobytes())
 
+    def test_an_answer_depends_on_its_state_alone(self):
+        q = random_states(self.robot, repeats(300), 6)
+        order = numpy.random.default_rng(7).permutation(len(q))
+        robot = self.of_file
+        for name, ask in {"minimum": lambda q: robot.minimum(q), "closest": lambda q: robot.closest(q, 3),
+                          "below": lambda q: robot.below(q, 0.05), "gradient": lambda q: robot.gradient(q)[1]}.items():
+            with self.subTest(name):
+                whole, shuffled = ask(q), ask(q[order])
+                for field in whole.dtype.names or [...]:
+                    if field != "state":
+                        self.assertEqual(whole[field][order].tobytes(), shuffled[field].tobytes(), field)
+
     def test_a_description_of_an_object_makes_it_again(self):
         again = self.robot
         for name, thing in self.of_file.objects.items():
