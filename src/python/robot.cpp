@@ -208,7 +208,7 @@ struct Closest {
     return batch.closest(states, k);
   }
 };
-constexpr auto kMinimum = [](scene::SceneBatch& batch, const JointPositions::Block& states) -> const auto& {
+constexpr auto kMinimum = [](scene::SceneBatch & batch, const JointPositions::Block& states) -> const auto& {
   return batch.minimum(states);
 };
 struct MinimumWithin {

@@ -74,7 +74,6 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
 
 BatchModel::BatchModel(const BatchModel& robot, std::shared_ptr<const Objects> of_robot) : BatchModel(robot) {
   if (&of_robot->model() != model.get()) throw std::invalid_argument("the objects are those of another model");
-  deepest = kInfinity;
   pairs.resize(candidates.size());
   visits.resize(candidates.size());
   const PairDistances paddings = paddingsOf(model->pairs);

@@ -34,7 +34,7 @@ struct BatchModel {
   std::shared_ptr<const BatchObjects> objects;  ///< nullptr without objects
 
   std::shared_ptr<const LaneModel> lanes;
-  double deepest = 0.0;    ///< [m] no pair overlaps by more; infinity with objects
+  double deepest = 0.0;    ///< [m] no pair of links overlaps by more
   std::vector<int> order;  ///< the numbers of the candidates; those that are near most often come first
 
  private:

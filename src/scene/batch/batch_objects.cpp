@@ -102,8 +102,8 @@ void BatchObjects::addCarried(const Part& part, const LaneModel& lanes) {
   }
   const LaneError& error = lanes.body_errors[body];
   const double length = bounds.centre.norm();
-  // The centre is a sum of four terms in float.
-  const double in_float = 8.0 * 0x1p-24 * (2.0 * length + error.reach);
+  // The centre is rounded to float.
+  const double in_float = 2.0 * 0x1p-24 * (length + error.reach);
   const double in_double = kPoseRounding * (length + error.reach + bounds.reach);
   carried.push_back({body, bounds.centre, part.isUnbounded() ? kInfinity : bounds.radius,
                      1.01 * (error.origin + error.rotation * length) + in_float + in_double});

@@ -33,8 +33,7 @@ void NearObjects::place(const LaneBounds& lanes) {
   lanes_ = &lanes;
   for (std::size_t i = 0; i < places_.size(); ++i) {
     const BatchObjects::Carried& carried = batch_->objects->carried[i];
-    lanes.placePoint(carried.body, carried.centre.cast<float>(), places_[i].x.data(), places_[i].y.data(),
-                     places_[i].z.data());
+    lanes.placePoint(carried.body, carried.centre, places_[i].x.data(), places_[i].y.data(), places_[i].z.data());
   }
 }
 

@@ -257,6 +257,7 @@ void NearestPairs::rank(int pair, const PairProximity& proximity) {
 }
 
 PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy) {
+  if (k_ == 0) return {};
   narrowphase::SignedDistance bounds;
   bounds.lower_bound = kInfinity;
   int pair = -1;
@@ -289,7 +290,8 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
   }
   PairProximity closest;
   if (!(bounds.upper_bound < kInfinity)) return closest;
-  if (bounds.upper_bound <= 0.0) bounds.lower_bound = -batch_->deepest;  // other pairs may have been left out
+  // Other pairs may have been left out.
+  if (bounds.upper_bound <= 0.0) bounds.lower_bound = objects_.hasPairs() ? -kInfinity : -batch_->deepest;
   bounds.status = narrowphase::Status::Threshold;
   bounds.distance = bounds.upper_bound > 0.0 ? bounds.lower_bound : bounds.upper_bound;
   closest.asked = batch_->pairs[pair];

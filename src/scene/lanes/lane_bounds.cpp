@@ -96,14 +96,15 @@ std::vector<Eigen::Isometry3d> LaneBounds::bodyPoses(int state) const {
   return poses;
 }
 
-void LaneBounds::placePoint(int body, const Eigen::Vector3f& point, float* x, float* y, float* z) const {
+void LaneBounds::placePoint(int body, const Eigen::Vector3d& point, float* x, float* y, float* z) const {
   const std::size_t bodies = model_->bodies.size();
   for (int first = 0; first < count_; first += lanes::kTile) {
-    const lanes::Tile& tile = body_poses_[static_cast<std::size_t>(first / lanes::kTile) * bodies + body].tile;
+    const lanes::WideTile& tile = body_poses_[static_cast<std::size_t>(first / lanes::kTile) * bodies + body].tile;
     for (int i = 0; i < lanes::kTile; ++i) {
       const auto along = [&](int row) {
-        return ((tile[3 * row][i] * point[0] + tile[3 * row + 1][i] * point[1]) + tile[3 * row + 2][i] * point[2]) +
-               tile[9 + row][i];
+        return static_cast<float>(
+            ((tile[3 * row][i] * point[0] + tile[3 * row + 1][i] * point[1]) + tile[3 * row + 2][i] * point[2]) +
+            tile[9 + row][i]);
       };
       x[first + i] = along(0);
       y[first + i] = along(1);

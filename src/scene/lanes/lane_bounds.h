@@ -76,7 +76,7 @@ class LaneBounds {
 
   /// Writes where a point of a body is in each state, see LaneModel::body_errors for its error. The arrays have kBlock
   /// entries.
-  void placePoint(int body, const Eigen::Vector3f& point, float* x, float* y, float* z) const;
+  void placePoint(int body, const Eigen::Vector3d& point, float* x, float* y, float* z) const;
 
   /// The frames of all bodies, as the lanes have them. For tests.
   std::vector<Eigen::Isometry3d> bodyPoses(int state) const;

@@ -237,8 +237,8 @@ TEST_P(CellOf, MinimumWithinAnAccuracyBoundsTheMinimum) {
     }
   }
   if (!kIsSanitized) {
-    EXPECT_GT(with_objects, 100);
-    EXPECT_GT(apart, 20);
+    EXPECT_GT(with_objects, 30);
+    EXPECT_GT(apart, 5);
   }
 }
 

@@ -471,6 +471,7 @@ TEST(BatchWithoutPairs, HasNoMinimumAndNothingBelow) {
   ASSERT_TRUE(batch.candidates().empty());
   const MatrixXd states = MatrixXd::Constant(2, 1, 0.5);
   EXPECT_EQ(batch.minimum(states)[1].result.status, Status::Unknown);
+  EXPECT_EQ(batch.minimumWithin(states, 1e-4)[1].result.status, Status::Unknown);
   EXPECT_EQ(batch.anyBelow(states, 1.0)[1].kind, Kind::Above);
   EXPECT_TRUE(batch.closest(states, 3).pairs.empty());
   EXPECT_EQ(batch.below(states, 1.0).unknown, (std::vector<unsigned char>{0, 0}));
