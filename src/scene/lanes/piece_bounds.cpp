@@ -32,7 +32,7 @@ PieceBounds::PieceBounds(std::shared_ptr<const LaneModel> model, const lanes::Ke
   for (const LaneModel::Pair& pair : model_->pairs)
     if (pair.hasGeometry() && model_->hasFewPieces(pair))
       most = std::max(most, model_->pieces[pair.a].list.size() * model_->pieces[pair.b].list.size());
-  gaps_.resize(most);
+  gaps_.resize(most * kMostItems / lanes::kTile);
 }
 
 void PieceBounds::narrow(const LaneModel::Pair& pair, const lanes::Items& items, const double* limits, double accuracy,

@@ -28,10 +28,10 @@ class PieceBounds {
               float* lower, float* upper);
 
  private:
-  struct alignas(64) Row {
-    float row[kMostItems];
+  struct alignas(64) Part {  // of the items
+    float gaps[lanes::kTile];
   };
-  float* gapsOf(std::size_t pieces) { return gaps_.front().row + pieces * stride_; }
+  float* gapsOf(std::size_t pieces) { return gaps_[pieces * stride_ / lanes::kTile].gaps; }
   void findGaps(const lanes::Boxes& a, const lanes::Boxes& b, float error, const lanes::Items& items);
   void boundInteriors(const LaneModel::Pair& pair, const lanes::Items& items, float* lower);
   void findClosest(std::size_t pieces);
@@ -41,7 +41,7 @@ class PieceBounds {
 
   std::shared_ptr<const LaneModel> model_;
   const lanes::Kernels* kernels_;
-  std::vector<Row> gaps_;   ///< [m] the lower bound of each pair of pieces: the items of one after those of another
+  std::vector<Part> gaps_;  ///< [m] the lower bound of each pair of pieces: the items of one after those of another
   std::size_t stride_ = 0;  ///< from one pair of pieces to the next
   std::size_t count_ = 0;
   float accuracy_ = 0.0f;                        ///< [m]
