@@ -79,7 +79,7 @@ BatchModel::BatchModel(const BatchModel& robot, std::shared_ptr<const Objects> o
   const PairDistances paddings = paddingsOf(model->pairs);
   of_robot->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) {
     add({a, b}, paddings);
-    // Of two parts, the second one may have half-spaces.
+    // Only the second part of a pair may have half-spaces.
     PartPair& parts = visits.back();
     const ShapeRef& first = parts.a == volumes->of(a) ? a : b;
     if (first.isObject() && of_robot->placed(first.object())->isUnbounded()) std::swap(parts.a, parts.b);

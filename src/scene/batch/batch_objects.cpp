@@ -120,7 +120,7 @@ double BatchObjects::distanceFrom(const Vector3d& point, int fixed_object, doubl
   }
   if (const Volume& root = object.geometry->root(); !root.isEmpty()) {
     const double of_box = distanceFromBox(in_object, root.bounds);
-    // What is inside of a closed mesh is inside of the box of the whole, but perhaps in that of no piece.
+    // A point inside of a closed mesh may be outside of the boxes of all its pieces.
     const double of_pieces =
         root.has_interior ? of_box : distanceFromPieces(in_object, object.geometry->volumes(), root, of_box, most);
     distance = std::min(distance, of_pieces);

@@ -318,7 +318,7 @@ Support vertex(const Balls& core, const Point& direction) {
   return {highest, farthest};
 }
 
-/// What is nearest to the origin on the edges and faces of a tetrahedron that end at its newest vertex.
+/// The point nearest to the origin on those edges and faces of a tetrahedron that contain its newest vertex.
 struct Nearest {
   Point point;        ///< a combination of the vertices whose weights are in [0, 1]
   Float square;       ///< of its length

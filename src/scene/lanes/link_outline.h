@@ -20,7 +20,7 @@ struct Ball {
 constexpr std::size_t kCoarseCorners = 24;
 constexpr int kInnerBalls = 24;  ///< the largest number for a link
 
-/// What bounds the distances of one convex piece. Frame: the body.
+/// The hull of points around the core of one convex piece, and its margin. Frame: the body.
 struct PieceOutline {
   std::vector<Eigen::Vector3d> corners;  ///< the core is in their hull, or sticks out of it by the rounding of the link
   double margin = 0.0;                   ///< [m] around the core

@@ -64,7 +64,7 @@ std::shared_ptr<const SceneModel> modelNamed(const std::string& name) {
   return name == "Arm" ? arm() : name == "Alone" ? nothingToCheck() : robotNamed(name);
 }
 
-/// What a new Scene says about one state.
+/// The answers of a new Scene about one state.
 class NewScene {
  public:
   NewScene(const std::shared_ptr<const SceneModel>& model, const std::shared_ptr<const Objects>& objects)
@@ -85,22 +85,8 @@ class NewScene {
 
   const std::vector<PairProximity>& all() const { return all_; }
   const std::vector<PairProximity>& sorted() const { return sorted_; }
-  std::vector<PairProximity> closest(std::size_t k) const {
-    return {sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(std::min(k, sorted_.size()))};
-  }
-  PairProximity deciding(const LevelThresholds& thresholds) const {
-    const PairProximity* decides = nullptr;
-    std::pair<int, double> worst;
-    for (const PairProximity& pair : known_) {
-      const DistanceLevel level =
-          levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked));
-      const std::pair<int, double> place{-static_cast<int>(level.level), rankOf(pair) - level.threshold};
-      if (decides && !(place < worst)) continue;
-      decides = &pair;
-      worst = place;
-    }
-    return decides ? *decides : PairProximity{};
-  }
+  std::vector<PairProximity> closest(std::size_t k) const { return firstOf(sorted_, k); }
+  PairProximity deciding(const LevelThresholds& thresholds) const { return decidingOf(known_, thresholds); }
   std::vector<PairProximity> below(double distance) const {
     Question question;
     question.threshold = distance;

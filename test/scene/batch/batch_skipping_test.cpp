@@ -58,23 +58,9 @@ class Everything {
   bool isPlaced() { return exact_.isPlaced(); }
 
   const std::vector<PairProximity>& sorted() const { return sorted_; }
-  std::vector<PairProximity> closest(std::size_t k) const {
-    return {sorted_.begin(), sorted_.begin() + static_cast<std::ptrdiff_t>(std::min(k, sorted_.size()))};
-  }
+  std::vector<PairProximity> closest(std::size_t k) const { return firstOf(sorted_, k); }
   /// The pair that sets the level.
-  PairProximity deciding(const LevelThresholds& thresholds) const {
-    const PairProximity* decides = nullptr;
-    std::pair<int, double> worst;
-    for (const PairProximity& pair : all_) {
-      const DistanceLevel level =
-          levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked));
-      const std::pair<int, double> place{-static_cast<int>(level.level), rankOf(pair) - level.threshold};
-      if (decides && !(place < worst)) continue;
-      decides = &pair;
-      worst = place;
-    }
-    return decides ? *decides : PairProximity{};
-  }
+  PairProximity deciding(const LevelThresholds& thresholds) const { return decidingOf(all_, thresholds); }
   std::vector<PairProximity> below(double distance) {
     std::vector<PairProximity> found;
     for (int pair = 0; pair < pairs(); ++pair)
@@ -218,7 +204,7 @@ TEST_P(BatchOf, MinimumWithinAnAccuracyBoundsTheMinimum) {
       const SignedDistance &truth = minima[i].result, &found = within[i].result;
       ASSERT_EQ(found.status, truth.status == Status::Unknown ? Status::Unknown : Status::Threshold) << "state " << i;
       if (truth.status == Status::Unknown) continue;
-      // What did not converge is ranked by its lower bound: another pair may be nearer than its upper bound.
+      // A distance that did not converge is ranked by its lower bound, so another pair may be below its upper bound.
       ASSERT_LE(found.lower_bound, truth.upper_bound) << "state " << i;
       ASSERT_GE(found.upper_bound, truth.lower_bound) << "state " << i;
       ASSERT_EQ(found.distance, found.upper_bound > 0.0 ? found.lower_bound : found.upper_bound);

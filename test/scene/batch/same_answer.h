@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/query/question.h"
 #include "scene/random_states.h"
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -57,6 +59,25 @@ inline double rankOf(const PairProximity& pair) {
 inline void sortByRank(std::vector<PairProximity>& pairs) {  // of pairs in their order
   std::stable_sort(pairs.begin(), pairs.end(),
                    [](const PairProximity& p, const PairProximity& q) { return rankOf(p) < rankOf(q); });
+}
+
+inline std::vector<PairProximity> firstOf(const std::vector<PairProximity>& pairs, std::size_t count) {
+  return {pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(std::min(count, pairs.size()))};
+}
+
+/// The pair that sets the level.
+inline PairProximity decidingOf(const std::vector<PairProximity>& pairs, const LevelThresholds& thresholds) {
+  const PairProximity* decides = nullptr;
+  std::pair<int, double> worst;
+  for (const PairProximity& pair : pairs) {
+    const DistanceLevel level =
+        levelOf(pair.result.lower_bound, thresholds.stop.of(pair.asked), thresholds.warn.of(pair.asked));
+    const std::pair<int, double> place{-static_cast<int>(level.level), rankOf(pair) - level.threshold};
+    if (decides && !(place < worst)) continue;
+    decides = &pair;
+    worst = place;
+  }
+  return decides ? *decides : PairProximity{};
 }
 
 /// Random states, and short edges of small steps between them.

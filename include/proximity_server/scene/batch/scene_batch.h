@@ -78,8 +78,9 @@ class SceneBatch {
   /// wrong by more than the robot is built to; spheres in place of the links are wrong by centimetres.
   ///
   /// `asked` is the pair of the upper bound. The answer has Status::Threshold, its distance is its lower bound, and it
-  /// has no points and no <collision>. If the upper bound is 0 or less, the pair overlaps: then the upper bound is the
-  /// distance, the lower bound only says how deep any pair of links can overlap (minus infinity with objects), and another pair may overlap more. Unknown as in minimum().
+  /// has no points and no <collision>. If the upper bound is 0 or less, the pair overlaps, and another pair may overlap
+  /// more. Then the distance is the upper bound, and the lower bound only says how deep any pair of links can overlap;
+  /// with objects it is minus infinity. Unknown as in minimum().
   /// Bounds are wider apart where the narrowphase does not converge, and where `accuracy` is below its tolerance.
   /// Throws std::invalid_argument also if `accuracy` is not positive.
   const std::vector<PairProximity>& minimumWithin(const States& states, double accuracy);
