@@ -436,7 +436,7 @@ void boundByGjk(const Cores& cores, float accuracy, const Items& items, const in
     const Point in_b = turnedBack(a_T_b.rotation, direction);
     const Support a = vertex(cores.a, direction), b = vertex(cores.b, Point{-in_b.x, -in_b.y, -in_b.z});
     const Float gap = ((dot(direction, a_T_b.origin) - b.height) - a.height) - cores.error;
-    lower = has_direction & (gap > lower) ? gap : lower;
+    lower = (has_direction & (gap > lower)) ? gap : lower;
     const Point newest = a.point - (a_T_b.origin + turned(a_T_b.rotation, b.point));
     for (Point& p : simplex) p = choose(steps == 0, newest, p);
     steps = steps + 1;
@@ -448,7 +448,7 @@ void boundByGjk(const Cores& cores, float accuracy, const Items& items, const in
       upper = ends & isDeepInside(corners, cores.error) ? all(0.0f) : upper;
     }
     const Float nearer = root(found.square) + cores.error;
-    upper = is_nearer & (nearer < upper) ? nearer : upper;
+    upper = (is_nearer & (nearer < upper)) ? nearer : upper;
     square = is_nearer ? found.square : square;
     ends = ends | ~is_nearer | ~has_direction | (lower > limit) | (upper - lower <= accuracy) | (steps >= kSteps);
     const Point first = choose(found.first == 0, simplex[0], choose(found.first == 1, simplex[1], simplex[2]));
