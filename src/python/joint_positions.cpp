@@ -66,15 +66,16 @@ JointPositions::JointPositions(const py::array& checked)
 }
 
 JointPositions::Edges JointPositions::edges(const py::object& start, const py::object& goal,
-                                            const scene::RobotModel& robot) {
-  const py::array from = checkedArray(start, robot, "start"), to = checkedArray(goal, robot, "goal");
+                                            const scene::RobotModel& robot, const std::string& start_name,
+                                            const std::string& goal_name) {
+  const py::array from = checkedArray(start, robot, start_name), to = checkedArray(goal, robot, goal_name);
   py::object both;
   try {
     both = py::module_::import("numpy").attr("broadcast_arrays")(from, to);
   } catch (const py::error_already_set& error) {
     if (!error.matches(PyExc_ValueError)) throw;
-    throw std::invalid_argument("start has the shape " + shapeText(from) + ", and goal " + shapeText(to) +
-                                ": these do not broadcast to one shape");
+    throw std::invalid_argument(start_name + " has the shape " + shapeText(from) + ", and " + goal_name + " " +
+                                shapeText(to) + ": these do not broadcast to one shape");
   }
   return {JointPositions(py::array(both[py::int_(0)])), JointPositions(py::array(both[py::int_(1)]))};
 }

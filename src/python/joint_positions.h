@@ -32,10 +32,12 @@ class JointPositions {
  public:
   JointPositions(const pybind11::object& q, const scene::RobotModel& robot, const std::string& name = "q");
 
-  /// The positions at the start and at the goal of edges. Both get the shape to which numpy broadcasts the two.
+  /// The positions at the start and at the goal of edges, or states and a motion from each. Both get the shape to which
+  /// numpy broadcasts the two. Error messages have the names.
   /// Failure: throws as the constructor does, and std::invalid_argument if they do not broadcast to one shape.
   struct Edges;
-  static Edges edges(const pybind11::object& start, const pybind11::object& goal, const scene::RobotModel& robot);
+  static Edges edges(const pybind11::object& start, const pybind11::object& goal, const scene::RobotModel& robot,
+                     const std::string& start_name = "start", const std::string& goal_name = "goal");
 
   /// The shape of the states: () for one state.
   const std::vector<pybind11::ssize_t>& shape() const { return shape_; }

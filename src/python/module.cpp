@@ -405,6 +405,27 @@ The distance has a kink where the field `unique` is False: this is then the deri
 The smallest distance has another kink where two pairs are equally close, which rows of closest(q, 2) show.
 Raises ValueError if k is less than 1.)";
 
+constexpr char kFreeMotionDoc[] =
+    R"(How far each joint can move while every pair stays farther apart than the distance [m].
+
+Returns float64 of the shape of q, [rad] or [m]: each joint alone is free to move so far in both directions, and all
+together as long as sum |motion / free| <= 1 (numpy.nansum, if there are joints with 0). That is proven without a
+search, and holds for motions of any length: a bound on how far each point of a link moves. Infinity for a joint that
+moves no pair; 0 where a pair is at or below the distance, and for columns that are ignored: a mimic joint moves with its
+leader, and its part is in the column of the leader. NaN for a state without an answer.
+influence_distance  [m] beyond the distance. All pairs that are farther apart share one bound; a larger one costs more,
+                    and finds more for states that are far from everything.
+Source: Quinlan, Real-Time Modification of Collision-Free Paths, 1994.
+Raises ValueError if distance or influence_distance is not finite, or influence_distance is negative.)";
+
+constexpr char kFreeScaleDoc[] = R"(How much of a motion [rad] or [m] is proven to be free without a search.
+
+q and motion are arrays of shapes that broadcast to one. Returns float64 of the shape of the states: the largest s in
+[0, 1] for which the straight motion from q to q + s motion, and every part of it, keeps each pair farther apart than the
+distance, as far as free_motion() can tell; it takes each pair by itself, and so finds more than the sum over the joints
+there. first_contact() searches, and finds all. Columns of motion that q ignores are ignored. NaN for a state or a motion
+that is not finite.)";
+
 constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
 
 Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps
@@ -603,6 +624,10 @@ void declareQuestions(py::class_<Robot>& robot) {
   robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a);
   robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a);
   robot.def("gradient", &Robot::gradient, kGradientDoc, "q"_a, "k"_a = py::none());
+  robot.def("free_motion", &Robot::freeMotion, kFreeMotionDoc, "q"_a, "distance"_a = 0.0, py::kw_only(),
+            "influence_distance"_a = 0.2);
+  robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),
+            "influence_distance"_a = 0.2);
   robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
   robot.def("first_contact", &Robot::firstContact, kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0,
             py::kw_only(), "tolerance"_a = 1e-6);

@@ -1,6 +1,7 @@
 #include "python/robot.h"
 
 #include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/derivative/free_motion.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
@@ -74,8 +75,9 @@ struct Scratch {
   std::optional<scene::SceneBatch> batch;
   std::optional<scene::MovingScene> moving_scene;
   std::optional<scene::Derivatives> derivatives;
+  std::optional<scene::FreeMotion> free_motion;
   std::vector<double> positions, goal;  ///< of one state, or of an edge
-  Eigen::VectorXd by_degrees;           ///< a gradient with respect to the degrees of freedom
+  Eigen::VectorXd by_degrees;           ///< a gradient or a motion with respect to the degrees of freedom
 };
 
 /// An array of rows. A row has the fields of a PairRow, or of another struct that begins with these fields.
@@ -254,20 +256,40 @@ py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, co
   return all.array();
 }
 
+/// The bodies that carry the objects: poses are in the frame of the root link, and moving objects are in frames of
+/// links.
+scene::ObjectCarriers carriersOf(const scene::Objects& objects, const scene::RobotModel& robot) {
+  scene::ObjectCarriers carriers;
+  for (const std::string& frame : objects.frames())
+    carriers.of_frames.push_back(robot.links[robot.findLink(frame)].body);
+  return carriers;
+}
+
 /// Sets the poses of the derivatives to a state of the block.
 void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
   const scene::RobotModel& robot = scratch.loaded->model->robot;
   const scene::Objects& objects = *scratch.objects;
   if (!scratch.derivatives) {
     scratch.derivatives.emplace(scratch.loaded->model);
-    scene::ObjectCarriers carriers;
-    for (const std::string& frame : objects.frames())
-      carriers.of_frames.push_back(robot.links[robot.findLink(frame)].body);
-    scratch.derivatives->use(scratch.objects, carriers);
+    scratch.derivatives->use(scratch.objects, carriersOf(objects, robot));
   }
   positionsOf(block, state, scratch.positions);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
   scratch.derivatives->update(poses, scene::framePoses(objects, poses));
+}
+
+/// The free motion from a state of the block, of whose pairs all up to the influence distance are given.
+scene::FreeMotion& placeFreeMotion(const JointPositions::Block& block, Eigen::Index state, const AnsweredPairs& near,
+                                   const scene::FreeMotionQuestion& question, Scratch& scratch) {
+  const scene::RobotModel& robot = scratch.loaded->model->robot;
+  if (!scratch.free_motion) {
+    scratch.free_motion.emplace(scratch.loaded->model);
+    scratch.free_motion->use(scratch.objects, carriersOf(*scratch.objects, robot));
+  }
+  positionsOf(block, state, scratch.positions);
+  scratch.free_motion->update(scene::forwardKinematics(robot, scratch.positions));
+  scratch.free_motion->find(near.first, near.first + near.count, question);
+  return *scratch.free_motion;
 }
 
 /// Writes the derivative of a pair's distance with respect to each column of q. It is 0 for floating and planar joints,
@@ -540,6 +562,65 @@ py::object Robot::pairsBelow(const py::object& q, double distance) {
                  found.emplace(first, std::move(rows));
                });
   return joined(found, rowType(thresholds()));
+}
+
+template <typename Write>
+void Robot::answerFreeMotions(const JointPositions& positions, double distance, double influence_distance,
+                              const Write& write) {
+  if (!std::isfinite(distance)) throw std::invalid_argument("the distance must be finite");
+  if (!(influence_distance >= 0.0) || std::isinf(influence_distance))
+    throw std::invalid_argument("influence_distance must be finite and not negative");
+  scene::FreeMotionQuestion question;
+  question.thresholds = scene::PairDistances(distance, distance);
+  question.influence_distance = distance + influence_distance;
+  answerStates(positions,
+               [&](scene::SceneBatch& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
+                 const scene::StatePairs& near = batch.below(block, question.influence_distance);
+                 for (Eigen::Index i = 0; i < block.rows(); ++i) {
+                   const bool is_unknown = near.unknown[static_cast<std::size_t>(i)] != 0;
+                   scene::FreeMotion* const free =
+                       is_unknown ? nullptr : &placeFreeMotion(block, i, pairsOf(near, i), question, scratch);
+                   write(first + i, free, scratch);
+                 }
+               });
+}
+
+py::object Robot::freeMotion(const py::object& q, double distance, double influence_distance) {
+  const JointPositions positions(q, model().robot);
+  const std::vector<scene::Joint>& joints = model().robot.joints;
+  const auto columns = static_cast<Eigen::Index>(joints.size());
+  py::array_t<double> free_of_joints = newArray<double>(positions, {columns});
+  double* const out = free_of_joints.mutable_data();
+  answerFreeMotions(positions, distance, influence_distance,
+                    [&](Eigen::Index state, const scene::FreeMotion* free, Scratch&) {
+                      double* const row = out + state * columns;
+                      std::fill_n(row, columns, free ? 0.0 : kNaN);
+                      if (!free) return;
+                      const scene::DegreesOfFreedom& degrees = free->degreesOfFreedom();
+                      for (int i = 0; i < degrees.size(); ++i)
+                        if (scene::hasOnePosition(joints[degrees[i].joint])) row[degrees[i].joint] = free->alone(i);
+                    });
+  return free_of_joints;
+}
+
+py::object Robot::freeScale(const py::object& q, const py::object& motion, double distance, double influence_distance) {
+  const std::vector<scene::Joint>& joints = model().robot.joints;
+  const JointPositions::Edges given = JointPositions::edges(q, motion, model().robot, "q", "motion");
+  py::array_t<double> scales = newArray<double>(given.start, {});
+  double* const out = scales.mutable_data();
+  answerFreeMotions(given.start, distance, influence_distance,
+                    [&](Eigen::Index state, const scene::FreeMotion* free, Scratch& scratch) {
+                      out[state] = kNaN;
+                      const JointPositions::Block moved = given.goal.block(state, 1);
+                      if (!free || !moved.allFinite()) return;
+                      const scene::DegreesOfFreedom& degrees = free->degreesOfFreedom();
+                      scratch.by_degrees.setZero(degrees.size());
+                      for (int i = 0; i < degrees.size(); ++i)
+                        if (scene::hasOnePosition(joints[degrees[i].joint]))
+                          scratch.by_degrees[i] = moved(0, degrees[i].joint);
+                      out[state] = free->scale(scratch.by_degrees);
+                    });
+  return scalarIfSingle(scales);
 }
 
 py::object Robot::linkPoses(const py::object& q) {

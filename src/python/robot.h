@@ -83,6 +83,9 @@ class Robot {
   pybind11::tuple gradient(const pybind11::object& q, std::optional<long> k);
   pybind11::object below(const pybind11::object& q, double distance);
   pybind11::object pairsBelow(const pybind11::object& q, double distance);
+  pybind11::object freeMotion(const pybind11::object& q, double distance, double influence_distance);
+  pybind11::object freeScale(const pybind11::object& q, const pybind11::object& motion, double distance,
+                             double influence_distance);
   pybind11::object linkPoses(const pybind11::object& q);
   pybind11::object firstContact(const pybind11::object& start, const pybind11::object& goal, double distance,
                                 double tolerance);
@@ -110,6 +113,12 @@ class Robot {
   /// is nullptr.
   template <typename Ask>
   void answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows, double* gradients);
+
+  /// Calls `write(state, free, scratch)` for the free motion from each state. `free` is a FreeMotion; nullptr for a
+  /// state without an answer.
+  template <typename Write>
+  void answerFreeMotions(const JointPositions& positions, double distance, double influence_distance,
+                         const Write& write);
 
   /// Returns the row of each edge about the result of `ask(scene, motion)`.
   template <typename Ask>

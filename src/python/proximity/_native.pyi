@@ -125,6 +125,18 @@ class Robot:
     def gradient(
         self, q: numpy.typing.ArrayLike, k: Optional[int] = None
     ) -> tuple[Any, numpy.typing.NDArray[numpy.float64]]: ...
+    def free_motion(
+        self, q: numpy.typing.ArrayLike, distance: float = 0.0, *, influence_distance: float = 0.2
+    ) -> numpy.typing.NDArray[numpy.float64]: ...
+    # An array for many states and a float for one.
+    def free_scale(
+        self,
+        q: numpy.typing.ArrayLike,
+        motion: numpy.typing.ArrayLike,
+        distance: float = 0.0,
+        *,
+        influence_distance: float = 0.2,
+    ) -> Any: ...
     def link_poses(self, q: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]: ...
     # These return an array or a numpy.void as well, with the fields of CONTACT or EDGE_MINIMUM.
     def first_contact(

@@ -87,7 +87,7 @@ double largestRate(const Eigen::VectorXd& gradient, const Eigen::VectorXd& speed
 
 }  // namespace
 
-ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity)
+ConstraintRows::ConstraintRows(const std::shared_ptr<const SceneModel>& model, int capacity)
     : ConstraintRows(model, capacity, allColumns(given(model).robot)) {}
 
 ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity, const std::vector<int>& moving)

@@ -53,9 +53,14 @@ double radiusAboutOrigin(const SeenBounds& seen) {
   return (1.0 + kPoseRounding) * (seen.centre.norm() + seen.radius) + seen.rounding;
 }
 
+void requireFinite(const FreeMotionQuestion& question) {
+  if (!question.thresholds.areFinite() || !std::isfinite(question.influence_distance))
+    throw std::invalid_argument("the thresholds and the influence distance of a free motion must be finite");
+}
+
 }  // namespace
 
-FreeMotion::FreeMotion(std::shared_ptr<const SceneModel> model)
+FreeMotion::FreeMotion(const std::shared_ptr<const SceneModel>& model)
     : joints_(std::make_unique<PlacedJoints>(model)), volumes_(std::make_unique<const Volumes>(model->robot)) {
   const DegreesOfFreedom& columns = degreesOfFreedom();
   scratch_.setZero(columns.size());
@@ -64,6 +69,9 @@ FreeMotion::FreeMotion(std::shared_ptr<const SceneModel> model)
     sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count)
         .array() += 1.0;
   sides_ = sides_.cwiseMin(2.0);
+  is_checked_.assign(model->robot.links.size(), false);
+  for (const LinkPair& pair : model->pairs.pairs)
+    if (pair.reason == PairReason::Checked) is_checked_[pair.link_a] = is_checked_[pair.link_b] = true;
 }
 FreeMotion::~FreeMotion() = default;
 FreeMotion::FreeMotion(FreeMotion&&) noexcept = default;
@@ -73,6 +81,11 @@ const DegreesOfFreedom& FreeMotion::degreesOfFreedom() const { return joints_->d
 
 void FreeMotion::use(std::shared_ptr<const Objects> objects) {
   joints_->use(std::move(objects));
+  is_known_ = false;
+}
+
+void FreeMotion::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  joints_->use(std::move(objects), std::move(carriers));
   is_known_ = false;
 }
 
@@ -120,8 +133,9 @@ bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights)
 
 // --- all pairs of a scene
 
-/// Sets weights that no pair exceeds: the largest of all links and objects. A degree of freedom with mimic joints may
-/// move both shapes of a pair; any other one moves only one of them. A shape without a pose is in no known pair.
+/// Sets weights that no checked pair exceeds: the largest of all links and objects. A degree of freedom with mimic
+/// joints may move both shapes of a pair; any other one moves only one of them. A shape without a pose is in no known
+/// pair. Among objects, every link may be in a checked pair.
 bool FreeMotion::findLargestWeights(VectorXd& weights) {
   const RobotModel& robot = joints_->robot();
   weights.setZero();
@@ -132,9 +146,11 @@ bool FreeMotion::findLargestWeights(VectorXd& weights) {
     is_known = addWeights(ref, body, -1, scratch_);
     weights = weights.cwiseMax(scratch_);
   };
+  const Objects* const objects = joints_->objects();
+  const bool has_objects = objects && !objects->empty();
   for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
-    if (robot.hasGeometry(link)) consider({link}, robot.links[link].body);
-  if (const Objects* objects = joints_->objects())
+    if (robot.hasGeometry(link) && (has_objects || is_checked_[link])) consider({link}, robot.links[link].body);
+  if (has_objects)
     for (const int number : objects->searchers())
       consider(ShapeRef::ofObject(number), joints_->bodyOf(ShapeRef::ofObject(number)));
   weights.array() *= sides_.array();
@@ -149,20 +165,28 @@ Bubble& FreeMotion::next() {
 void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {
   is_known_ = false;
   size_ = 0;
-  if (!question.thresholds.areFinite() || !std::isfinite(question.influence_distance))
-    throw std::invalid_argument("the thresholds and the influence distance of a free motion must be finite");
   if (&scene.model() != &joints_->model()) throw std::invalid_argument("the scene is of another robot");
   if (scene.objects() != joints_->objects()) throw std::invalid_argument("the scene has other objects");
+  requireFinite(question);
   Question near;
   near.threshold = question.influence_distance;
   near.deadline = question.deadline;
   const std::vector<PairProximity>& pairs = scene.below(scene.candidates(), near);
-  bool is_known = scene.counts().unknown == 0;
-  for (const PairProximity& pair : pairs) {
+  const bool knows_all = scene.counts().unknown == 0;
+  find(pairs.data(), pairs.data() + pairs.size(), question);
+  is_known_ = is_known_ && knows_all;
+}
+
+void FreeMotion::find(const PairProximity* begin, const PairProximity* end, const FreeMotionQuestion& question) {
+  is_known_ = false;
+  size_ = 0;
+  requireFinite(question);
+  bool is_known = true;
+  for (const PairProximity* pair = begin; pair != end; ++pair) {
     Bubble& bubble = next();
-    bubble.pair = pair.asked;
-    bubble.free = std::max(0.0, pair.result.lower_bound - question.thresholds.of(pair.asked));
-    is_known = is_known && weights(pair.asked, bubble.weights);
+    bubble.pair = pair->asked;
+    bubble.free = std::max(0.0, pair->result.lower_bound - question.thresholds.of(pair->asked));
+    is_known = is_known && weights(pair->asked, bubble.weights);
   }
   Bubble& others = next();
   others.pair = {};

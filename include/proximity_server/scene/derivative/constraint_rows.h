@@ -72,7 +72,7 @@ class ConstraintRows {
   ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity, const std::vector<int>& moving);
 
   /// All degrees of freedom move.
-  ConstraintRows(std::shared_ptr<const SceneModel> model, int capacity);
+  ConstraintRows(const std::shared_ptr<const SceneModel>& model, int capacity);
 
   struct Row {
     ShapeRefPair pair;                                           ///< in the order of the scene's answer

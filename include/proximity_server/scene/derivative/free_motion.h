@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
@@ -64,16 +65,21 @@ struct FreeMotionQuestion {
 class FreeMotion {
  public:
   /// Throws std::invalid_argument without a model.
-  explicit FreeMotion(std::shared_ptr<const SceneModel> model);
+  explicit FreeMotion(const std::shared_ptr<const SceneModel>& model);
   ~FreeMotion();
   FreeMotion(FreeMotion&&) noexcept;
   FreeMotion& operator=(FreeMotion&&) noexcept;
 
   const DegreesOfFreedom& degreesOfFreedom() const;
 
-  /// Takes the objects of the scene.
+  /// Takes the objects of the scene. All that no link holds are at rest like the roots.
   /// Throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
+
+  /// Takes the objects, and the bodies that carry those that no link holds.
+  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for a carrier that is not a
+  /// body.
+  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
 
   /// Throws std::invalid_argument if there is not one pose for each body. The bubbles of find() are forgotten.
   void update(const BodyPoses& poses);
@@ -94,6 +100,11 @@ class FreeMotion {
   ///          Throws std::invalid_argument for an influence distance or a threshold that is not finite, and for a scene
   ///          of another robot or with other objects; then no motion is known to be free.
   void find(Scene& scene, const FreeMotionQuestion& question);
+
+  /// Makes the bubbles from pairs that were found before, with the same poses and objects: all checked pairs that are at
+  /// or below the influence distance, see SceneBatch::below(). The deadline is ignored.
+  /// Failure: throws std::invalid_argument for an influence distance or a threshold that is not finite.
+  void find(const PairProximity* begin, const PairProximity* end, const FreeMotionQuestion& question);
 
   /// True if the last update has bubbles of all pairs. Otherwise contains() is false, and scale() and alone() are 0.
   bool isKnown() const { return is_known_; }
@@ -124,7 +135,8 @@ class FreeMotion {
   std::unique_ptr<const Volumes> volumes_;
   bool is_known_ = false;
   int size_ = 0;
-  std::vector<Bubble> bubbles_;  ///< only the first size_ are used
+  std::vector<Bubble> bubbles_;   ///< only the first size_ are used
+  std::vector<bool> is_checked_;  ///< for each link: true if it is in a checked pair of links
   Eigen::VectorXd sides_;  ///< how many shapes of a pair a degree of freedom can move: 1, or 2 if it has mimic joints
   Eigen::VectorXd scratch_;
 };
