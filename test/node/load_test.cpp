@@ -273,10 +273,11 @@ TEST_F(ObjectLoad, AMapOfAHundredThousandBoxesIsOneObject) {
   map.boxes[0].sizes.resize(1);
   map.boxes[0].sizes[0].x = map.boxes[0].sizes[0].y = map.boxes[0].sizes[0].z = 0.1;
   for (int i = 0; i < 100000; ++i) {
+    const int column = i % 100, row = i / 100 % 100, layer = i / 10000;
     geometry_msgs::Point& centre = map.boxes[0].centres.emplace_back();
-    centre.x = 0.1 * (i % 100);
-    centre.y = 1.0 + 0.1 * (i / 100 % 100);
-    centre.z = 0.1 * (i / 10000);
+    centre.x = 0.1 * column;
+    centre.y = 1.0 + 0.1 * row;
+    centre.z = 0.1 * layer;
   }
   const ApplyObjectsResponse response = apply({map});
   ASSERT_TRUE(response.success) << response.status.message;

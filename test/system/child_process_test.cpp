@@ -144,7 +144,7 @@ TEST_F(ChildProcess, SignalsDoNotDisturbThePipe) {
   const itimerval often{{0, 1000}, {0, 1000}}, never{};
   setitimer(ITIMER_REAL, &often, nullptr);
   const ProcessLimits limits{std::size_t{64} << 20, seconds(10), seconds(60), 10000000};
-  for (int i = 0; i < 20; ++i) EXPECT_EQ(answerOfChild([] { return std::string(10000000, 'x'); }, limits).size(), 1e7);
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(answerOfChild([] { return std::string(8000000, 'x'); }, limits).size(), 8e6);
   setitimer(ITIMER_REAL, &never, nullptr);
   signal(SIGALRM, before);
   EXPECT_GT(alarms, 0);

@@ -51,7 +51,7 @@ RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
 
 }  // namespace
 
-MovingScene::MovingScene(std::shared_ptr<const SceneModel> model)
+MovingScene::MovingScene(const std::shared_ptr<const SceneModel>& model)
     : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(given(model).robot))) {}
 MovingScene::MovingScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
 MovingScene::~MovingScene() = default;

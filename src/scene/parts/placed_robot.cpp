@@ -67,9 +67,10 @@ std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
   std::vector<int> changed;
   const int first = volumes_->rootCount();
   // Numbers are never removed: a number of an old object stays, without an object.
-  if (const auto end = static_cast<std::size_t>(first + objects->numberLimit()); end > parts_.size()) {
+  const auto numbers = static_cast<std::size_t>(objects->numberLimit());
+  if (const std::size_t end = static_cast<std::size_t>(first) + numbers; end > parts_.size()) {
     parts_.resize(end);
-    bodies_.resize(model_.bodies.size() + static_cast<std::size_t>(objects->numberLimit()));
+    bodies_.resize(model_.bodies.size() + numbers);
   }
   for (int part = first; part < static_cast<int>(parts_.size()); ++part) {
     const int number = part - first;

@@ -66,12 +66,13 @@ stress::Tally sumOf(const SoakRecord::Tallies& tallies) {
   return all;
 }
 
-void print(const char* what, SoakRecord::Tallies tallies, const std::vector<stress::Column>& columns) {
+void print(const char* what, const SoakRecord::Tallies& tallies, const std::vector<stress::Column>& columns) {
   constexpr int kNameWidth = 20;
   stress::printHead(what, kNameWidth, columns);
-  for (auto& [name, tally] : tallies) {
-    tally.family = name;
-    stress::printRow(kNameWidth, columns, tally);
+  for (const auto& [name, tally] : tallies) {
+    stress::Tally row = tally;
+    row.family = name;
+    stress::printRow(kNameWidth, columns, row);
   }
 }
 

@@ -28,7 +28,7 @@ class MotionSearch;
 class MovingScene {
  public:
   /// Throws std::invalid_argument without a model.
-  explicit MovingScene(std::shared_ptr<const SceneModel> model);
+  explicit MovingScene(const std::shared_ptr<const SceneModel>& model);
   ~MovingScene();
   MovingScene(MovingScene&&) noexcept;
   MovingScene& operator=(MovingScene&&) noexcept;
