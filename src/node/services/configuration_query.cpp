@@ -1,9 +1,14 @@
+#include "node/objects/object_needs.h"
 #include "node/services/answered.h"
 #include "node/services/joint_requests.h"
 #include "node/services/pair_questions.h"
 #include "node/services/queries.h"
+#include "proximity_server/scene/derivative/free_motion.h"
 #include "proximity_server/scene/model/kinematics.h"
 
+#include <Eigen/Core>
+
+#include <chrono>
 #include <optional>
 #include <string>
 
@@ -36,6 +41,49 @@ std::vector<JointValues> statesOf(const scene::RobotModel& robot, const QueryCon
   return states;
 }
 
+/// What the response says about free motions.
+class FreeMotions {
+ public:
+  /// Throws RequestError if the request is not about all checked pairs, and for a wrong motion.
+  FreeMotions(const Robot& robot, const RequestedPairs& pairs, const QueryConfigurationRequest& request,
+              std::chrono::steady_clock::time_point deadline)
+      : free_(robot.sharedModel()) {
+    if (pairs.list()) refuse("want_free_motion is about all checked pairs: a, b and group must be empty");
+    const double distance = finite(request.free_motion_distance, "free_motion_distance");
+    question_.thresholds = {distance, distance};
+    question_.influence_distance += distance;
+    question_.deadline = deadline;
+    free_.use(pairs.sharedObjects(), carriersOf(robot, pairs.objects()));
+    if (request.motion.name.empty() && request.motion.position.empty()) return;
+    const scene::RobotModel& model = robot.robotModel();
+    const JointValues motion = valuesOf(model, jointsNamed(model, request.motion.name, "motion"),
+                                        request.motion.position, "position", "motion");
+    motion_.setZero(degrees().size());
+    for (int i = 0; i < degrees().size(); ++i) motion_[i] = motion[degrees()[i].joint].value_or(0.0);
+  }
+
+  std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const scene::DegreeOfFreedom& column : degrees().list()) names.push_back(column.name);
+    return names;
+  }
+
+  /// Adds those of a state whose poses the scene has.
+  void add(scene::Scene& scene, const scene::BodyPoses& poses, QueryConfigurationResponse& response) {
+    free_.update(poses);
+    free_.find(scene, question_);
+    for (int i = 0; i < degrees().size(); ++i) response.free_motion.push_back(free_.alone(i));
+    if (motion_.size() > 0) response.free_scale.push_back(free_.scale(motion_));
+  }
+
+ private:
+  const scene::DegreesOfFreedom& degrees() const { return free_.degreesOfFreedom(); }
+
+  scene::FreeMotion free_;
+  scene::FreeMotionQuestion question_;
+  Eigen::VectorXd motion_;  ///< empty if the request has none
+};
+
 /// The status of the first state that has no answer; OK if all have one.
 QueryStatus summary(const std::vector<StateProximity>& states) {
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -66,13 +114,17 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scene = pairs.borrowScene();
     std::optional<Gradients> gradients = gradientsOf(robot, pairs, in_each);
+    std::optional<FreeMotions> free_motions;
+    if (request.want_free_motion) free_motions.emplace(robot, pairs, request, question.deadline);
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.roots);
       placeFramesOfLinks(robot, asked_frames, poses, frames.poses);
       scene->update(poses, frames.poses);
       response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, gradients));
+      if (free_motions) free_motions->add(*scene, poses, response);
     }
     if (gradients) response.joint_names = gradients->names();
+    if (free_motions) response.joint_names = free_motions->names();
     response.status = summary(response.states);
   });
 }

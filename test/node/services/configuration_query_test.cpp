@@ -109,6 +109,73 @@ TEST_F(QueryConfiguration, SaysInTheStateOfNowWhatQueryPairsSays) {
   }
 }
 
+// ---- free motions
+
+class FreeMotionQuery : public AskedGantry {
+ protected:
+  /// Asks in two states, in which base and ball are 0.3 and 0.7 m apart and the block is farther from the ball.
+  static QueryConfigurationRequest asking() {
+    auto request = configuration_query_test::asking({gantryAt({0.5, 0.0, -1.0}), gantryAt({0.9, 0.0, -1.0})});
+    request.free_motion_distance = 0.15;
+    request.want_free_motion = true;
+    return request;
+  }
+};
+
+TEST_F(FreeMotionQuery, TellsHowFarEachJointCanMoveAlone) {
+  const auto response = ask(asking());
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_EQ(response.joint_names, (std::vector<std::string>{"lift", "x_axis", "y_axis"}));
+  ASSERT_EQ(response.free_motion.size(), 6u);
+  // Pairs farther apart than 0.35 m share the bound of 0.2 m, also in the second state.
+  const double expected[] = {0.2, 0.15, 0.15, 0.2, 0.2, 0.2};
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_NEAR(response.free_motion[i], expected[i], kTolerance) << i;
+    EXPECT_LE(response.free_motion[i], expected[i]) << i;
+  }
+  EXPECT_TRUE(response.free_scale.empty());
+  EXPECT_NEAR(response.states.at(0).minimum.distance, 0.3, kTolerance);
+}
+
+TEST_F(FreeMotionQuery, TellsHowMuchOfAMotionIsFree) {
+  auto request = asking();
+  request.motion = state({"lift", "x_axis"}, {-0.05, -0.3});
+  const auto response = ask(request);
+  ASSERT_EQ(response.free_scale.size(), 2u) << response.status.message;
+  EXPECT_NEAR(response.free_scale[0], 0.15 / 0.3, kTolerance);  // the lift moves neither base nor ball
+  EXPECT_NEAR(response.free_scale[1], 0.2 / 0.35, kTolerance);
+}
+
+TEST_F(FreeMotionQuery, IsEmptyWhereItIsNotWanted) {
+  auto request = asking();
+  request.want_free_motion = false;
+  const auto response = ask(request);
+  EXPECT_TRUE(response.free_motion.empty());
+  EXPECT_TRUE(response.joint_names.empty());
+}
+
+TEST_F(FreeMotionQuery, IsNoughtWhereAPoseIsMissing) {
+  auto request = asking();
+  request.states = {state({"x_axis"}, {0.5})};
+  const auto response = ask(request);
+  EXPECT_EQ(response.status.code, QueryStatus::TF_UNAVAILABLE);
+  EXPECT_EQ(response.free_motion, std::vector<double>(3, 0.0));
+}
+
+TEST_F(FreeMotionQuery, RefusesWhatIsNotAboutAllPairs) {
+  auto request = asking();
+  request.group = "lifted";
+  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "want_free_motion");
+  request = asking();
+  request.motion = state({"x_axi"}, {0.5});
+  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "motion: there is no joint 'x_axi'");
+  request.motion = state({"x_axis"}, {});
+  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "joint 'x_axis' has no position");
+  request = asking();
+  request.free_motion_distance = std::numeric_limits<double>::infinity();
+  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "free_motion_distance");
+}
+
 // ---- joints that are not named
 
 using MissingJoints = AskedGantry;
