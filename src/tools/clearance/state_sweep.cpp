@@ -97,9 +97,9 @@ class StateSweep {
         output_(output),
         rows_(question, output.format),
         plot_rows_(question, RowFormat::Csv) {
-    // SceneBatch knows the candidates of the filter, which then are the pairs of the question, in their order.
-    const bool is_for_batch = question.filter == PairFilter::On && !question.objects &&
-                              question.skipping == scene::Skipping::On && kind_ != PairSelection::Kind::All;
+    // SceneBatch knows the candidates of the filter, which then are the first pairs of the question, in their order.
+    const bool is_for_batch = question.filter == PairFilter::On && question.skipping == scene::Skipping::On &&
+                              kind_ != PairSelection::Kind::All;
     std::optional<scene::SceneBatch> batch;
     if (is_for_batch) {
       batch.emplace(question.model);
@@ -177,35 +177,50 @@ class StateSweep {
     block.rows.clear();
     block.plot_rows.clear();
     block.answers.clear();
-    if (worker.batch) {
-      answerByBatch(block, worker);
-    } else if (block.first + static_cast<std::uint64_t>(block.size) > range_.begin) {
-      answerByScene(block, worker);
+    if (block.first + static_cast<std::uint64_t>(block.size) <= range_.begin) return;
+    if (!worker.batch) return answerByScene(block, worker);
+    for (int first = 0, end = 0; first < block.size; first = end) {
+      end = endOfSameObjects(block, first);
+      if (!block.objects.empty() && block.objects[first].get() != worker.batch->objects())
+        worker.batch->use(block.objects[first]);
+      answerByBatch(first, block.positions.middleRows(first, end - first), block, worker);
     }
   }
 
-  void answerByBatch(StateBlock& block, Worker& worker) const {
-    const scene::States states = block.positions.topRows(block.size);
+  /// The first state after `first` that has other objects.
+  static int endOfSameObjects(const StateBlock& block, int first) {
+    if (block.objects.empty()) return block.size;
+    const auto begin = block.objects.begin() + first;
+    const auto end = std::find_if(begin, block.objects.end(), [&](const auto& objects) { return objects != *begin; });
+    return static_cast<int>(end - block.objects.begin());
+  }
+
+  /// Answers the states of a block from `first` on. All have the objects that the batch has.
+  void answerByBatch(int first, const scene::States& states, StateBlock& block, Worker& worker) const {
     const PairSelection& selection = question_.selection;
+    const std::size_t answered = block.answers.size();
     switch (kind_) {
       case PairSelection::Kind::Any:
-        addVerdicts(worker.batch->anyBelow(states, selection.threshold), block, worker);
+        addVerdicts(worker.batch->anyBelow(states, selection.threshold), first, block, worker);
         break;
       case PairSelection::Kind::Below:
-        addLists(worker.batch->below(states, selection.threshold), block, worker);
+        addLists(worker.batch->below(states, selection.threshold), first, block, worker);
         break;
       case PairSelection::Kind::Closest:
-        addLists(worker.batch->closest(states, selection.count), block, worker);
+        addLists(worker.batch->closest(states, selection.count), first, block, worker);
         break;
       case PairSelection::Kind::Minimum:
       case PairSelection::Kind::All:  // is not answered here
-        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds()) : minimaOf(states, worker), block,
+        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds()) : minimaOf(states, worker), first, block,
                   worker);
         break;
     }
     if (!needsSmallest()) return;
     const std::vector<scene::PairProximity>& minima = minimaOf(states, worker);
-    for (std::size_t i = 0; i < block.answers.size(); ++i) block.answers[i].smallest = smallestOf(ofMinimum(minima[i]));
+    for (std::size_t i = answered; i < block.answers.size(); ++i) {
+      const auto state = static_cast<std::uint64_t>(block.answers[i].state) - block.first;
+      block.answers[i].smallest = smallestOf(ofMinimum(minima[state - static_cast<std::uint64_t>(first)], worker));
+    }
   }
 
   const std::vector<scene::PairProximity>& minimaOf(const scene::States& states, Worker& worker) const {
@@ -213,35 +228,40 @@ class StateSweep {
     return accuracy > 0.0 ? worker.batch->minimumWithin(states, accuracy) : worker.batch->minimum(states);
   }
 
-  void addVerdicts(const std::vector<scene::StateVerdict>& verdicts, StateBlock& block, Worker& worker) const {
+  // These add the answers about the states of a block from `first` on.
+  void addVerdicts(const std::vector<scene::StateVerdict>& verdicts, int first, StateBlock& block,
+                   Worker& worker) const {
+    const std::vector<scene::ShapeRefPair>& pairs = worker.batch->pairs();
     scene::PairProximity below;
     below.result.status = narrowphase::Status::Converged;
-    for (int i = 0; i < block.size; ++i) {
-      const scene::StateVerdict& found = verdicts[i];
+    for (const scene::StateVerdict& found : verdicts) {
       const bool is_below = found.kind == Verdict::Below;
-      if (is_below) below.asked = question_.pairs[found.pair];
-      add(i, {&below, &below + (is_below ? 1 : 0), found.kind == Verdict::Unknown ? allPairs() : 0}, block, worker);
+      if (is_below) below.asked = pairs[found.pair];
+      const int unknown = found.kind == Verdict::Unknown ? unknownPairs(worker) : 0;
+      add(first++, {&below, &below + (is_below ? 1 : 0), unknown}, block, worker);
     }
   }
 
-  void addMinima(const std::vector<scene::PairProximity>& minima, StateBlock& block, Worker& worker) const {
-    for (int i = 0; i < block.size; ++i) add(i, ofMinimum(minima[i]), block, worker);
+  void addMinima(const std::vector<scene::PairProximity>& minima, int first, StateBlock& block, Worker& worker) const {
+    for (const scene::PairProximity& minimum : minima) add(first++, ofMinimum(minimum, worker), block, worker);
   }
 
-  void addLists(const scene::StatePairs& lists, StateBlock& block, Worker& worker) const {
+  void addLists(const scene::StatePairs& lists, int first, StateBlock& block, Worker& worker) const {
     const scene::PairProximity* const pairs = lists.pairs.data();
-    for (int i = 0; i < block.size; ++i) {
-      const auto state = static_cast<std::size_t>(i);
-      const int unknown = lists.unknown[state] != 0 ? allPairs() : 0;
-      add(i, {pairs + lists.begins[state], pairs + lists.begins[state + 1], unknown}, block, worker);
+    for (std::size_t i = 0; i < lists.unknown.size(); ++i) {
+      const int unknown = lists.unknown[i] != 0 ? unknownPairs(worker) : 0;
+      add(first++, {pairs + lists.begins[i], pairs + lists.begins[i + 1], unknown}, block, worker);
     }
   }
 
   /// SceneBatch has no answer about a state if one of its pairs has none.
-  int allPairs() const { return static_cast<int>(question_.pairs.size()); }
-  Listed ofMinimum(const scene::PairProximity& pair) const {
-    return {&pair, &pair + 1, isNamed(pair.asked) ? 0 : allPairs()};
+  static int unknownPairs(const Worker& worker) { return static_cast<int>(worker.batch->pairs().size()); }
+  static Listed ofMinimum(const scene::PairProximity& pair, const Worker& worker) {
+    return {&pair, &pair + 1, isNamed(pair.asked) ? 0 : unknownPairs(worker)};
   }
+
+  /// The number of the pairs of links.
+  int linkPairs() const { return static_cast<int>(question_.pairs.size()); }
 
   void answerByScene(StateBlock& block, Worker& worker) const {
     scene::Scene scene = fresh_->forAnotherThread();
@@ -357,13 +377,13 @@ class StateSweep {
     const scene::RobotModel& robot = question_.model->robot;
     const SweepSummary::Names names{nameOf(pair.a, robot, objects), nameOf(pair.b, robot, objects)};
     const auto [place, is_new] =
-        worker.object_pairs.emplace(names, allPairs() + static_cast<int>(worker.object_names.size()));
+        worker.object_pairs.emplace(names, linkPairs() + static_cast<int>(worker.object_names.size()));
     if (is_new) worker.object_names.push_back(names);
     return place->second;
   }
 
   SweepSummary::Names namesOf(int number, const Worker& worker) const {
-    if (number >= allPairs()) return worker.object_names[number - allPairs()];
+    if (number >= linkPairs()) return worker.object_names[number - linkPairs()];
     const scene::ShapeRefPair& pair = question_.pairs[number];
     const scene::RobotModel& robot = question_.model->robot;
     return {nameOf(pair.a, robot), nameOf(pair.b, robot)};

@@ -30,8 +30,9 @@ struct AnswerOutput {
 /// Answers the question about the states of a range, and writes their rows. `states` must not have been read from. An
 /// end of kToTheEnd is that of the states.
 ///
-/// The candidates of the filter without objects are answered by SceneBatch: what is written of a state then depends on
-/// it alone. All else is answered by Scene, each state with warm starts of some states before it, in blocks of all
+/// The candidates of the filter, and pairs with objects, are answered by SceneBatch: what is written of a state then
+/// depends on it alone, and on the objects that are there. All pairs, those that the filter leaves out, and a question
+/// without skipping are answered by Scene, each state with warm starts of some states before it, in blocks of all
 /// states. In both cases the bytes are the same for any number of threads, and those of a range are the same as within
 /// the whole.
 /// Failure: throws the error of reading a state, after the rows of all states before it were written; and
