@@ -130,7 +130,7 @@ double GradientObserver::errorWith(const Vector3d& point_a, const Vector3d& poin
 
 /// The velocity at which the two witness points, each as a point of its body, move by 1 m/s against each other; nothing
 /// where they do not.
-VectorXd GradientObserver::scaledVelocity(const GradientSample& sample, VectorXd velocity) const {
+VectorXd GradientObserver::scaledVelocity(const GradientSample& sample, const VectorXd& velocity) const {
   constexpr double kTime = 1e-5;
   const DegreesOfFreedom& columns = derivatives_.degreesOfFreedom();
   const BodyPoses before = sample.posture.moved(columns, velocity, -kTime).poses();

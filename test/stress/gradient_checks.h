@@ -105,7 +105,7 @@ class GradientObserver {
   const BodyPoses& lastPoses() const { return poses_; }
 
  private:
-  Eigen::VectorXd scaledVelocity(const GradientSample& sample, Eigen::VectorXd velocity) const;
+  Eigen::VectorXd scaledVelocity(const GradientSample& sample, const Eigen::VectorXd& velocity) const;
   Eigen::Vector3d shiftOf(const ShapeRef& ref, const Eigen::Vector3d& point, const BodyPoses& before,
                           const BodyPoses& after) const;
 

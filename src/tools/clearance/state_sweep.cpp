@@ -3,6 +3,7 @@
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/query/scene.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"

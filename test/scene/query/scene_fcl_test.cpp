@@ -133,7 +133,8 @@ TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
 }
 
 /// Checks a few states against the triangles of the meshes; both are apart, or no judgement is passed.
-void expectAgreement(std::shared_ptr<const SceneModel> model, const Meshes& truth, int states, double agreement) {
+void expectAgreement(const std::shared_ptr<const SceneModel>& model, const Meshes& truth, int states,
+                     double agreement) {
   Scene scene(model);
   Chance chance(11);
   int apart = 0;

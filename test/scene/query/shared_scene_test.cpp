@@ -21,7 +21,7 @@ constexpr int kStates = 6;  // of each thread
 
 /// The scenes that all threads share.
 struct SharedRobot {
-  explicit SharedRobot(std::shared_ptr<const SceneModel> model) : scene(model), moving_scene(std::move(model)) {}
+  explicit SharedRobot(const std::shared_ptr<const SceneModel>& model) : scene(model), moving_scene(model) {}
 
   const Scene scene;
   const MovingScene moving_scene;
