@@ -1,0 +1,104 @@
+#pragma once
+
+#include "proximity_server/scene/derivative/object_carriers.h"
+#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/uncertainty.h"
+
+#include <Eigen/Geometry>
+
+#include <chrono>
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace proximity_server::scene {
+
+class PairBounds;
+
+/// A state within the uncertainty, in which a pair is certainly closer than a threshold.
+struct ReachedState {
+  std::vector<double> displacements;  ///< [rad] or [m] of the position of each of RobotModel::joints, also of followers
+  BodyPoses poses;                    ///< of all bodies, with displaced joints, frames and bases
+  /// The motion of each of the two shapes from its present pose, in the frame of the poses; that of an object includes
+  /// its own uncertainty.
+  Eigen::Isometry3d displacement_a = Eigen::Isometry3d::Identity(), displacement_b = Eigen::Isometry3d::Identity();
+  double upper_bound = std::numeric_limits<double>::infinity();  ///< [m] of the signed distance, with swollen surfaces
+};
+
+/// The pair of a scene with the smallest guaranteed distance minus its threshold.
+struct GuaranteedMinimum {
+  PairProximity pair;  ///< the answer of the scene; it asks for nothing if there is no pair
+  double guaranteed = std::numeric_limits<double>::infinity();  ///< [m] of the pair
+  /// [m] A lower bound of the guaranteed distance minus the threshold, of every pair whose pose is known.
+  double excess = std::numeric_limits<double>::infinity();
+  int unknown = 0;  ///< the number of pairs without a distance: nothing is guaranteed of them
+};
+
+/// Lower bounds of the distances of pairs over all states that an Uncertainty allows, and the working memory of one
+/// caller. Not thread-safe. Nothing is allocated after the first questions, unless reached() finds a state.
+///
+/// 1. The distance is at least the present one minus a bound of the way of all points (FreeMotion, points 1 to 4); the
+///    uncertainty of a frame adds its translation and its angle times the distance from its origin. It holds for
+///    uncertainties of any size, and is enough for most pairs.
+/// 2. The direction in which the two are apart now bounds the distance also in other states: see Displacements, to first
+///    order with a bounded remainder. So displacements count only as far as they bring the two closer, and each pair of
+///    pieces has its own direction.
+/// 3. The result is the better one of the two, for the pair of pieces for which it is the smallest.
+///
+/// It takes the same poses and objects as the Scene that gave the answers. Without uncertainty, guaranteed distances are
+/// the lower bounds of the scene, with the same bits.
+class GuaranteedDistances {
+ public:
+  /// Without uncertainty, until assume() is called. Throws std::invalid_argument without a model.
+  explicit GuaranteedDistances(std::shared_ptr<const SceneModel> model);
+  ~GuaranteedDistances();
+  GuaranteedDistances(GuaranteedDistances&&) noexcept;
+  GuaranteedDistances& operator=(GuaranteedDistances&&) noexcept;
+
+  /// Throws std::invalid_argument as Uncertainty::requireValidFor() does; then nothing changes.
+  void assume(Uncertainty uncertainty);
+  const Uncertainty& uncertainty() const;
+
+  /// Take the objects of the scene, and what carries them; see Derivatives.
+  void use(std::shared_ptr<const Objects> objects);
+  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
+
+  /// Take the poses of the scene. Throws std::invalid_argument as Scene does.
+  void update(const BodyPoses& poses);
+  void update(const BodyPoses& poses, const FramePoses& frames);
+
+  /// [m] A lower bound of the signed distance of a pair over all states; never above the lower bound of the answer.
+  /// `enough` [m]: once the bound is above this, it is not improved.
+  ///
+  /// If surfaces may meet where one of the two has an interior, bounding volumes stand for the shapes.
+  /// Failure: NaN if the pair is Unknown, or if a pose between the two is missing. Throws std::invalid_argument for a
+  ///          link, <collision> or object that does not exist.
+  double of(const PairProximity& pair, double enough = std::numeric_limits<double>::infinity());
+
+  /// A state in which the pair is certainly closer than the threshold [m]; nullptr if none was found, though there may
+  /// be one. It tries states at the border of the uncertainty that bring the closest pieces together. Valid until the
+  /// next call.
+  /// Limit:   the limits of joints are not considered.
+  /// Failure: as of().
+  const ReachedState* reached(const PairProximity& pair, double threshold);
+
+  /// The checked pair of the scene with the smallest guaranteed distance minus its threshold. It asks the scene for the
+  /// closest pairs, as many as are needed.
+  /// Failure: throws std::invalid_argument for a scene of another robot or with other objects.
+  GuaranteedMinimum find(Scene& scene, const PairDistances& thresholds,
+                         std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max());
+
+  /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance, as
+  /// long as no surfaces meet. Infinity if that is not known.
+  double largestLoss();
+
+ private:
+  std::unique_ptr<PairBounds> bounds_;
+  int closest_ = 2;  ///< how many pairs find() asks for
+};
+
+}  // namespace proximity_server::scene

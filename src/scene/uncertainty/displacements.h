@@ -1,0 +1,107 @@
+#pragma once
+
+#include "scene/bounds/bounds.h"
+#include "scene/derivative/seen_bounds.h"
+
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// One of the displacements of all that a joint, a base or an object carries, on the way from a common frame to a shape.
+/// Axis and origin are in the frame of the poses.
+struct Displacement {
+  enum class Kind : unsigned char {
+    Turn,   ///< about `axis` through `origin`
+    Slide,  ///< along `axis`
+    Tilt,   ///< about any axis through `origin`
+    Shift   ///< in any direction
+  };
+  Kind kind;
+  int place;     ///< what is displaced; the bounds do not use it
+  double width;  ///< [rad] or [m] how far at most, with the multiplier; it may be infinite
+  Eigen::Vector3d origin;
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< a unit vector
+  /// Turns and slides of the same group [0, groups) are the same number times their multipliers.
+  int group = -1;
+  double multiplier = 1.0;
+
+  bool turns() const { return kind == Kind::Turn || kind == Kind::Tilt; }
+};
+
+/// A bound of where the points of a shape can be, over a box of displacements: lower bounds of their coordinates along
+/// a direction that is fixed in the common frame. Two shapes are farther apart than the sum of those of one shape along
+/// a direction, and of the other one against it, whether they overlap or not.
+///
+/// 1. Let E_1 ... E_k be the rigid motions of the displacements, that next to the common frame first, about their
+///    present axes. They move a point x to E_1 ... E_k x, whatever the positions of the joints are now (Brockett,
+///    Robotic Manipulators and the Product of Exponentials Formula, 1984).
+/// 2. So x moves by at most sum w_j u_j, where w_j is its present distance from the axis, or 1 for a translation, and
+///    u_j the width of the displacement. That holds for motions of any size: see FreeMotion.
+/// 3. To first order x moves along a unit vector n by sum d_j n.v_j(x), where v_j is its velocity for one unit of the
+///    displacement. That is at least -sum u_j |n.v_j(x)|, for a shift -u_j, for a tilt -u_j |n x (x - o_j)|. The
+///    displacements of one group are added before the absolute value is taken.
+/// 4. All of these are convex in x, because they are absolute values and norms of affine functions. So the lower bound
+///    of n.x is concave, and on a convex shape it is smallest at one of its vertices. A ball about each point, the
+///    margin, reaches equally far in all directions and in all states.
+/// 5. The remainder is at most half the largest second derivative of E_1(s) ... E_k(s) x along s, where s scales all
+///    displacements. Its terms are u_i u_j n.(a_i x v_j) for each pair i <= j, twice for i < j, where a_i is the axis of
+///    i and v_j the velocity of x for j, both in the displaced state. If i does not turn, they are 0. The axis a_i is
+///    turned by all displacements within it, so |n x a_i| is larger by at most the sum of their angles. No |v_j| is
+///    larger than the present one, plus the way of x by all displacements beyond j, as in 2.
+/// 6. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.
+class Displacements {
+ public:
+  explicit Displacements(int groups) : sum_of_group_(static_cast<std::size_t>(groups), -1) {}
+
+  /// Takes the geometry that is displaced, and the pose of its body.
+  void begin(const Bounds& bounds, const Eigen::Isometry3d& body);
+
+  /// The displacement that is next to the geometry comes first.
+  void add(const Displacement& displacement);
+
+  /// [m] An upper bound of the way of any point of the geometry.
+  double travel() const { return travel_ * (1.0 + roundingOfSums()); }
+
+  /// [m] An upper bound of what lowest() does not see: the terms of second order, and rounding. `n` is a unit vector.
+  double remainder(const Eigen::Vector3d& n) const;
+
+  struct Lowest {
+    double present;         ///< [m] the lowest coordinate of the piece now
+    double displaced;       ///< [m] a lower bound over all displacements, up to the remainder
+    Eigen::Vector3d point;  ///< of the core, where it was found: relative to the origin of the coordinates
+  };
+  /// The lowest coordinate of a piece along the unit vector n. It is one of the pieces of the geometry, and the
+  /// coordinates are relative to `from`.
+  Lowest lowest(const Piece& piece, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
+
+ private:
+  struct Placed : Displacement {
+    Placed(const Displacement& displacement, double largest) : Displacement(displacement), radius(largest) {}
+    double radius;  ///< the largest |v_j| now
+  };
+
+  /// The first-order change of n.x by one group or tilt, in the frame of a piece.
+  struct Change {
+    double width;
+    bool is_tilt;
+    double constant;         ///< n.v at the origin of the piece, if it is no tilt
+    Eigen::Vector3d vector;  ///< the gradient of n.v; for a tilt its origin
+  };
+  void findChanges(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, const Eigen::Vector3d& n);
+  double lossAt(const Eigen::Vector3d& point, const Eigen::Vector3d& n, double within) const;
+  double roundingOfSums() const {
+    return static_cast<double>(list_.size() + 8) * std::numeric_limits<double>::epsilon();
+  }
+
+  Eigen::Isometry3d body_ = Eigen::Isometry3d::Identity();
+  const Bounds* bounds_ = nullptr;
+  std::vector<Placed> list_;
+  double travel_ = 0.0, rounding_ = 0.0, angles_ = 0.0;  ///< sums over the list
+  double shift_ = 0.0;
+  std::vector<Change> changes_;
+  std::vector<int> sum_of_group_;  ///< the place of a group in changes_; -1 outside of findChanges()
+};
+
+}  // namespace proximity_server::scene

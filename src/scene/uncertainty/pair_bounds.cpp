@@ -1,0 +1,523 @@
+#include "scene/uncertainty/pair_bounds.h"
+
+#include "scene/filter/given_model.h"
+#include "scene/model/body_pose.h"
+#include "scene/model/numbers.h"
+#include "scene/objects/object_geometry.h"
+#include "scene/query/half_space.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace proximity_server::scene {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using narrowphase::SignedDistance;
+
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+RelativePose relative(const Isometry3d& a, const Isometry3d& b) {
+  RelativePose a_T_b;
+  a_T_b.rotation.noalias() = a.linear().transpose() * b.linear();
+  a_T_b.translation.noalias() = a.linear().transpose() * (b.translation() - a.translation());
+  return a_T_b;
+}
+
+void addFrame(const PoseUncertainty& frame, int place, const Vector3d& origin, std::vector<Displacement>& chain) {
+  if (frame.angle > 0.0) chain.push_back({Displacement::Kind::Tilt, place, frame.angle, origin});
+  if (frame.translation > 0.0) chain.push_back({Displacement::Kind::Shift, place, frame.translation, origin});
+}
+
+/// The origin of an object in the frame of what carries it.
+Vector3d originOf(const Object& object, const RobotModel& robot) {
+  if (const auto* fixed = std::get_if<Fixed>(&object.placement)) return fixed->world_T_object.translation();
+  if (const auto* moving = std::get_if<Moving>(&object.placement)) return moving->frame_T_object.translation();
+  const auto& attached = std::get<Attached>(object.placement);
+  return robot.links[robot.findLink(attached.link)].body_T_link * attached.link_T_object.translation();
+}
+
+/// The two largest of some numbers that are not negative.
+struct TwoLargest {
+  double largest = 0.0, second = 0.0;
+
+  void offer(double value) {
+    second = std::max(second, std::min(value, largest));
+    largest = std::max(largest, value);
+  }
+  double sum() const { return largest + second; }
+};
+
+/// The motion that turns by a rotation vector about a point, and then shifts.
+Isometry3d movedFrame(const Vector3d& shift, const Vector3d& turn, const Vector3d& origin) {
+  Isometry3d motion(Eigen::Translation3d(origin + shift));
+  const double angle = turn.norm();
+  if (angle > 0.0) motion.rotate(Eigen::AngleAxisd(angle, turn / angle));
+  return motion * Eigen::Translation3d(-origin);
+}
+
+}  // namespace
+
+PairBounds::PairBounds(std::shared_ptr<const SceneModel> model)
+    : joints_(model),
+      volumes_(std::make_unique<const Volumes>(model->robot)),
+      paddings_(paddingsOf(model->pairs)),
+      uncertainty_(model->robot),
+      of_a_(static_cast<int>(model->robot.joints.size())),
+      of_b_(static_cast<int>(model->robot.joints.size())),
+      moved_(model->robot.bodies.size() + 2),
+      closing_(model->robot.joints.size()),
+      radius_(model->robot.bodies.size()) {
+  const RobotModel& robot = model->robot;
+  for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders_.push_back(robot.leaderOf(joint));
+  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
+    links_have_interiors_ = links_have_interiors_ || (*volumes_)[link].has_interior;
+}
+
+void PairBounds::assume(Uncertainty uncertainty) {
+  uncertainty.requireValidFor(joints_.robot());
+  uncertainty_ = std::move(uncertainty);
+  placeObjects();
+}
+
+void PairBounds::use(std::shared_ptr<const Objects> objects) {
+  joints_.use(std::move(objects));
+  takeObjects();
+}
+
+void PairBounds::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
+  joints_.use(std::move(objects), std::move(carriers));
+  takeObjects();
+}
+
+void PairBounds::takeObjects() {
+  frames_.assign(joints_.objects() ? joints_.objects()->frames().size() : 0, std::nullopt);
+  placeObjects();
+}
+
+void PairBounds::placeObjects() {
+  const Objects* objects = joints_.objects();
+  object_frames_.resize(static_cast<std::size_t>(objects ? objects->numberLimit() : 0));
+  objects_lose_ = 0.0;
+  TwoLargest lose;
+  objects_have_interiors_ = false;
+  if (!objects) return;
+  for (const int number : objects->numbers()) {
+    const PlacedObject& placed = *objects->placed(number);
+    ObjectFrame& frame = object_frames_[number];
+    frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, joints_.robot())};
+    const Bounds& bounds = partOf(placed).whole().bounds;
+    objects_have_interiors_ = objects_have_interiors_ || partOf(placed).whole().has_interior;
+    if (placed.isUnbounded()) continue;
+    // The geometry of a fixed object is in the frame of the object itself.
+    const Vector3d origin = placed.kind == PlacedObject::Kind::Fixed ? Vector3d(Vector3d::Zero()) : frame.origin;
+    const double reach = (bounds.centre - origin).norm() + bounds.radius;
+    lose.offer(frame.uncertainty.translation + frame.uncertainty.angle * reach);
+  }
+  objects_lose_ = lose.sum();
+}
+
+void PairBounds::update(const BodyPoses& poses) {
+  joints_.update(poses);
+  std::fill(frames_.begin(), frames_.end(), std::nullopt);
+}
+
+void PairBounds::update(const BodyPoses& poses, const FramePoses& frames) {
+  if (frames.size() != frames_.size())
+    throw std::invalid_argument("the objects have " + std::to_string(frames_.size()) + " frames, but there are " +
+                                std::to_string(frames.size()) + " poses");
+  joints_.update(poses);
+  std::transform(frames.begin(), frames.end(), frames_.begin(), usablePose);
+}
+
+// --- the chain of a pair
+
+/// The point about which the frame of a joint is turned.
+Vector3d PairBounds::jointOrigin(int body) const {
+  const Body& moved = joints_.robot().bodies[body];
+  const Joint& joint = joints_.robot().joints[moved.joint];
+  if (joint.type != Joint::Type::Prismatic) return joints_.poses()[body]->translation();
+  return *joints_.poses()[moved.parent] *
+         (joints_.robot().links[joint.parent_link].body_T_link * joint.parent_T_joint.translation());
+}
+
+/// Adds the joint or the base of a body. Returns false if a pose is missing that is needed.
+bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
+  const Body& moved = joints_.robot().bodies[body];
+  const std::optional<Isometry3d>& pose = joints_.poses()[body];
+  if (moved.joint < 0) {
+    const PoseUncertainty& base = uncertainty_.bases[moved.robot];
+    if (base.isZero()) return true;
+    if (pose) addFrame(base, body, pose->translation(), chain);
+    return pose.has_value();
+  }
+  const Joint::Mimic& leader = leaders_[moved.joint];
+  const double width = std::abs(leader.multiplier) * uncertainty_.positions[leader.joint];
+  const PoseUncertainty& frame = uncertainty_.frames[moved.joint];
+  if (width == 0.0 && frame.isZero()) return true;
+  const bool slides = joints_.robot().joints[moved.joint].type == Joint::Type::Prismatic;
+  if (!joints_.knowsBetween(body, moved.parent) || (slides && !joints_.poses()[moved.parent])) return false;
+  if (width > 0.0) {
+    const UnitTwist twist = joints_.twistsOf(body).twists[0];
+    chain.push_back({slides ? Displacement::Kind::Slide : Displacement::Kind::Turn, body, width, twist.origin,
+                     slides ? twist.linear : twist.angular, leader.joint, leader.multiplier});
+  }
+  addFrame(frame, body, jointOrigin(body), chain);
+  return true;
+}
+
+/// Takes one shape of a pair, and begins its chain with what it is itself. Returns false if its pose is missing.
+bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
+  side.chain.clear();
+  side.part = volumes_->part(ref, joints_.objects());
+  const PlacedObject* object = side.part.object;
+  std::optional<Isometry3d> pose;
+  if (!object || object->kind == PlacedObject::Kind::Attached)
+    pose = joints_.poses()[side.part.body];
+  else
+    pose = object->kind == PlacedObject::Kind::Fixed ? object->world_T_object
+                                                     : frames_[joints_.objects()->frameOf(ref.object())];
+  if (!pose) return false;
+  side.pose = *pose;
+  if (!object) return true;
+  const ObjectFrame& frame = object_frames_[ref.object()];
+  const bool is_fixed = object->kind == PlacedObject::Kind::Fixed;
+  addFrame(frame.uncertainty, number, is_fixed ? frame.origin : Vector3d(side.pose * frame.origin), side.chain);
+  return true;
+}
+
+/// Finds all that displaces the two relative to each other. Returns false if a pose is missing.
+bool PairBounds::begin(const ShapeRefPair& pair) {
+  const RobotModel& robot = joints_.robot();
+  const int bodies = static_cast<int>(robot.bodies.size());
+  if (!place(pair.a, bodies, a_) || !place(pair.b, bodies + 1, b_)) return false;
+  int a = joints_.bodyOf(pair.a), b = joints_.bodyOf(pair.b);
+  while (a != b) {
+    int& later = a > b ? a : b;  // parents come first
+    if (!addPlace(later, a > b ? a_.chain : b_.chain)) return false;
+    later = robot.bodies[later].parent;
+  }
+  is_exchanged_ = a_.part.isUnbounded();
+  if (is_exchanged_) std::swap(a_, b_);
+  padding_ = paddings_.of(pair);
+  swelling_ = swellingOf(pair.a) + swellingOf(pair.b);
+  a_T_b_ = relative(a_.pose, b_.pose);
+  of_a_.begin(a_.part.whole().bounds, a_.pose);
+  of_b_.begin(b_.part.whole().bounds, b_.pose);
+  for (const Displacement& own : a_.chain) of_a_.add(own);
+  if (b_.part.isUnbounded()) {  // then its own frame is the common one
+    for (auto own = b_.chain.rbegin(); own != b_.chain.rend(); ++own) {
+      Displacement inverse = *own;
+      inverse.multiplier = -inverse.multiplier;
+      of_a_.add(inverse);
+    }
+  } else {
+    for (const Displacement& own : b_.chain) of_b_.add(own);
+  }
+  return true;
+}
+
+/// [m] What a lower bound loses if all points approach as far as they can; 0 if nothing is uncertain.
+double PairBounds::lossOf(double lower_bound) const {
+  const double loss = of_a_.travel() + of_b_.travel() + swelling_;
+  return loss == 0.0 ? 0.0 : (1.0 + 4.0 * kEpsilon) * loss + kEpsilon * std::abs(lower_bound);
+}
+
+double PairBounds::of(const PairProximity& pair, double enough) {
+  const SignedDistance& known = pair.result;
+  if (known.status == narrowphase::Status::Unknown || !begin(pair.asked))
+    return std::numeric_limits<double>::quiet_NaN();
+  deciding_.leaves = {};
+  loss_ = lossOf(known.lower_bound);
+  if (loss_ == 0.0) return known.lower_bound;
+  double bound = known.lower_bound - loss_;
+  const auto isProven = [&] { return !hasInterior() || bound + surfaces() > 0.0; };
+  if (bound >= enough && isProven()) return bound;
+  const Vector3d normal = is_exchanged_ ? Vector3d(-known.normal) : known.normal;
+  bound = std::min(known.lower_bound, std::max(bound, ofAllPieces(normal, known.lower_bound)));
+  // If surfaces may meet, one shape may also be inside of the other.
+  return isProven() ? bound : std::min(bound, gapOfWholes() - loss_);
+}
+
+// --- pieces
+
+double PairBounds::gapOf(const Volume& a, const Volume& b) const {
+  return std::max(sphereGap(a.bounds, b.bounds, a_T_b_), boxGap(a.bounds, b.bounds, a_T_b_)) - padding_;
+}
+
+double PairBounds::gapOfWholes() const {
+  const Volume &a = a_.part.whole(), &b = b_.part.whole();
+  double gap = b.isEmpty() ? kInfinity : gapOf(a, b);
+  if (!b_.part.isUnbounded()) return gap;
+  for (const PlacedHalfSpace& half_space : b_.part.halfSpaces())
+    gap = std::min(gap, halfSpaceGap(a, half_space, a_T_b_, PlacedRobot::rounding(a, b, a_T_b_)) - padding_);
+  return gap;
+}
+
+PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& normal) {
+  const Leaf a(a_.part, leaves.a), b(b_.part, leaves.b);
+  const Vector3d from = a_.pose.translation();
+  const Displacements::Lowest of_a = of_a_.lowest(a.piece, -normal, from), of_b = of_b_.lowest(b.piece, normal, from);
+  const double remainder =
+      of_a_.remainder(normal) + of_b_.remainder(normal) + PlacedRobot::rounding(a.volume, b.volume, a_T_b_);
+  return {of_a.present + of_b.present - padding_,
+          of_a.displaced + of_b.displaced - remainder - surfaces(),
+          {leaves, normal, from + of_a.point, from + of_b.point}};
+}
+
+/// [m] A lower bound of the distance of all pieces, the closest first. `known_bound` and `known_normal` are of the
+/// closest ones now; the normal may be missing.
+double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound) {
+  double lowest = kInfinity;
+  if (b_.part.isUnbounded())
+    for (std::size_t i = 0; i < b_.part.halfSpaces().size(); ++i)
+      boundHalfSpace(a_.part.root, static_cast<int>(i), lowest);
+  if (b_.part.whole().isEmpty()) return lowest;
+  queue_.clear();
+  int visits = 0;
+  queue_.push({{a_.part.root, b_.part.root}, -kInfinity, visits++, padding_});
+  while (!queue_.empty() && queue_.first().lower_bound < lowest) {
+    const Visit visit = queue_.pop();
+    const Volume &a = a_.part[visit.a], &b = b_.part[visit.b];
+    if (a.isLeaf() && b.isLeaf()) {
+      boundPieces({visit.a, visit.b}, known_normal, known_bound, lowest);
+      continue;
+    }
+    const bool split_a = splitsFirst(a, b);
+    for (const int part : split_a ? a.parts : b.parts) {
+      Visit next{{split_a ? part : visit.a, split_a ? visit.b : part}, 0.0, visits++, padding_};
+      next.lower_bound = gapOf(a_.part[next.a], b_.part[next.b]) - loss_;
+      if (next.lower_bound < lowest) queue_.push(next);
+    }
+  }
+  return lowest;
+}
+
+/// Lowers the bound of all pieces to that of two of them.
+void PairBounds::boundPieces(const LeafPair& leaves, const Vector3d& known_normal, double known_bound, double& lowest) {
+  Along best{-kInfinity, -kInfinity, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
+  if (known_normal.allFinite()) best = along(leaves, known_normal);
+  if (best.bound >= lowest) return;
+  // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
+  constexpr double kAsClose = 1e-9;
+  if (best.present < known_bound - kAsClose) {
+    const SignedDistance own = measured(leaves, a_T_b_, lowest + loss_);
+    if (own.lower_bound - loss_ >= lowest) return;
+    if (own.normal.allFinite()) {
+      const Along along_own = along(leaves, a_.pose.linear() * own.normal);
+      if (along_own.bound > best.bound) best = along_own;
+    }
+    best.bound = std::max(best.bound, own.lower_bound - loss_);
+    if (best.bound >= lowest) return;
+  }
+  lowest = best.bound;
+  deciding_ = best.where;
+}
+
+void PairBounds::boundHalfSpace(int volume, int number, double& lowest) {
+  const PlacedHalfSpace& half_space = b_.part.halfSpaces()[number];
+  const Volume& a = a_.part[volume];
+  const double rounding = PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b_);
+  if (halfSpaceGap(a, half_space, a_T_b_, rounding) - padding_ - loss_ >= lowest) return;
+  if (!a.isLeaf()) {
+    for (const int part : a.parts) boundHalfSpace(part, number, lowest);
+    return;
+  }
+  const Vector3d up = (b_.pose.linear() * half_space.normal).normalized(), from = b_.pose.translation();
+  const Displacements::Lowest found = of_a_.lowest(a_.part.pieces[a.piece], up, from);
+  const double bound = found.displaced - half_space.offset - of_a_.remainder(up) - 2.0 * rounding - surfaces();
+  if (bound >= lowest) return;
+  lowest = bound;
+  LeafPair leaves;
+  leaves.a = volume;
+  leaves.half_space = number;
+  const Vector3d below = found.point - (up.dot(found.point) - half_space.offset) * up;
+  deciding_ = {leaves, -up, from + found.point, from + below};
+}
+
+/// The distance of two pieces, or of a piece and a half-space, in the frame of the body of a.
+SignedDistance PairBounds::measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) const {
+  const Leaf a(a_.part, leaves.a);
+  narrowphase::Options options;
+  options.stop_above = stop_above + padding_;
+  if (leaves.hasHalfSpace()) {
+    const double rounding = PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b);
+    return padded(halfSpaceDistance(a.piece, b_.part.halfSpaces()[leaves.half_space], a_T_b, rounding,
+                                    options.distance_tolerance),
+                  padding_);
+  }
+  narrowphase::WarmStart cold;
+  return padded(PlacedRobot::distanceInBodyA(a, Leaf(b_.part, leaves.b), a_T_b, options, cold), padding_);
+}
+
+// --- states
+
+/// Sets one displacement so that the point of the shape moves along the unit vector `towards` as far as it can.
+void PairBounds::displace(const Displacement& own, const Vector3d& point, const Vector3d& towards) {
+  Moved& place = moved_[own.place];
+  switch (own.kind) {
+    case Displacement::Kind::Turn:
+      closing_[own.group] += own.multiplier * towards.dot(own.axis.cross(point - own.origin));
+      return;
+    case Displacement::Kind::Slide:
+      closing_[own.group] += own.multiplier * towards.dot(own.axis);
+      return;
+    case Displacement::Kind::Tilt:
+      place.turn = own.width * (point - own.origin).cross(towards).normalized();
+      place.origin = own.origin;
+      return;
+    case Displacement::Kind::Shift:
+      place.shift = own.width * towards;
+      return;
+  }
+}
+
+void PairBounds::bringTogether(const Deciding& where) {
+  std::fill(closing_.begin(), closing_.end(), 0.0);
+  std::fill(moved_.begin(), moved_.end(), Moved());
+  for (const Displacement& own : a_.chain) displace(own, where.point_a, where.normal);
+  for (const Displacement& own : b_.chain) displace(own, where.point_b, -where.normal);
+  for (std::size_t i = 0; i < joints_.robot().bodies.size(); ++i) {
+    const int joint = joints_.robot().bodies[i].joint;
+    if (joint < 0) continue;
+    const Joint::Mimic& leader = leaders_[joint];
+    if (closing_[leader.joint] != 0.0)
+      moved_[i].position =
+          leader.multiplier * std::copysign(uncertainty_.positions[leader.joint], closing_[leader.joint]);
+  }
+}
+
+/// Makes the state of all displacements.
+void PairBounds::placeDisplaced(const ShapeRefPair& pair) {
+  const RobotModel& robot = joints_.robot();
+  const auto onParent = [&](int parent, const Moved& own) {
+    const Isometry3d frame = movedFrame(own.shift, own.turn, own.origin);
+    return parent < 0 ? frame : moved_[parent].displacement * frame;
+  };
+  reached_.displacements.assign(robot.joints.size(), 0.0);
+  reached_.poses.resize(robot.bodies.size());
+  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
+    Moved& own = moved_[i];
+    const Body& body = robot.bodies[i];
+    own.displacement = onParent(body.parent, own);
+    if (body.joint >= 0) reached_.displacements[body.joint] = own.position;
+    if (own.position != 0.0 && joints_.poses()[i]) {
+      const UnitTwist twist = joints_.twistsOf(static_cast<int>(i)).twists[0];
+      own.displacement =
+          own.displacement * movedFrame(own.position * twist.linear, own.position * twist.angular, twist.origin);
+    }
+    reached_.poses[i] = joints_.poses()[i];
+    if (reached_.poses[i]) reached_.poses[i] = own.displacement * *reached_.poses[i];
+  }
+  const auto displacementOf = [&](const ShapeRef& ref, const Moved& object) {
+    const int body = joints_.bodyOf(ref);
+    return ref.isObject() ? onParent(body, object) : moved_[body].displacement;
+  };
+  reached_.displacement_a = displacementOf(pair.a, moved_[robot.bodies.size()]);
+  reached_.displacement_b = displacementOf(pair.b, moved_[robot.bodies.size() + 1]);
+}
+
+const ReachedState* PairBounds::reached(const PairProximity& pair, double threshold) {
+  if (!(of(pair, kInfinity) < threshold)) return nullptr;
+  std::fill(moved_.begin(), moved_.end(), Moved());
+  if (pair.result.upper_bound - swelling_ < threshold) {
+    placeDisplaced(pair.asked);
+    reached_.upper_bound = pair.result.upper_bound - swelling_;
+    return &reached_;
+  }
+  Deciding where = deciding_;
+  constexpr int kTries = 4;
+  for (int i = 0; i < kTries && where.leaves.a >= 0 && where.normal.allFinite(); ++i) {
+    bringTogether(where);
+    placeDisplaced(pair.asked);
+    Isometry3d pose_a = reached_.displacement_a, pose_b = reached_.displacement_b;
+    if (is_exchanged_) std::swap(pose_a, pose_b);
+    pose_a = pose_a * a_.pose;
+    const RelativePose a_T_b = relative(pose_a, pose_b * b_.pose);
+    const SignedDistance result = measured(where.leaves, a_T_b, kInfinity);
+    reached_.upper_bound = result.upper_bound - swelling_;
+    if (reached_.upper_bound < threshold) return &reached_;
+    if (!result.has_points) return nullptr;
+    // The next state brings together what is closest in this one.
+    where.normal = pose_a.linear() * result.normal;
+    where.point_a = a_.pose * result.point_a;
+    where.point_b = b_.pose * (a_T_b.rotation.transpose() * (result.point_b - a_T_b.translation));
+  }
+  return nullptr;
+}
+
+// --- all pairs
+
+/// A joint, a frame and a base displace at most one shape of a pair relative to the other. So the sum over all of them,
+/// each with the largest radius of all that it carries, is not less than the loss of any pair.
+double PairBounds::largestLoss() {
+  const RobotModel& robot = joints_.robot();
+  const Objects* objects = joints_.objects();
+  std::fill(radius_.begin(), radius_.end(), 0.0);
+  double half_spaces = 0.0;
+  bool is_known = true;
+  const auto consider = [&](const ShapeRef& ref) {
+    const int body = joints_.bodyOf(ref);
+    const Part part = volumes_->part(ref, objects);
+    if (body < 0) return;
+    if (part.isUnbounded()) is_known = false;
+    if (!joints_.poses()[body] || part.whole().isEmpty() || part.isFree()) {
+      is_known = is_known && !part.isFree();
+      return;
+    }
+    const Bounds& bounds = part.whole().bounds;
+    const Isometry3d& pose = *joints_.poses()[body];
+    const Vector3d centre = pose * bounds.centre;
+    for (int at = body; at >= 0; at = robot.bodies[at].parent) {
+      if (!joints_.poses()[at]) continue;
+      const Vector3d origin = joints_.poses()[at]->translation();
+      const double rounding = kPoseRounding * (bounds.reach + (pose.translation() - origin).norm());
+      radius_[at] =
+          std::max(radius_[at], (1.0 + kPoseRounding) * ((centre - origin).norm() + bounds.radius) + rounding);
+    }
+    if (!objects) return;
+    for (const int number : objects->unbounded()) {
+      const PlacedObject& placed = *objects->placed(number);
+      const ObjectFrame& frame = object_frames_[number];
+      const std::optional<Isometry3d>* moving =
+          placed.kind == PlacedObject::Kind::Moving ? &frames_[objects->frameOf(number)] : nullptr;
+      if (moving && !*moving) continue;
+      const Vector3d origin = moving ? Vector3d(**moving * frame.origin) : frame.origin;
+      half_spaces = std::max(half_spaces, frame.uncertainty.translation +
+                                              frame.uncertainty.angle * ((centre - origin).norm() + bounds.radius));
+    }
+  };
+  TwoLargest swellings;
+  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link) {
+    if (!robot.hasGeometry(link)) continue;
+    consider({link});
+    swellings.offer(uncertainty_.swellings[link]);
+  }
+  if (objects)
+    for (const int number : objects->numbers()) consider(ShapeRef::ofObject(number));
+  double sum = swellings.sum() + objects_lose_ + half_spaces;
+  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
+    const Body& body = robot.bodies[i];
+    const PoseUncertainty& frame = body.joint < 0 ? uncertainty_.bases[body.robot] : uncertainty_.frames[body.joint];
+    double turn = frame.angle, shift = frame.translation;
+    if (body.joint >= 0) {
+      const Joint::Mimic& leader = leaders_[body.joint];
+      const double width = std::abs(leader.multiplier) * uncertainty_.positions[leader.joint];
+      const bool slides = robot.joints[body.joint].type == Joint::Type::Prismatic;
+      (slides ? shift : turn) += width;
+      if (slides && frame.angle > 0.0 && joints_.poses()[i] && joints_.poses()[body.parent])
+        shift += frame.angle * (joints_.poses()[i]->translation() - jointOrigin(static_cast<int>(i))).norm();
+    }
+    sum += turn * radius_[i] + shift;
+  }
+  // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too.
+  return is_known ? (1.0 + static_cast<double>(8 * robot.bodies.size() + 64) * kEpsilon) * sum : kInfinity;
+}
+
+}  // namespace proximity_server::scene

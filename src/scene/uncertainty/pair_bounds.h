@@ -1,0 +1,116 @@
+#pragma once
+
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "scene/derivative/placed_joints.h"
+#include "scene/parts/placed_robot.h"
+#include "scene/parts/visit_queue.h"
+#include "scene/parts/volumes.h"
+#include "scene/query/closest_pieces.h"
+#include "scene/uncertainty/displacements.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// Bounds the distance of one pair after the other over an uncertainty; see GuaranteedDistances.
+class PairBounds {
+ public:
+  explicit PairBounds(std::shared_ptr<const SceneModel> model);
+
+  void assume(Uncertainty uncertainty);
+  const Uncertainty& uncertainty() const { return uncertainty_; }
+  void use(std::shared_ptr<const Objects> objects);
+  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
+  void update(const BodyPoses& poses);
+  void update(const BodyPoses& poses, const FramePoses& frames);
+  const PlacedJoints& joints() const { return joints_; }
+
+  double of(const PairProximity& pair, double enough);
+  const ReachedState* reached(const PairProximity& pair, double threshold);
+  double largestLoss();
+  bool haveInteriors() const { return links_have_interiors_ || objects_have_interiors_; }
+
+ private:
+  struct Side {
+    Part part;
+    Eigen::Isometry3d pose;           ///< of the frame of the part
+    std::vector<Displacement> chain;  ///< from the shape to the common body
+  };
+
+  /// The pair of pieces whose bound is the smallest, and where it is attained.
+  struct Deciding {
+    LeafPair leaves;
+    Eigen::Vector3d normal, point_a, point_b;  ///< in the frame of the poses
+  };
+
+  /// The gap of two pieces along a direction, now and over all displacements [m].
+  struct Along {
+    double present, bound;
+    Deciding where;
+  };
+
+  void takeObjects();
+  void placeObjects();
+  bool begin(const ShapeRefPair& pair);
+  bool place(const ShapeRef& ref, int number, Side& side);
+  bool addPlace(int body, std::vector<Displacement>& chain) const;
+  Eigen::Vector3d jointOrigin(int body) const;
+  double swellingOf(const ShapeRef& ref) const { return ref.isLink() ? uncertainty_.swellings[ref.link()] : 0.0; }
+  /// [m] What brings the surfaces closer, though no point moves.
+  double surfaces() const { return padding_ + swelling_; }
+  double lossOf(double lower_bound) const;
+  bool hasInterior() const { return a_.part.whole().has_interior || b_.part.whole().has_interior; }
+  double gapOf(const Volume& a, const Volume& b) const;
+  double gapOfWholes() const;
+
+  Along along(const LeafPair& leaves, const Eigen::Vector3d& normal);
+  double ofAllPieces(const Eigen::Vector3d& known_normal, double known_bound);
+  void boundPieces(const LeafPair& leaves, const Eigen::Vector3d& known_normal, double known_bound, double& lowest);
+  void boundHalfSpace(int volume, int half_space, double& lowest);
+  narrowphase::SignedDistance measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) const;
+
+  void bringTogether(const Deciding& where);
+  void displace(const Displacement& own, const Eigen::Vector3d& point, const Eigen::Vector3d& towards);
+  void placeDisplaced(const ShapeRefPair& pair);
+
+  PlacedJoints joints_;
+  const std::unique_ptr<const Volumes> volumes_;
+  const PairDistances paddings_;
+  Uncertainty uncertainty_;
+  std::vector<Joint::Mimic> leaders_;  ///< by joint
+  bool links_have_interiors_ = false;
+  FramePoses frames_;
+
+  /// The place of an object by its number: its uncertainty, and its origin in the frame of what carries it.
+  struct ObjectFrame {
+    PoseUncertainty uncertainty;
+    Eigen::Vector3d origin;
+  };
+  std::vector<ObjectFrame> object_frames_;
+  double objects_lose_ = 0.0;  ///< [m] two objects by their own uncertainties, without those that have half-spaces
+  bool objects_have_interiors_ = false;
+
+  // The pair that is looked at. The second shape is the first side if the first one has half-spaces.
+  Side a_, b_;
+  bool is_exchanged_ = false;
+  RelativePose a_T_b_;
+  double padding_ = 0.0, swelling_ = 0.0, loss_ = 0.0;
+  Displacements of_a_, of_b_;
+  VisitQueue queue_;
+  Deciding deciding_;
+
+  /// The displacements of one place in a state.
+  struct Moved {
+    double position = 0.0;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero(), origin = Eigen::Vector3d::Zero();
+    Eigen::Isometry3d displacement = Eigen::Isometry3d::Identity();
+  };
+  std::vector<Moved> moved_;     ///< by body; then the objects of the two sides, if they are objects
+  std::vector<double> closing_;  ///< the change of the gap by each leader, to first order
+  std::vector<double> radius_;   ///< working memory of largestLoss()
+  ReachedState reached_;
+};
+
+}  // namespace proximity_server::scene

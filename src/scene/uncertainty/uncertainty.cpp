@@ -1,0 +1,62 @@
+#include "proximity_server/scene/uncertainty/uncertainty.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace proximity_server::scene {
+namespace {
+
+void requireBound(double value, const std::string& what) {
+  if (!(value >= 0.0) || !std::isfinite(value))
+    throw std::invalid_argument("the uncertainty of " + what + " is " + std::to_string(value) +
+                                ", but must be finite and not negative");
+}
+
+void requireBounds(const PoseUncertainty& pose, const std::string& whose) {
+  requireBound(pose.translation, "the translation of " + whose);
+  requireBound(pose.angle, "the angle of " + whose);
+}
+
+void requireCount(std::size_t count, std::size_t wanted, const std::string& what) {
+  if (count != wanted)
+    throw std::invalid_argument("the robot has " + std::to_string(wanted) + " " + what +
+                                ", but there are uncertainties of " + std::to_string(count));
+}
+
+}  // namespace
+
+Uncertainty::Uncertainty(const RobotModel& robot)
+    : positions(robot.joints.size(), 0.0),
+      frames(robot.joints.size()),
+      bases(robot.robots.size()),
+      swellings(robot.links.size(), 0.0) {}
+
+const PoseUncertainty& Uncertainty::ofObject(const std::string& id) const {
+  const auto own = own_objects.find(id);
+  return own == own_objects.end() ? objects : own->second;
+}
+
+void Uncertainty::requireValidFor(const RobotModel& robot) const {
+  requireCount(positions.size(), robot.joints.size(), "joints");
+  requireCount(frames.size(), robot.joints.size(), "joints");
+  requireCount(bases.size(), robot.robots.size(), "bases");
+  requireCount(swellings.size(), robot.links.size(), "links");
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    requireBound(positions[i], "the position of joint \"" + joint.name + "\"");
+    if (positions[i] > 0.0 && !hasOnePosition(joint))
+      throw std::invalid_argument("joint \"" + joint.name + "\" is " + toString(joint.type) +
+                                  " and has no position that can be uncertain: state the uncertainty of its frame");
+    requireBounds(frames[i], "the frame of joint \"" + joint.name + "\"");
+  }
+  for (std::size_t i = 0; i < bases.size(); ++i) {
+    const std::string& name = robot.robots[i].name;
+    requireBounds(bases[i], name.empty() ? "the base" : "the base of robot \"" + name + "\"");
+  }
+  for (std::size_t i = 0; i < swellings.size(); ++i)
+    requireBound(swellings[i], "the surface of link \"" + robot.links[i].name + "\"");
+  requireBounds(objects, "objects");
+  for (const auto& [id, pose] : own_objects) requireBounds(pose, "object \"" + id + "\"");
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,331 @@
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+
+#include "allocations.h"
+#include "proximity_server/scene/loading/joined_robots.h"
+#include "sanitized.h"
+#include "scene/derivative/moved_robot.h"
+#include "scene/random_objects.h"
+#include "scene/uncertainty/uncertain_states.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace proximity_server::scene::guaranteed_distances_test {
+
+using Eigen::Vector3d;
+
+/// A ball of radius 0.1 on an arm: "swing" turns about z at the origin, "reach" moves it along x, the ball is at (2, 0,
+/// 0.5); a post stands at (0, 3, 0.5), with a radius of 0.5.
+const std::string kCrane =
+    urdfOf(link("post", ball("0.5", "0 3 0.5")) + link("mast") + link("hook", ball("0.1")) +
+           hinge("swing", "post", "mast", "0 0 1") + slider("reach", "mast", "hook", "1 0 0", "2 0 0.5"));
+const double kCraneDistance = std::sqrt(13.0) - 0.6;
+
+/// The guaranteed distance of two links, with all joints at 0.
+double guaranteed(const std::shared_ptr<const SceneModel>& model, const Uncertainty& uncertainty, const char* a,
+                  const char* b) {
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  const BodyPoses poses = forwardKinematics(model->robot, {});
+  scene.update(poses);
+  distances.update(poses);
+  distances.assume(uncertainty);
+  return distances.of(scene.proximity(pairOf(*model, a, b)));
+}
+
+TEST(GuaranteedDistances, LosesTheWayAlongTheNormal) {
+  const auto model = modelOf(kCrane);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions = {1e-3, 0.0};
+  // The ball moves along y by 2 mm, and the normal has 3 parts of sqrt(13) along y.
+  EXPECT_NEAR(guaranteed(model, uncertainty, "hook", "post"), kCraneDistance - 2e-3 * 3.0 / std::sqrt(13.0), 2e-6);
+  uncertainty.positions = {0.0, 1e-3};
+  EXPECT_NEAR(guaranteed(model, uncertainty, "post", "hook"), kCraneDistance - 1e-3 * 2.0 / std::sqrt(13.0), 1e-9);
+}
+
+TEST(GuaranteedDistances, FrameLosesItsTranslationAndItsAngleTimesTheLever) {
+  const auto model = modelOf(kCrane);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.frames[0].translation = 0.003;
+  EXPECT_NEAR(guaranteed(model, uncertainty, "post", "hook"), kCraneDistance - 0.003, 1e-9);
+  uncertainty.frames[0] = {0.0, 1e-3};
+  // The ball is at (2, 0, 0.5), and the normal (-2, 3, 0) / sqrt(13).
+  const double lever = Vector3d(2.0, 0.0, 0.5).cross(Vector3d(-2.0, 3.0, 0.0) / std::sqrt(13.0)).norm();
+  EXPECT_NEAR(guaranteed(model, uncertainty, "post", "hook"), kCraneDistance - 1e-3 * lever, 3e-6);
+}
+
+TEST(GuaranteedDistances, SurfacesLoseTheirSwelling) {
+  const auto model = modelOf(kCrane);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.swellings = {0.002, 0.5, 0.005};
+  EXPECT_NEAR(guaranteed(model, uncertainty, "post", "hook"), kCraneDistance - 0.007, 1e-9);
+}
+
+TEST(GuaranteedDistances, JointsThatCarryBothLoseNothing) {
+  const auto model =
+      modelOf(urdfOf(link("base") + link("table", ball("0.1", "0 0 1")) + link("lift", ball("0.1", "1 0 1")) +
+                     hinge("turn", "base", "table", "0 0 1") + slider("up", "table", "lift", "1 0 0")));
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions = {0.5, 0.01};
+  uncertainty.bases[0] = {0.5, 0.5};
+  EXPECT_NEAR(guaranteed(model, uncertainty, "table", "lift"), 0.8 - 0.01, 1e-9);
+}
+
+TEST(GuaranteedDistances, FollowersOfOneLeaderMoveTogether) {
+  const auto fingers = [](const char* multiplier) {
+    return modelOf(urdfOf(
+        link("palm") + link("left", ball("0.1")) + link("tip", ball("0.1", "0 0 0")) +
+        link("wall", ball("0.1", "1 0 0")) + slider("open", "palm", "left", "1 0 0") +
+        joint("follow", "prismatic", "left", "tip", axis("1 0 0") + limits("-1", "1") + mimic("open", multiplier)) +
+        weld("stand", "palm", "wall")));
+  };
+  Uncertainty uncertainty(fingers("-1")->robot);
+  uncertainty.positions[0] = 0.01;
+  EXPECT_NEAR(guaranteed(fingers("-1"), uncertainty, "tip", "wall"), 0.8, 1e-9);
+  EXPECT_NEAR(guaranteed(fingers("2"), uncertainty, "tip", "wall"), 0.8 - 0.03, 1e-9);
+}
+
+TEST(GuaranteedDistances, RobotsOnOtherBasesLoseBothUncertainties) {
+  const std::string arm = urdfOf(link("base") + link("arm", ball("0.1", "1 0 0")) + hinge("j", "base", "arm", "0 0 1"));
+  const auto model = modelOf(joined({{"left", robotOf(arm)}, {"right", robotOf(arm)}}));
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  const BodyPoses poses = placedAt(model->robot, forwardKinematics(model->robot, {}), {at(0, 0, 0), at(4, 0, 0)});
+  scene.update(poses);
+  distances.update(poses);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.bases = {{0.001, 0.0}, {0.002, 0.0}};
+  distances.assume(uncertainty);
+  EXPECT_NEAR(distances.of(scene.proximity(pairOf(*model, "left/arm", "right/arm"))), 3.8 - 0.003, 1e-9);
+  uncertainty.bases = {{0.0, 0.001}, {0.0, 0.002}};  // along the normal nothing turns to first order
+  distances.assume(uncertainty);
+  EXPECT_NEAR(distances.of(scene.proximity(pairOf(*model, "left/arm", "right/arm"))), 3.8, 2e-5);
+}
+
+TEST(GuaranteedDistances, WrongValuesAreRefusedByName) {
+  const auto model = modelOf(
+      urdfOf(link("base", ball("0.1")) + link("cart", ball("0.1", "1 0 0")) + link("arm", ball("0.1", "2 0 0")) +
+             joint("drive", "planar", "base", "cart", axis("0 0 1")) + hinge("turn", "cart", "arm", "0 0 1")));
+  GuaranteedDistances distances(model);
+  const auto expectRefused = [&](const char* name, const auto& spoil) {
+    Uncertainty uncertainty(model->robot);
+    spoil(uncertainty);
+    try {
+      distances.assume(uncertainty);
+      ADD_FAILURE() << name;
+    } catch (const std::invalid_argument& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  };
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kMuch = std::numeric_limits<double>::infinity();
+  expectRefused("position of joint \"turn\"", [](Uncertainty& of) { of.positions[1] = -1e-3; });
+  expectRefused("joint \"drive\" is planar", [](Uncertainty& of) { of.positions[0] = 1e-3; });
+  expectRefused("angle of the frame of joint \"drive\"", [](Uncertainty& of) { of.frames[0].angle = kNan; });
+  expectRefused("translation of the base", [](Uncertainty& of) { of.bases[0].translation = kMuch; });
+  expectRefused("surface of link \"arm\"", [](Uncertainty& of) { of.swellings[2] = -1.0; });
+  expectRefused("translation of objects", [](Uncertainty& of) { of.objects.translation = kNan; });
+  expectRefused("angle of object \"mug\"", [](Uncertainty& of) { of.own_objects["mug"].angle = -1.0; });
+  expectRefused("2 joints", [](Uncertainty& of) { of.positions.push_back(0.0); });
+}
+
+TEST(GuaranteedDistances, NothingIsKnownWhileAPoseBetweenIsMissing) {
+  const auto model = modelOf(kCrane);
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  BodyPoses poses = forwardKinematics(model->robot, {});
+  poses[bodyOf(model->robot, "mast")] = std::nullopt;
+  scene.update(poses);
+  distances.update(poses);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions = {1e-3, 0.0};
+  distances.assume(uncertainty);
+  EXPECT_TRUE(std::isnan(distances.of(scene.proximity(pairOf(*model, "post", "hook")))));
+  EXPECT_EQ(distances.find(scene, {}).unknown, 1);
+}
+
+// --- random robots with objects
+
+/// A random robot with objects around it and in its hands, in a random state.
+class SomeCell {
+ public:
+  explicit SomeCell(Chance& chance) : model(someRobot(chance)), scene(model), displaced(model), distances(model) {
+    std::vector<ObjectChange> changes;
+    const Placement places[] = {Fixed{chance.pose(0.5)}, Moving{"tray", chance.pose(0.2)},
+                                Attached{"5", {}, chance.pose(0.1)}};
+    const char* const ids[] = {"crate", "dish", "tool"};
+    for (int i = 0; i < 3; ++i)
+      changes.push_back(AddObject{i == 0 && chance.below(3) == 0 ? someSolid(ids[i], places[i], chance)
+                                                                 : someObject(ids[i], places[i], chance)});
+    objects = std::make_shared<const Objects>(Objects(model).changed(changes));
+    frames = {chance.pose(0.3)};
+    poses = somePoses(model->robot, DegreesOfFreedom(model->robot), chance);
+    scene.use(objects);
+    distances.use(objects);
+    scene.update(poses, frames);
+    distances.update(poses, frames);
+  }
+
+  /// The distance of a pair in a state, with swollen surfaces.
+  narrowphase::SignedDistance in(const StateWithin& state, const ShapeRefPair& pair) {
+    displaced.use(objectsWithin(*objects, distances.uncertainty(), state));
+    displaced.update(posesWithin(model->robot, poses, distances.uncertainty(), state), frames);
+    narrowphase::SignedDistance result = displaced.proximity(pair).result;
+    result.upper_bound -= swellingOf(distances.uncertainty(), pair);
+    return result;
+  }
+
+  const std::shared_ptr<const SceneModel> model;
+  Scene scene, displaced;
+  GuaranteedDistances distances;
+  std::shared_ptr<const Objects> objects;
+  BodyPoses poses;
+  FramePoses frames;
+};
+
+TEST(GuaranteedDistances, NoStateWithinIsCloser) {
+  Chance chance(38);
+  int pairs = 0, tight = 0, overlaps = 0;
+  for (int i = 0; i < repeats(150); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-4, -0.7);
+    cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
+    const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
+    for (int k = 0; k < 6; ++k) {
+      const PairProximity& pair = chance.oneOf(all);
+      if (pair.result.status == narrowphase::Status::Unknown) continue;
+      const double bound = cell.distances.of(pair);
+      ASSERT_LE(bound, pair.result.lower_bound);
+      double worst = pair.result.upper_bound - swellingOf(cell.distances.uncertainty(), pair.asked);
+      for (int s = 0; s < 12; ++s) {
+        const StateWithin state = someStateWithin(cell.model->robot, cell.objects.get(), chance);
+        worst = std::min(worst, cell.in(state, pair.asked).upper_bound);
+      }
+      ASSERT_GE(worst, bound) << i << ": " << nameOf(pair.asked.a, cell.model->robot, cell.objects.get()) << ", "
+                              << nameOf(pair.asked.b, cell.model->robot, cell.objects.get());
+      ++pairs;
+      overlaps += pair.result.distance < 0.0;
+      tight += pair.result.upper_bound - worst > 0.3 * (pair.result.upper_bound - bound);
+    }
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(pairs, 800);
+  EXPECT_GT(overlaps, 80);
+  EXPECT_GT(tight, 250);
+}
+
+TEST(GuaranteedDistances, WithoutUncertaintyTheyAreTheLowerBoundsOfTheScene) {
+  Chance chance(39);
+  for (int i = 0; i < repeats(20); ++i) {
+    SomeCell cell(chance);
+    for (const PairProximity& pair : cell.scene.all(cell.scene.candidates()))
+      EXPECT_EQ(cell.distances.of(pair), pair.result.lower_bound);
+  }
+}
+
+TEST(GuaranteedDistances, ReachedStatesAreWithinTheUncertaintyAndAsClose) {
+  Chance chance(40);
+  int reached = 0, missed = 0;
+  for (int i = 0; i < repeats(100); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-3, -1);
+    const Uncertainty uncertainty = someUncertainty(cell.model->robot, size, 0.3 * size, chance);
+    cell.distances.assume(uncertainty);
+    const RobotModel& robot = cell.model->robot;
+    for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
+      const double bound = cell.distances.of(pair);
+      const double threshold = bound + 0.5 * (pair.result.lower_bound - bound);
+      EXPECT_EQ(cell.distances.reached(pair, bound), nullptr);
+      const ReachedState* state = cell.distances.reached(pair, threshold);
+      if (pair.result.lower_bound - bound > 1e-5) ++(state ? reached : missed);
+      if (!state) continue;
+      EXPECT_LT(state->upper_bound, threshold);
+      for (std::size_t joint = 0; joint < robot.joints.size(); ++joint) {
+        const Joint::Mimic leader = robot.leaderOf(static_cast<int>(joint));
+        EXPECT_LE(std::abs(state->displacements[joint]),
+                  std::abs(leader.multiplier) * uncertainty.positions[leader.joint] * (1.0 + 1e-12));
+        if (leader.joint != static_cast<int>(joint) && hasOnePosition(robot.joints[leader.joint]))
+          EXPECT_NEAR(state->displacements[joint], leader.multiplier * state->displacements[leader.joint], 1e-15);
+      }
+      if (!pair.asked.areLinks()) continue;
+      cell.displaced.update(state->poses);
+      EXPECT_LT(cell.displaced.proximity(pair.asked).result.lower_bound - swellingOf(uncertainty, pair.asked),
+                threshold);
+    }
+  }
+  if (!kIsSanitized) EXPECT_GT(reached, 3 * missed);
+}
+
+TEST(GuaranteedDistances, ReachedStateOfTheCraneIsThatOfTheWorstCorner) {
+  const auto model = modelOf(kCrane);
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  const BodyPoses poses = forwardKinematics(model->robot, {});
+  scene.update(poses);
+  distances.update(poses);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions = {1e-3, 2e-3};
+  distances.assume(uncertainty);
+  const PairProximity pair = scene.proximity(pairOf(*model, "post", "hook"));
+  const ReachedState* state = distances.reached(pair, kCraneDistance - 2.5e-3);
+  ASSERT_NE(state, nullptr);
+  EXPECT_EQ(state->displacements, (std::vector<double>{1e-3, -2e-3}));
+  EXPECT_NEAR(state->upper_bound, kCraneDistance - (2e-3 * 3.0 + 2e-3 * 2.0) / std::sqrt(13.0), 1e-5);
+  EXPECT_EQ(distances.reached(pair, kCraneDistance - 2.9e-3), nullptr);
+}
+
+TEST(GuaranteedDistances, MinimumOfASceneIsThatOfAllItsPairs) {
+  Chance chance(41);
+  for (int i = 0; i < repeats(60); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-4, -1);
+    cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
+    PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
+    const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates())))
+      lowest = std::min(lowest, cell.distances.of(pair) - thresholds.of(pair.asked));
+    EXPECT_NEAR(found.excess, lowest, 1e-8);
+    EXPECT_EQ(found.unknown, 0);
+  }
+}
+
+TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
+  Chance chance(42);
+  for (int i = 0; i < repeats(60); ++i) {
+    SomeCell cell(chance);
+    cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
+    const double largest = cell.distances.largestLoss();
+    for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
+      const double bound = cell.distances.of(pair);
+      if (bound > 0.0) EXPECT_GE(bound, pair.result.lower_bound - largest);
+    }
+  }
+}
+
+TEST(GuaranteedDistances, AllocateNothingOnceTheyHaveTheirRoom) {
+  Chance chance(43);
+  SomeCell cell(chance);
+  cell.distances.assume(someUncertainty(cell.model->robot, 1e-2, 1e-3, chance));
+  std::vector<BodyPoses> states;
+  for (int i = 0; i < 20; ++i)
+    states.push_back(somePoses(cell.model->robot, DegreesOfFreedom(cell.model->robot), chance));
+  const auto ask = [&] {
+    double sum = 0.0;
+    for (const BodyPoses& poses : states) {
+      cell.scene.update(poses, cell.frames);
+      cell.distances.update(poses, cell.frames);
+      sum += cell.distances.find(cell.scene, {}).excess;
+    }
+    return sum;
+  };
+  ask();
+  ask();
+  const auto before = allocations();
+  ask();
+  EXPECT_EQ(allocations(), before);
+}
+
+}  // namespace proximity_server::scene::guaranteed_distances_test
