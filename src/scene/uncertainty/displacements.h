@@ -76,6 +76,9 @@ class Displacements {
   /// coordinates are relative to `from`.
   Lowest lowest(const Piece& piece, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
 
+  /// The same for the box of some pieces.
+  Lowest lowest(const Bounds& bounds, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
+
  private:
   struct Placed : Displacement {
     Placed(const Displacement& displacement, double largest) : Displacement(displacement), radius(largest) {}
@@ -90,6 +93,9 @@ class Displacements {
     Eigen::Vector3d vector;  ///< the gradient of n.v; for a tilt its origin
   };
   void findChanges(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, const Eigen::Vector3d& n);
+  template <class VisitCorners>
+  Lowest lowestOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, double outside,
+                  const Eigen::Vector3d& n, const Eigen::Vector3d& from, const VisitCorners& visit_corners);
   double lossAt(const Eigen::Vector3d& point, const Eigen::Vector3d& n, double within) const;
   double roundingOfSums() const {
     return static_cast<double>(list_.size() + 8) * std::numeric_limits<double>::epsilon();

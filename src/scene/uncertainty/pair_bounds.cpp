@@ -69,8 +69,7 @@ PairBounds::PairBounds(std::shared_ptr<const SceneModel> model)
       volumes_(std::make_unique<const Volumes>(model->robot)),
       paddings_(paddingsOf(model->pairs)),
       uncertainty_(model->robot),
-      of_a_(static_cast<int>(model->robot.joints.size())),
-      of_b_(static_cast<int>(model->robot.joints.size())),
+      chains_(kFrames, Chains(static_cast<int>(model->robot.joints.size()))),
       moved_(model->robot.bodies.size() + 2),
       closing_(model->robot.joints.size()),
       radius_(model->robot.bodies.size()) {
@@ -208,24 +207,38 @@ bool PairBounds::begin(const ShapeRefPair& pair) {
   padding_ = paddings_.of(pair);
   swelling_ = swellingOf(pair.a) + swellingOf(pair.b);
   a_T_b_ = relative(a_.pose, b_.pose);
-  of_a_.begin(a_.part.whole().bounds, a_.pose);
-  of_b_.begin(b_.part.whole().bounds, b_.pose);
-  for (const Displacement& own : a_.chain) of_a_.add(own);
-  if (b_.part.isUnbounded()) {  // then its own frame is the common one
-    for (auto own = b_.chain.rbegin(); own != b_.chain.rend(); ++own) {
+  for (Chains& chains : chains_) chains.is_placed = false;
+  // A half-space has no farthest point: its frame is the only one in which all ways are bounded.
+  likely_frame_ = b_.part.isUnbounded() ? kOfB : kCommon;
+  place(likely_frame_);
+  return true;
+}
+
+/// Finds what displaces the two as seen from one of the frames.
+void PairBounds::place(int frame) {
+  Chains& chains = chains_[frame];
+  if (chains.is_placed) return;
+  chains.is_placed = true;
+  chains.of_a.begin(a_.part.whole().bounds, a_.pose);
+  chains.of_b.begin(b_.part.whole().bounds, b_.pose);
+  const auto add_inverse = [](const std::vector<Displacement>& chain, Displacements& of) {
+    for (auto own = chain.rbegin(); own != chain.rend(); ++own) {
       Displacement inverse = *own;
       inverse.multiplier = -inverse.multiplier;
-      of_a_.add(inverse);
+      of.add(inverse);
     }
-  } else {
-    for (const Displacement& own : b_.chain) of_b_.add(own);
-  }
-  return true;
+  };
+  if (frame != kOfA)
+    for (const Displacement& own : a_.chain) chains.of_a.add(own);
+  if (frame != kOfB)
+    for (const Displacement& own : b_.chain) chains.of_b.add(own);
+  if (frame == kOfA) add_inverse(a_.chain, chains.of_b);
+  if (frame == kOfB) add_inverse(b_.chain, chains.of_a);
 }
 
 /// [m] What a lower bound loses if all points approach as far as they can; 0 if nothing is uncertain.
 double PairBounds::lossOf(double lower_bound) const {
-  const double loss = of_a_.travel() + of_b_.travel() + swelling_;
+  const double loss = chains_[likely_frame_].of_a.travel() + chains_[likely_frame_].of_b.travel() + swelling_;
   return loss == 0.0 ? 0.0 : (1.0 + 4.0 * kEpsilon) * loss + kEpsilon * std::abs(lower_bound);
 }
 
@@ -260,19 +273,46 @@ double PairBounds::gapOfWholes() const {
   return gap;
 }
 
-PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& normal) {
+PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& normal, int frame) {
+  place(frame);
+  Chains& chains = chains_[frame];
   const Leaf a(a_.part, leaves.a), b(b_.part, leaves.b);
   const Vector3d from = a_.pose.translation();
-  const Displacements::Lowest of_a = of_a_.lowest(a.piece, -normal, from), of_b = of_b_.lowest(b.piece, normal, from);
+  const Displacements::Lowest of_a = chains.of_a.lowest(a.piece, -normal, from),
+                              of_b = chains.of_b.lowest(b.piece, normal, from);
   const double remainder =
-      of_a_.remainder(normal) + of_b_.remainder(normal) + PlacedRobot::rounding(a.volume, b.volume, a_T_b_);
+      chains.of_a.remainder(normal) + chains.of_b.remainder(normal) + PlacedRobot::rounding(a.volume, b.volume, a_T_b_);
   return {of_a.present + of_b.present - padding_,
           of_a.displaced + of_b.displaced - remainder - surfaces(),
           {leaves, normal, from + of_a.point, from + of_b.point}};
 }
 
+/// The best bound of the three frames.
+PairBounds::Along PairBounds::bestAlong(const LeafPair& leaves, const Vector3d& normal) {
+  Along best = along(leaves, normal, likely_frame_);
+  if (b_.part.isUnbounded()) return best;
+  const int first = likely_frame_;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    if (frame == first) continue;
+    const Along other = along(leaves, normal, frame);
+    if (!(other.bound > best.bound)) continue;
+    best = other;
+    likely_frame_ = frame;
+  }
+  return best;
+}
+
+/// [m] A lower bound of the distance of all pieces in two volumes.
+double PairBounds::boundOf(const Volume& a, const Volume& b, const Vector3d& normal) {
+  Chains& chains = chains_[likely_frame_];
+  const Vector3d from = a_.pose.translation();
+  return chains.of_a.lowest(a.bounds, -normal, from).displaced + chains.of_b.lowest(b.bounds, normal, from).displaced -
+         chains.of_a.remainder(normal) - chains.of_b.remainder(normal) - PlacedRobot::rounding(a, b, a_T_b_) -
+         surfaces();
+}
+
 /// [m] A lower bound of the distance of all pieces, the closest first. `known_bound` and `known_normal` are of the
-/// closest ones now; the normal may be missing.
+/// closest ones now; the normal may be missing. After kMostVisits the bounds of what is left are taken as they are.
 double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound) {
   double lowest = kInfinity;
   if (b_.part.isUnbounded())
@@ -282,13 +322,16 @@ double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound)
   queue_.clear();
   int visits = 0;
   queue_.push({{a_.part.root, b_.part.root}, -kInfinity, visits++, padding_});
+  constexpr int kMostVisits = 1000;
   while (!queue_.empty() && queue_.first().lower_bound < lowest) {
+    if (visits > kMostVisits) return queue_.first().lower_bound;
     const Visit visit = queue_.pop();
     const Volume &a = a_.part[visit.a], &b = b_.part[visit.b];
     if (a.isLeaf() && b.isLeaf()) {
       boundPieces({visit.a, visit.b}, known_normal, known_bound, lowest);
       continue;
     }
+    if (lowest < kInfinity && known_normal.allFinite() && boundOf(a, b, known_normal) >= lowest) continue;
     const bool split_a = splitsFirst(a, b);
     for (const int part : split_a ? a.parts : b.parts) {
       Visit next{{split_a ? part : visit.a, split_a ? visit.b : part}, 0.0, visits++, padding_};
@@ -302,7 +345,9 @@ double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound)
 /// Lowers the bound of all pieces to that of two of them.
 void PairBounds::boundPieces(const LeafPair& leaves, const Vector3d& known_normal, double known_bound, double& lowest) {
   Along best{-kInfinity, -kInfinity, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
-  if (known_normal.allFinite()) best = along(leaves, known_normal);
+  if (known_normal.allFinite()) best = along(leaves, known_normal, likely_frame_);
+  if (best.bound >= lowest) return;
+  if (known_normal.allFinite()) best = bestAlong(leaves, known_normal);
   if (best.bound >= lowest) return;
   // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
   constexpr double kAsClose = 1e-9;
@@ -310,7 +355,7 @@ void PairBounds::boundPieces(const LeafPair& leaves, const Vector3d& known_norma
     const SignedDistance own = measured(leaves, a_T_b_, lowest + loss_);
     if (own.lower_bound - loss_ >= lowest) return;
     if (own.normal.allFinite()) {
-      const Along along_own = along(leaves, a_.pose.linear() * own.normal);
+      const Along along_own = bestAlong(leaves, a_.pose.linear() * own.normal);
       if (along_own.bound > best.bound) best = along_own;
     }
     best.bound = std::max(best.bound, own.lower_bound - loss_);
@@ -330,8 +375,9 @@ void PairBounds::boundHalfSpace(int volume, int number, double& lowest) {
     return;
   }
   const Vector3d up = (b_.pose.linear() * half_space.normal).normalized(), from = b_.pose.translation();
-  const Displacements::Lowest found = of_a_.lowest(a_.part.pieces[a.piece], up, from);
-  const double bound = found.displaced - half_space.offset - of_a_.remainder(up) - 2.0 * rounding - surfaces();
+  const Displacements::Lowest found = chains_[kOfB].of_a.lowest(a_.part.pieces[a.piece], up, from);
+  const double bound =
+      found.displaced - half_space.offset - chains_[kOfB].of_a.remainder(up) - 2.0 * rounding - surfaces();
   if (bound >= lowest) return;
   lowest = bound;
   LeafPair leaves;

@@ -65,7 +65,10 @@ class PairBounds {
   double gapOf(const Volume& a, const Volume& b) const;
   double gapOfWholes() const;
 
-  Along along(const LeafPair& leaves, const Eigen::Vector3d& normal);
+  Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
+  Along bestAlong(const LeafPair& leaves, const Eigen::Vector3d& normal);
+  double boundOf(const Volume& a, const Volume& b, const Eigen::Vector3d& normal);
+  void place(int frame);
   double ofAllPieces(const Eigen::Vector3d& known_normal, double known_bound);
   void boundPieces(const LeafPair& leaves, const Eigen::Vector3d& known_normal, double known_bound, double& lowest);
   void boundHalfSpace(int volume, int half_space, double& lowest);
@@ -97,7 +100,17 @@ class PairBounds {
   bool is_exchanged_ = false;
   RelativePose a_T_b_;
   double padding_ = 0.0, swelling_ = 0.0, loss_ = 0.0;
-  Displacements of_a_, of_b_;
+
+  /// The displacements of the two as they are seen from one of three frames. Where a face meets a corner, the frame of
+  /// the face is the best one: the corner moves, and the face does not turn.
+  static constexpr int kCommon = 0, kOfA = 1, kOfB = 2, kFrames = 3;
+  struct Chains {
+    explicit Chains(int groups) : of_a(groups), of_b(groups) {}
+    Displacements of_a, of_b;
+    bool is_placed = false;
+  };
+  std::vector<Chains> chains_;
+  int likely_frame_ = kCommon;  ///< that of the last bound
   VisitQueue queue_;
   Deciding deciding_;
 
