@@ -256,22 +256,13 @@ py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, co
   return all.array();
 }
 
-/// The bodies that carry the objects: poses are in the frame of the root link, and moving objects are in frames of
-/// links.
-scene::ObjectCarriers carriersOf(const scene::Objects& objects, const scene::RobotModel& robot) {
-  scene::ObjectCarriers carriers;
-  for (const std::string& frame : objects.frames())
-    carriers.of_frames.push_back(robot.links[robot.findLink(frame)].body);
-  return carriers;
-}
-
 /// Sets the poses of the derivatives to a state of the block.
 void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
   const scene::RobotModel& robot = scratch.loaded->model->robot;
   const scene::Objects& objects = *scratch.objects;
   if (!scratch.derivatives) {
     scratch.derivatives.emplace(scratch.loaded->model);
-    scratch.derivatives->use(scratch.objects, carriersOf(objects, robot));
+    scratch.derivatives->use(scratch.objects, scene::carriersOnLinks(objects));
   }
   positionsOf(block, state, scratch.positions);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
@@ -284,7 +275,7 @@ scene::FreeMotion& placeFreeMotion(const JointPositions::Block& block, Eigen::In
   const scene::RobotModel& robot = scratch.loaded->model->robot;
   if (!scratch.free_motion) {
     scratch.free_motion.emplace(scratch.loaded->model);
-    scratch.free_motion->use(scratch.objects, carriersOf(*scratch.objects, robot));
+    scratch.free_motion->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
   }
   positionsOf(block, state, scratch.positions);
   scratch.free_motion->update(scene::forwardKinematics(robot, scratch.positions));

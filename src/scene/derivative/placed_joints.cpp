@@ -22,6 +22,14 @@ Matrix3d planeAxes(const Vector3d& normal) { return turnFromZ(normal.normalized(
 
 }  // namespace
 
+ObjectCarriers carriersOnLinks(const Objects& objects) {
+  const RobotModel& robot = objects.model().robot;
+  ObjectCarriers carriers;
+  for (const std::string& frame : objects.frames())
+    carriers.of_frames.push_back(robot.links[robot.findLink(frame)].body);
+  return carriers;
+}
+
 PlacedJoints::PlacedJoints(std::shared_ptr<const SceneModel> model)
     : model_(std::move(model)), degrees_of_freedom_(given(model_).robot), poses_(robot().bodies.size()) {}
 

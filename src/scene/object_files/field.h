@@ -27,6 +27,7 @@ class Field {
   std::vector<Field> entries() const;
 
   bool isList() const { return std::holds_alternative<FileValue::List>(value_.content); }
+  bool isMap() const { return std::holds_alternative<FileValue::Map>(value_.content); }
   bool isText() const { return std::holds_alternative<std::string>(value_.content); }
 
   double number() const;     ///< finite

@@ -24,6 +24,7 @@
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <ctime>
 #include <fstream>
@@ -57,12 +58,36 @@ std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& optio
   return naming(path, [&] { return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults); });
 }
 
+/// The option is a number with or without a unit, or a file.
+std::optional<scene::Uncertainty> uncertaintyOf(const ClearanceOptions& options, const scene::RobotModel& robot) {
+  const std::string& text = options.question.uncertainty_text;
+  if (text.empty()) return std::nullopt;
+  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  const bool is_degrees = text.size() > 3 && text.compare(text.size() - 3, 3, "deg") == 0;
+  const std::optional<double> number = numberIn<double>(is_degrees ? text.substr(0, text.size() - 3) : text);
+  if (!number)
+    return scene::uncertaintyFrom(naming("--joint-uncertainty", [&] { return readTextFile(text); }), text, robot);
+  return naming("--joint-uncertainty " + text, [&] {
+    scene::Uncertainty uncertainty = scene::uncertaintyOfJoints(robot, is_degrees ? *number * kDegree : *number);
+    for (std::size_t i = 0; is_degrees && i < robot.joints.size(); ++i) {
+      const scene::Joint& joint = robot.joints[i];
+      if (joint.type != scene::Joint::Type::Prismatic) continue;
+      uncertainty.positions[i] = 0.0;
+      printWarnings({"--joint-uncertainty " + text + ": joint \"" + joint.name +
+                     "\" is prismatic and taken to be exact; a file states its uncertainty in metres."},
+                    options.robot.warnings);
+    }
+    return uncertainty;
+  });
+}
+
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
   ClearanceQuestion question = options.question;
   if (options.accuracy) question.selection.accuracy = *options.accuracy;
   question.model = loadSceneModel(options.robot);
   printWarningsOf(*question.model, options.robot.warnings);
   question.thresholds = thresholdsOf(options, question.model->robot);
+  question.uncertainty = uncertaintyOf(options, question.model->robot);
   question.pairs = checkedPairs(*question.model, question.filter);
   question.objects = scheduleOf(options, question.model);
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
@@ -91,8 +116,9 @@ void warnAtTheEnd(const StateSource& states, const ClearanceOptions& options, co
 }
 
 std::string textOfPairs(const ClearanceQuestion& question) {
-  if (question.objects) return "all pairs, of links and with objects,";
-  return "all " + std::to_string(question.pairs.size()) + " pairs";
+  const std::string within = question.uncertainty ? " within the uncertainty" : "";
+  if (question.objects) return "all pairs, of links and with objects," + within;
+  return "all " + std::to_string(question.pairs.size()) + " pairs" + within;
 }
 
 OutputFormat formatOf(const ClearanceOptions& options, const ClearanceQuestion& question, RowFormat format) {
@@ -159,7 +185,8 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
   if (plot) output.plot.emplace(plot->data(), "the data of the plot", formatOf(options, question, RowFormat::Csv));
   if (options.second_opinion.is_wanted) output.second_opinion.emplace(options.second_opinion, question.model);
   if (options.assert_above)
-    output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question));
+    output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question),
+                             question.uncertainty.has_value());
   const SweepSummary summary = answerAll(options, question, states, output);
   if (plot) plot->draw({shortest(question.motion.contact_distance)});
   if (!options.sweep.summary.empty()) summarize(options, summary, begin, rows.bytes());

@@ -81,6 +81,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
   if (row.upper_bound <= distance_) return Verdict::TooClose;
   if (row.unknown_pairs > 0 || row.status == narrowphase::Status::Unknown) return Verdict::Unknown;
   if (row.lower_bound > distance_) return Verdict::Proven;
+  if (is_uncertain_) return Verdict::Uncertain;
   return row.status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
 }
 
@@ -97,8 +98,9 @@ std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const sc
 std::string ClearanceAssertion::describe(const Row& row) const {
   std::string text = (kind_ == RowKind::State ? "state " : "segment ") + std::to_string(row.number) + row.place + ": ";
   if (!row.pair.empty()) {
-    text += row.pair + " at " + metres(row.distance) + ", bounds " + metres(row.lower_bound) + " and " +
-            metres(row.upper_bound);
+    text += row.pair + " at " + metres(row.distance) +
+            (is_uncertain_ ? ", guaranteed " + metres(row.lower_bound)
+                           : ", bounds " + metres(row.lower_bound) + " and " + metres(row.upper_bound));
     if (!row.joints.empty()) text += ", with " + row.joints;
     if (row.verdict == Verdict::Undecided) text += "; the budget of the search ended there";
     if (row.verdict == Verdict::Unknown) text += "; ";
@@ -114,9 +116,12 @@ std::string ClearanceAssertion::countText(long count) const {
 }
 
 std::string ClearanceAssertion::causes() const {
-  const std::array<std::string, kVerdicts> names{
-      "", "at that distance or below", "so close to it that the bounds lie on either side",
-      "not decided within the budget of the search", "with pairs of which nothing is known"};
+  const std::array<std::string, kVerdicts> names{"",
+                                                 "at that distance or below",
+                                                 "so close to it that the bounds lie on either side",
+                                                 "within the uncertainty of that distance",
+                                                 "not decided within the budget of the search",
+                                                 "with pairs of which nothing is known"};
   std::vector<std::string> causes;
   for (std::size_t i = 0; i < kVerdicts; ++i) {
     if (counts_[i] > 0 && !names[i].empty()) causes.push_back(std::to_string(counts_[i]) + " " + names[i]);

@@ -16,10 +16,11 @@ namespace proximity_server::tools {
 /// pair is unknown. Without any state or segment nothing is proven.
 class ClearanceAssertion {
  public:
-  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". The robot must outlive this
-  /// object.
-  ClearanceAssertion(double distance, RowKind kind, const scene::RobotModel& robot, std::string pairs)
-      : distance_(distance), kind_(kind), robot_(robot), pairs_(std::move(pairs)) {}
+  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". `is_uncertain`: the lower bounds are
+  /// guaranteed distances. The robot must outlive this object.
+  ClearanceAssertion(double distance, RowKind kind, const scene::RobotModel& robot, std::string pairs,
+                     bool is_uncertain = false)
+      : distance_(distance), kind_(kind), is_uncertain_(is_uncertain), robot_(robot), pairs_(std::move(pairs)) {}
 
   void add(const StateClearance& answer);
   void add(const SegmentClearance& answer);
@@ -36,10 +37,11 @@ class ClearanceAssertion {
     Proven,
     TooClose,   ///< the upper bound does not exceed the distance
     Enclosed,   ///< the bounds enclose the distance and differ by no more than the tolerance
+    Uncertain,  ///< the uncertainty of the state may bring the pair to the distance
     Undecided,  ///< the bounds enclose the distance, and the budget of the search ended before they were closer
     Unknown     ///< some pair has no answer
   };
-  static constexpr std::size_t kVerdicts = 5;
+  static constexpr std::size_t kVerdicts = 6;
 
   /// The smallest distance of a state or segment.
   struct Row {
@@ -65,6 +67,7 @@ class ClearanceAssertion {
 
   double distance_;
   RowKind kind_;
+  bool is_uncertain_;
   const scene::RobotModel& robot_;
   std::string pairs_;
   long rows_ = 0;

@@ -16,7 +16,7 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
       "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
       "for each segment, with its closest pair and first contact");
   for (const char* other : {"--pairs", "--accuracy", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range",
-                            "--summary", "--second-opinion", "--thresholds"})
+                            "--summary", "--second-opinion", "--thresholds", "--joint-uncertainty"})
     program.atMostOneOf({"--trajectory", other});
   addLength(program, "--contact-distance", options.question.motion.contact_distance, 0.0,
             "what counts as contact (default: 0)")
@@ -59,6 +59,11 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
       "--thresholds", "FILE", options.question.thresholds_file,
       "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
       "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID");
+  program.addText(
+      "--joint-uncertainty", "NUMBER|FILE", options.question.uncertainty_text,
+      "how far each joint may be off, in radians or metres, or in degrees (0.1deg); or YAML with the uncertainty of "
+      "joints, frames, bases, objects and links. Each row has `guaranteed`: a lower bound of the distance for all "
+      "states within it; --pairs minimum is then the pair for which that is the smallest");
   program.addFlag("--list", options.list, true,
                   "only list the joints of the robot, a line each: name, type, limits, unit");
   declareStateOptions(program, options.states);
@@ -111,6 +116,13 @@ void requireConsistent(const ClearanceOptions& options) {
   require(!has_accuracy || pairs == PairSelection::Kind::Minimum, "--accuracy goes with --pairs minimum only");
   require(!has_accuracy || (!has_thresholds && !has_second),
           "--accuracy does not go with --thresholds and --second-opinion, which need the distance");
+  const bool is_uncertain = !options.question.uncertainty_text.empty();
+  require(!is_uncertain || (!is_any && !has_accuracy && !has_thresholds),
+          "--joint-uncertainty does not go with --pairs any, --accuracy and --thresholds");
+  require(!is_uncertain || options.question.filter == PairFilter::On,
+          "--joint-uncertainty does not go with --no-filter");
+  require(!is_uncertain || (is_whole && !is_npy),
+          "--joint-uncertainty does not go with --shard, --range, --merge and --format npy");
   require(!is_merge || !has_thresholds, "--merge needs no --thresholds: the parts have their levels");
   require(!has_thresholds || !is_npy, "--thresholds does not go with --format npy, whose rows have no level");
   require(!has_thresholds || !is_any, "--thresholds does not go with --pairs any, which has no levels");

@@ -6,6 +6,7 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/uncertainty/uncertainty.h"
 #include "tools/clearance/object_schedule.h"
 
 #include <limits>
@@ -49,10 +50,12 @@ struct ClearanceQuestion {
   /// Those of the filter, if there are objects; nullopt: all pairs that have geometry.
   std::optional<scene::Candidates> candidates;
   std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for segments
-  std::string objects_file, thresholds_file;         ///< "": none
-  PairSelection selection;                           ///< for states
-  scene::Skipping skipping = scene::Skipping::On;    ///< for states
-  scene::MotionQuestion motion;                      ///< for segments
+  /// nullopt: the states are exact. For states and the filter's pairs; not with levels, accuracy and Kind::Any.
+  std::optional<scene::Uncertainty> uncertainty;
+  std::string objects_file, thresholds_file, uncertainty_text;  ///< "": none
+  PairSelection selection;                                      ///< for states
+  scene::Skipping skipping = scene::Skipping::On;               ///< for states
+  scene::MotionQuestion motion;                                 ///< for segments
   int threads = 1;
 };
 
@@ -87,9 +90,10 @@ inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a != scene::S
 
 /// The smallest signed distance of a state.
 struct SmallestDistance {
-  scene::PairProximity pair;                                      ///< without links if no pair has an answer
-  double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs that have an answer
-  int unknown_pairs = 0;                                          ///< pairs without one, as a pose is not finite
+  scene::PairProximity pair;  ///< without links if no pair has an answer
+  /// [m] of all pairs that have an answer; with an uncertainty in all states that it allows
+  double lower_bound = -std::numeric_limits<double>::infinity();
+  int unknown_pairs = 0;  ///< pairs without one, as a pose is not finite
 };
 
 /// The answer about one state, for those who ask further.

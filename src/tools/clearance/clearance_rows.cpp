@@ -137,12 +137,14 @@ void addContact(const SegmentClearance& answer, const Surroundings& named, Row& 
 
 // These functions define the columns and their order.
 
+/// `thresholds` and `guaranteed` are those of the columns of that name; nullptr: there is none.
 void addState(std::uint64_t state, const scene::PairProximity& pair, const Surroundings& named,
-              const scene::LevelThresholds* thresholds, Row& row) {
+              const scene::LevelThresholds* thresholds, const double* guaranteed, Row& row) {
   row.add("state", state);
   addPair(pair, named, row);
   const bool is_known = pair.result.status != narrowphase::Status::Unknown;
   if (thresholds) row.add("level", is_known ? toString(scene::levelOf(pair, *thresholds).level) : "INVALID");
+  if (guaranteed) row.add("guaranteed", *guaranteed);
 }
 
 void addSegment(const SegmentClearance& answer, const scene::RobotModel& robot, Row& row) {
@@ -188,7 +190,7 @@ Json namedPositions(const scene::RobotModel& robot, const scene::Positions& posi
 
 }  // namespace
 
-OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, LevelColumn levels) {
+OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, StateColumns wanted) {
   std::string header;
   Row columns(Row::Form::CsvHeader, header);
   if (selection.kind == PairSelection::Kind::Any) {
@@ -196,7 +198,8 @@ OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::
     return {format, header, npyIntegerFor(pairs).type()};
   }
   const scene::LevelThresholds any;
-  addState(0, {}, {{}, nullptr}, levels == LevelColumn::With ? &any : nullptr, columns);
+  const double number = 0.0;
+  addState(0, {}, {{}, nullptr}, wanted.level ? &any : nullptr, wanted.guaranteed ? &number : nullptr, columns);
   return {format, header, npyPairType()};
 }
 
@@ -241,11 +244,11 @@ StateRows::StateRows(const ClearanceQuestion& question, RowFormat format)
 
 OutputFormat StateRows::format() const {
   return stateFormat(format_, question_.selection, question_.pairs.size(),
-                     question_.thresholds ? LevelColumn::With : LevelColumn::Without);
+                     {question_.thresholds.has_value(), question_.uncertainty.has_value()});
 }
 
-void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, const scene::Objects* objects,
-                        WrittenRows& to) const {
+void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, double guaranteed,
+                        const scene::Objects* objects, WrittenRows& to) const {
   if (format_ == RowFormat::Npy) {
     appendNpy({state, numbers_.of(pair.asked), pair.result.distance, pair.result.lower_bound, pair.result.upper_bound},
               to.bytes);
@@ -253,7 +256,7 @@ void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, c
     if (to.rows > 0) to.bytes += between_;
     Row row(format_, to.bytes);
     addState(state, pair, {question_.model->robot, objects}, question_.thresholds ? &*question_.thresholds : nullptr,
-             row);
+             question_.uncertainty ? &guaranteed : nullptr, row);
     row.end();
   }
   ++to.rows;

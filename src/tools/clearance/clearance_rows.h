@@ -16,11 +16,13 @@ namespace proximity_server::tools {
 // Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
 
-/// Whether the rows of states say the level of their pair.
-enum class LevelColumn : unsigned char { Without, With };
+/// The columns that rows of states have only if they are asked for: the level of the pair, and its guaranteed distance.
+struct StateColumns {
+  bool level = false, guaranteed = false;
+};
 
 /// The format of the rows of states, where so many pairs of links have numbers; and that of the rows of segments.
-OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, LevelColumn levels);
+OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, StateColumns columns);
 OutputFormat segmentFormat(RowFormat format);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
@@ -55,8 +57,9 @@ class StateRows {
   OutputFormat format() const;
   const PairColumns& numbers() const { return numbers_; }
 
-  /// One pair of a state. One without links is that of a state without an answer. Without objects `objects` is nullptr.
-  void addPair(std::uint64_t state, const scene::PairProximity& pair, const scene::Objects* objects,
+  /// One pair of a state, with its guaranteed distance if the question has an uncertainty. One without links is that of
+  /// a state without an answer. Without objects `objects` is nullptr.
+  void addPair(std::uint64_t state, const scene::PairProximity& pair, double guaranteed, const scene::Objects* objects,
                WrittenRows& to) const;
 
   /// The verdict about a state, with the pair that is below, or one without links.

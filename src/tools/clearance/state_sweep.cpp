@@ -1,15 +1,18 @@
 #include "tools/clearance/state_sweep.h"
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/robot/robot_text.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -24,6 +27,8 @@ constexpr int kBlockOfBatch = 2048;
 
 /// So many that the cold start is a small part of the work.
 constexpr int kBlockOfScene = 256;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// States that lie side by side, what is answered about them, and their rows.
 struct StateBlock {
@@ -45,7 +50,8 @@ scene::Positions positionsOf(const StateBlock& block, int i) {
 struct Listed {
   const scene::PairProximity* begin;
   const scene::PairProximity* end;
-  int unknown = 0;  ///< pairs without an answer
+  int unknown = 0;                     ///< pairs without an answer
+  const double* guaranteed = nullptr;  ///< [m] of each pair, if there is an uncertainty
 };
 
 bool isKnown(const scene::PairProximity& pair) {
@@ -100,7 +106,7 @@ class StateSweep {
         plot_rows_(question, RowFormat::Csv) {
     // SceneBatch knows the candidates of the filter, which then are the first pairs of the question, in their order.
     const bool is_for_batch = question.filter == PairFilter::On && question.skipping == scene::Skipping::On &&
-                              kind_ != PairSelection::Kind::All;
+                              kind_ != PairSelection::Kind::All && !question.uncertainty;
     std::optional<scene::SceneBatch> batch;
     if (is_for_batch) {
       batch.emplace(question.model);
@@ -145,6 +151,7 @@ class StateSweep {
 
   /// Whether the closest pair of a state is among those that are listed.
   bool listsSmallest() const {
+    if (question_.uncertainty) return kind_ == PairSelection::Kind::Minimum;
     return kind_ == PairSelection::Kind::All || kind_ == PairSelection::Kind::Closest ||
            (kind_ == PairSelection::Kind::Minimum && !question_.thresholds);
   }
@@ -267,14 +274,24 @@ class StateSweep {
   void answerByScene(StateBlock& block, Worker& worker) const {
     scene::Scene scene = fresh_->forAnotherThread();
     QuestionPairs pairs(question_);
+    std::optional<scene::GuaranteedDistances> guaranteed;
+    if (question_.uncertainty) {
+      guaranteed.emplace(question_.model);
+      guaranteed->assume(*question_.uncertainty);
+    }
     for (int i = 0; i < block.size; ++i) {
       const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positionsOf(block, i));
       if (block.objects.empty()) {
         scene.update(poses);
       } else {
         const auto& objects = block.objects[i];
+        if (guaranteed && scene.objects() != objects.get()) guaranteed->use(objects, scene::carriersOnLinks(*objects));
         pairs.use(objects, scene);
         scene.update(poses, framePoses(*objects, poses));
+      }
+      if (guaranteed) {
+        answerGuaranteed(i, pairs.get(), poses, scene, *guaranteed, block, worker);
+        continue;
       }
       const std::vector<scene::PairProximity> listed = askScene(pairs.get(), scene);
       const std::size_t answers = block.answers.size();
@@ -283,6 +300,33 @@ class StateSweep {
       const std::vector<scene::PairProximity> minimum = listOf(scene.minimum(pairs.get()));
       block.answers.back().smallest = smallestOf(listOf(minimum, scene.counts().unknown));
     }
+  }
+
+  /// Answers about one state, which the scene has, within the uncertainty.
+  void answerGuaranteed(int i, const scene::Pairs& pairs, const scene::BodyPoses& poses, scene::Scene& scene,
+                        scene::GuaranteedDistances& guaranteed, StateBlock& block, Worker& worker) const {
+    if (const scene::Objects* const objects = scene.objects())
+      guaranteed.update(poses, framePoses(*objects, poses));
+    else
+      guaranteed.update(poses);
+    const bool is_minimum = kind_ == PairSelection::Kind::Minimum;
+    scene::GuaranteedMinimum smallest;
+    if (is_minimum || needsSmallest()) smallest = guaranteed.find(scene, scene::PairDistances());
+    std::vector<scene::PairProximity> listed{smallest.pair};
+    std::vector<double> of_listed{smallest.guaranteed};
+    int unknown = smallest.unknown;
+    if (!is_minimum) {
+      listed = askScene(pairs, scene);
+      unknown = scene.counts().unknown;
+      of_listed.clear();
+      for (const scene::PairProximity& pair : listed) of_listed.push_back(guaranteed.of(pair));
+    }
+    Listed list = listOf(listed, unknown);
+    list.guaranteed = of_listed.data();
+    const std::size_t answers = block.answers.size();
+    add(i, list, block, worker);
+    if (output_.assertion && block.answers.size() > answers)
+      block.answers.back().smallest = {smallest.pair, smallest.guaranteed, smallest.unknown};
   }
 
   std::vector<scene::PairProximity> askScene(const scene::Pairs& pairs, scene::Scene& scene) const {
@@ -338,8 +382,9 @@ class StateSweep {
     const scene::PairProximity no_answer;  // has a row too, as no row says that no pair is listed
     const Listed written = isOpen(listed) ? Listed{&no_answer, &no_answer + 1} : listed;
     for (const scene::PairProximity* pair = written.begin; pair != written.end; ++pair) {
-      rows_.addPair(state, *pair, objects, block.rows);
-      if (output_.plot) plot_rows_.addPair(state, *pair, objects, block.plot_rows);
+      const double guaranteed = written.guaranteed ? written.guaranteed[pair - written.begin] : kNaN;
+      rows_.addPair(state, *pair, guaranteed, objects, block.rows);
+      if (output_.plot) plot_rows_.addPair(state, *pair, guaranteed, objects, block.plot_rows);
     }
   }
 

@@ -71,7 +71,7 @@ OutputFormat formatOf(const Json& sweep) {
   if (!format) throw std::invalid_argument("format \"" + name + "\": unknown");
   const Json& question = sweep.at("question");
   return stateFormat(*format, readPairSelection(question.at("pairs")), sweep.at("pairs").size(),
-                     question.value("thresholds", Json()).is_null() ? LevelColumn::Without : LevelColumn::With);
+                     {!question.value("thresholds", Json()).is_null(), false});
 }
 
 Json hashOf(const std::string& file) { return file.empty() ? Json() : Json(contentHash(file)); }

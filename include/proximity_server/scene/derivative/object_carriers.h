@@ -1,5 +1,7 @@
 #pragma once
 
+#include "proximity_server/scene/objects/objects.h"
+
 #include <vector>
 
 namespace proximity_server::scene {
@@ -10,5 +12,8 @@ struct ObjectCarriers {
   int of_fixed = -1;  ///< carries the frame in which fixed objects stand: a body if that is the frame of a link
   std::vector<int> of_frames{};  ///< carries each of Objects::frames()
 };
+
+/// The carriers of objects whose frames are links, where the roots are at rest; see framePoses().
+ObjectCarriers carriersOnLinks(const Objects& objects);
 
 }  // namespace proximity_server::scene

@@ -48,4 +48,23 @@ struct Uncertainty {
   void requireValidFor(const RobotModel& robot) const;
 };
 
+/// The position of every joint is off by at most a number of radians or metres; planar and floating joints and all else
+/// are exact.
+Uncertainty uncertaintyOfJoints(const RobotModel& robot, double position);
+
+/// Reads YAML with the names of the node's parameters. Each of them is optional, and what is not named is exact:
+///
+/// * joint_uncertainty: a number [rad] or [m] for every joint, or {joint: number}
+/// * joint_frame_uncertainty: a pose for every joint, or {joint: pose}
+/// * base_uncertainty: a pose for every robot, or {robot: pose}
+/// * object_uncertainty: a pose for every object, or {object: pose}
+/// * link_uncertainty: a number [m] for the surface of every link, or {link: number}
+///
+/// A pose is {translation: [m], angle: [rad]}, or the number of its translation. In a map "*" stands for all that it
+/// does not name.
+///
+/// Failure: throws std::invalid_argument with `source`, the line, the field and the reason; also for a joint that mimics
+///          another one, for what does not exist, and as requireValidFor() does. An object need not exist.
+Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, const RobotModel& robot);
+
 }  // namespace proximity_server::scene

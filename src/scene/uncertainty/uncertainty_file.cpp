@@ -1,0 +1,119 @@
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/uncertainty/uncertainty.h"
+#include "scene/object_files/field.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace proximity_server::scene {
+namespace {
+
+constexpr char kOthers[] = "*";
+
+bool isPose(const Field& field) {
+  if (!field.isMap()) return true;
+  const std::vector<std::string> names = field.members();
+  return std::all_of(names.begin(), names.end(),
+                     [](const std::string& name) { return name == "translation" || name == "angle"; });
+}
+
+double boundIn(const Field& field) {
+  const double bound = field.number();
+  if (bound < 0.0) field.refuse("must not be negative");
+  return bound;
+}
+
+PoseUncertainty poseIn(const Field& field) {
+  if (!field.isMap()) return {boundIn(field), 0.0};
+  field.requireMembers({"translation", "angle"});
+  PoseUncertainty pose;
+  if (const auto translation = field.find("translation")) pose.translation = boundIn(*translation);
+  if (const auto angle = field.find("angle")) pose.angle = boundIn(*angle);
+  return pose;
+}
+
+/// Reads one value for all names, or a map with values of some. `set(name)` is called with kOthers first.
+template <typename Set>
+void readByName(const std::optional<Field>& field, bool is_for_all, const Set& set) {
+  if (!field) return;
+  if (is_for_all) return set(kOthers, *field);
+  if (const auto others = field->find(kOthers)) set(kOthers, *others);
+  for (const std::string& name : field->members())
+    if (name != kOthers) set(name, field->member(name));
+}
+
+/// The place of a name in a list.
+std::size_t placeOf(const std::string& name, const std::vector<std::string>& names, const std::string& kind,
+                    const Field& field) {
+  const auto place = std::find(names.begin(), names.end(), name);
+  if (place == names.end()) field.refuse("there is no " + kind + " " + unknownName(name, names));
+  return static_cast<std::size_t>(place - names.begin());
+}
+
+template <typename Value, typename Read>
+void readList(const std::optional<Field>& field, bool is_for_all, const std::vector<std::string>& names,
+              const std::string& kind, const Read& read, std::vector<Value>& values) {
+  readByName(field, is_for_all, [&](const std::string& name, const Field& value) {
+    if (name == kOthers)
+      std::fill(values.begin(), values.end(), read(value));
+    else
+      values[placeOf(name, names, kind, value)] = read(value);
+  });
+}
+
+/// A map of joints names no joint that follows another one.
+void requireLeaders(const std::optional<Field>& field, const RobotModel& robot) {
+  if (!field || !field->isMap()) return;
+  for (const Joint& joint : robot.joints)
+    if (joint.mimic && field->find(joint.name))
+      field->member(joint.name)
+          .refuse("the joint follows \"" + robot.joints[joint.mimic->joint].name + "\", and so does its uncertainty");
+}
+
+}  // namespace
+
+Uncertainty uncertaintyOfJoints(const RobotModel& robot, double position) {
+  Uncertainty uncertainty(robot);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i)
+    if (hasOnePosition(robot.joints[i])) uncertainty.positions[i] = position;
+  uncertainty.requireValidFor(robot);
+  return uncertainty;
+}
+
+Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, const RobotModel& robot) {
+  const FileValue value = readYaml(yaml, source);
+  const Field file(value, source);
+  file.requireMembers(
+      {"joint_uncertainty", "joint_frame_uncertainty", "base_uncertainty", "object_uncertainty", "link_uncertainty"});
+  const auto isNumber = [](const std::optional<Field>& field) { return field && !field->isMap(); };
+  const auto isOnePose = [](const std::optional<Field>& field) { return field && isPose(*field); };
+  Uncertainty uncertainty(robot);
+  const std::vector<std::string> joints = namesOf(robot.joints);
+  const std::optional<Field> positions = file.find("joint_uncertainty");
+  requireLeaders(positions, robot);
+  readByName(positions, isNumber(positions), [&](const std::string& name, const Field& position) {
+    if (name == kOthers)
+      uncertainty.positions = uncertaintyOfJoints(robot, boundIn(position)).positions;
+    else
+      uncertainty.positions[placeOf(name, joints, "joint", position)] = boundIn(position);
+  });
+  const std::optional<Field> frames = file.find("joint_frame_uncertainty");
+  readList(frames, isOnePose(frames), joints, "joint", poseIn, uncertainty.frames);
+  const std::optional<Field> bases = file.find("base_uncertainty");
+  readList(bases, isOnePose(bases), namesOf(robot.robots), "robot", poseIn, uncertainty.bases);
+  const std::optional<Field> links = file.find("link_uncertainty");
+  readList(links, isNumber(links), namesOf(robot.links), "link", boundIn, uncertainty.swellings);
+  const std::optional<Field> objects = file.find("object_uncertainty");
+  readByName(objects, isOnePose(objects), [&](const std::string& name, const Field& pose) {
+    (name == kOthers ? uncertainty.objects : uncertainty.own_objects[name]) = poseIn(pose);
+  });
+  try {
+    uncertainty.requireValidFor(robot);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(source + ": " + error.what());
+  }
+  return uncertainty;
+}
+
+}  // namespace proximity_server::scene

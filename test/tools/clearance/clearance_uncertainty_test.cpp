@@ -1,0 +1,134 @@
+// Guaranteed distances: what --joint-uncertainty adds, on paper and beside displaced states.
+#include "tools/program/clearance_command.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace proximity_server::tools::clearance_uncertainty_test {
+
+/// Four balls of radius 0.1 on one rail, each with a joint of its own.
+class ClearanceUncertainty : public Clearance {
+ protected:
+  ClearanceUncertainty() {
+    std::string links = "<link name='base'/>";
+    for (const std::string name : {"a", "b", "c", "d"})
+      links += "<link name='" + name + "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" +
+               "<joint name='to_" + name + "' type='prismatic'><parent link='base'/><child link='" + name +
+               "'/><axis xyz='1 0 0'/><limit lower='-1' upper='9' effort='1' velocity='1'/></joint>";
+    urdf_ = files_.write("balls.urdf", "<robot name='balls'>" + links + "</robot>");
+  }
+
+  /// a and b are 0.1, b and c 0.12 m apart; d is far.
+  CommandResult runBalls(const std::string& arguments) {
+    return run("to_a,to_b,to_c,to_d\n0,0.3,0.62,5\n", arguments);
+  }
+
+  std::string file(const std::string& yaml) { return "--joint-uncertainty " + files_.write("u.yaml", yaml) + " "; }
+
+  void expectRow(const std::string& arguments, const std::string& links, double guaranteed) {
+    const auto rows = rowsOf(runBalls(arguments).output);
+    ASSERT_EQ(rows.size(), 2U) << arguments;
+    EXPECT_EQ(rows[0].back(), "guaranteed");
+    EXPECT_EQ(rows[1][1] + rows[1][2], links) << arguments;
+    EXPECT_NEAR(std::stod(rows[1].back()), guaranteed, 1e-12) << arguments;
+    EXPECT_LE(std::stod(rows[1].back()), guaranteed) << arguments;
+  }
+
+  void expectRefusal(const std::string& arguments, const std::string& message) {
+    const CommandResult result = runBalls(arguments);
+    EXPECT_EQ(result.exit_code, 1) << arguments;
+    EXPECT_TRUE(says(result.errors, message)) << result.errors << "does not say: " << message;
+  }
+};
+
+TEST_F(ClearanceUncertainty, EachJointBringsItsLinkCloser) {
+  expectRow("--joint-uncertainty 0.01", "ab", 0.1 - 2 * 0.01);
+  expectRow("--joint-uncertainty 0", "ab", 0.1 - 2e-15);
+  expectRow(file("{joint_uncertainty: {to_b: 0.03}}"), "ab", 0.1 - 0.03);
+  expectRow(file("{joint_uncertainty: {\"*\": 0.01, to_b: 0.03}}"), "ab", 0.1 - 0.04);
+  expectRow(file("{joint_frame_uncertainty: {to_b: {translation: 0.02}}}"), "ab", 0.1 - 0.02);
+  expectRow(file("{link_uncertainty: 0.015}"), "ab", 0.1 - 2 * 0.015);
+}
+
+TEST_F(ClearanceUncertainty, TheMinimumIsThePairWithTheSmallestGuaranteedDistance) {
+  expectRow(file("{joint_uncertainty: {to_c: 0.05}}"), "bc", 0.12 - 0.05);
+  const auto rows = rowsOf(runBalls(file("{joint_uncertainty: {to_c: 0.05}}") + "--pairs k:2").output);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[1][1] + rows[1][2], "ab");  // lists are in the order of their distances
+  EXPECT_NEAR(std::stod(rows[1].back()), 0.1, 1e-12);
+  EXPECT_NEAR(std::stod(rows[2].back()), 0.12 - 0.05, 1e-12);
+}
+
+TEST_F(ClearanceUncertainty, ObjectsAreUncertainToo) {
+  const std::string objects = "--objects " + files_.write("cell.yaml", R"(objects:
+- {id: near, pose: {position: [0, 0.25, 0]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}
+- {id: far, pose: {position: [0, -0.29, 0]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}
+)");
+  expectRow(objects + " " + file("{object_uncertainty: 0.02}"), "anear", 0.05 - 0.02);
+  expectRow(objects + " " + file("{object_uncertainty: {\"*\": 0.02, far: {translation: 0.07}}}"), "afar", 0.09 - 0.07);
+}
+
+TEST_F(ClearanceUncertainty, TheAssertionIsAboutAllStatesWithinIt) {
+  EXPECT_EQ(runBalls("--assert-above 0.09").exit_code, 0);
+  const CommandResult holds = runBalls("--joint-uncertainty 0.004 --assert-above 0.09");
+  EXPECT_EQ(holds.exit_code, 0) << holds.errors;
+  EXPECT_TRUE(says(holds.errors, "proven: in 1 state all 6 pairs within the uncertainty are above 0.09 m")) << holds.errors;
+  for (const std::string pairs : {"minimum", "all", "k:1", "below:0.15"}) {
+    const CommandResult open = runBalls("--joint-uncertainty 0.006 --assert-above 0.09 --pairs " + pairs);
+    EXPECT_EQ(open.exit_code, 2) << pairs;
+    EXPECT_TRUE(says(open.errors, "1 within the uncertainty of that distance")) << open.errors;
+    EXPECT_TRUE(says(open.errors, "a - b at 0.0999")) << open.errors;
+  }
+}
+
+TEST_F(ClearanceUncertainty, DegreesAreThoseOfJointsThatTurn) {
+  urdf_ = files_.write("arm.urdf", R"(<robot name='arm'>
+  <link name='base'><collision><origin xyz='2 0 0'/><geometry><sphere radius='0.1'/></geometry></collision></link>
+  <joint name='turn' type='revolute'><parent link='base'/><child link='arm'/><axis xyz='0 0 1'/>
+    <limit lower='-2' upper='2' effort='1' velocity='1'/></joint>
+  <link name='arm'/>
+  <joint name='slide' type='prismatic'><parent link='arm'/><child link='ball'/><axis xyz='1 0 0'/>
+    <limit lower='0' upper='3' effort='1' velocity='1'/></joint>
+  <link name='ball'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>
+</robot>)");
+  const CommandResult result = run("turn,slide\n1.5707963267948966,2\n", "--joint-uncertainty 0.1deg");
+  const auto rows = rowsOf(result.output);
+  ASSERT_EQ(rows.size(), 2U) << result.errors;
+  const double turned = M_PI / 2.0 - M_PI / 1800.0;  // the ball is on a circle of radius 2 about the axis
+  const double nearest = 4.0 * std::sin(turned / 2.0) - 0.2;
+  EXPECT_LE(std::stod(rows[1].back()), nearest);
+  EXPECT_GT(std::stod(rows[1].back()), nearest - 1e-5);
+  EXPECT_TRUE(says(result.errors, "\"slide\" is prismatic and taken to be exact")) << result.errors;
+}
+
+TEST_F(ClearanceUncertainty, WhatMakesNoSenseIsRefusedByName) {
+  expectRefusal("--joint-uncertainty -1", "\"to_a\" is -1");
+  expectRefusal("--joint-uncertainty much", "--joint-uncertainty: much: cannot be read");
+  expectRefusal(file("{joint_uncertainty: {to_e: 1}}"), "u.yaml, line 1: joint_uncertainty/to_e: there is no joint");
+  expectRefusal(file("{joint_uncertainty: {to_a: -1}}"), "joint_uncertainty/to_a: must not be negative");
+  expectRefusal(file("{joint_frame_uncertainty: {to_a: {angel: 1}}}"), "did you mean \"angle\"?");
+  expectRefusal(file("{link_uncertainty: {e: 1}}"), "link_uncertainty/e: there is no link");
+  expectRefusal(file("{base_uncertainty: {e: 1}}"), "base_uncertainty/e: there is no robot");
+  for (const std::string other : {"--pairs any:0.1", "--accuracy 1e-4", "--no-filter", "--format npy --out x.npy", "--trajectory"})
+    expectRefusal("--joint-uncertainty 0.01 " + other, "--joint-uncertainty");
+}
+
+TEST_F(ClearanceUncertainty, AJointThatFollowsAnotherHasTheUncertaintyOfItsLeader) {
+  std::string urdf = R"(<robot name='pair'><link name='base'/>)";
+  for (const std::string name : {"a", "b"})
+    urdf += "<link name='" + name + "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" +
+            "<joint name='to_" + name + "' type='prismatic'><parent link='base'/><child link='" + name +
+            "'/><axis xyz='1 0 0'/><limit lower='-1' upper='9' effort='1' velocity='1'/>" +
+            (name == "b" ? "<mimic joint='to_a' multiplier='3' offset='0.3'/>" : "") + "</joint>";
+  urdf_ = files_.write("pair.urdf", urdf + "</robot>");
+  const auto rows = rowsOf(run("to_a\n0\n", "--joint-uncertainty 0.01").output);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_LE(std::stod(rows[1].back()), 0.1 - 0.02 + 1e-12);
+  EXPECT_GE(std::stod(rows[1].back()), 0.1 - 0.04 - 1e-12);
+  expectRefusal(file("{joint_uncertainty: {to_b: 0.1}}"), "the joint follows \"to_a\"");
+}
+
+}  // namespace proximity_server::tools::clearance_uncertainty_test
