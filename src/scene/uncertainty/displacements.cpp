@@ -165,46 +165,39 @@ double Displacements::lossAt(const Vector3d& point, const Vector3d& n, double wi
   return loss;
 }
 
-/// `visit_corners(n, visit)` calls visit(point, within) as visitCorners() does, in a frame with its origin `from_body`
-/// from that of the body. No point is farther than `outside` [m] from the geometry.
-template <class VisitCorners>
-Displacements::Lowest Displacements::lowestOf(const Matrix3d& rotation, const Vector3d& from_body, double outside,
-                                              const Vector3d& n, const Vector3d& from,
-                                              const VisitCorners& visit_corners) {
-  const Vector3d n_here = rotation.transpose() * n;
-  findChanges(rotation, from_body, n_here);
-  Lowest lowest{kInfinity, kInfinity, Vector3d::Zero()};
-  const double largest = travel() + outside * angles_;
-  visit_corners(n_here, [&](const Vector3d& point, double within) {
-    const double height = n_here.dot(point);
-    lowest.present = std::min(lowest.present, height);
+Displacements::Lowest Displacements::lowest(const Piece& piece, const Vector3d& n, const Vector3d& from) {
+  const Matrix3d rotation = body_.linear() * piece.body_T_piece.linear();
+  const Vector3d from_body = body_.linear() * piece.body_T_piece.translation();
+  const Vector3d n_piece = rotation.transpose() * n;
+  findChanges(rotation, from_body, n_piece);
+  Lowest lowest{kInfinity, kInfinity, 0.0, Vector3d::Zero()};
+  // The points about a circle are outside of it by less than a quarter of its radius.
+  const double largest = travel() + 0.25 * angles_ * piece.shape.coreRadius();
+  visitCorners(piece.shape, n_piece, [&](const Vector3d& point, double within) {
+    const double height = n_piece.dot(point);
     if (height - largest >= lowest.displaced) return;
-    const double displaced = height - lossAt(point, n_here, within);
-    if (displaced >= lowest.displaced) return;
-    lowest.displaced = displaced;
+    const double loss = lossAt(point, n_piece, within);
+    if (height < lowest.present) {
+      lowest.present = height;
+      lowest.loss = loss;
+    }
+    if (height - loss >= lowest.displaced) return;
+    lowest.displaced = height - loss;
     lowest.point = point;
   });
   const Vector3d origin = (body_.translation() - from) + from_body;
-  const double offset = n.dot(origin);
-  return {lowest.present + offset, lowest.displaced + offset, origin + rotation * lowest.point};
+  const double offset = n.dot(origin) - piece.shape.margin();
+  return {lowest.present + offset, lowest.displaced + offset, lowest.loss, origin + rotation * lowest.point};
 }
 
-Displacements::Lowest Displacements::lowest(const Piece& piece, const Vector3d& n, const Vector3d& from) {
-  const auto corners = [&](const Vector3d& n_piece, const auto& visit) { visitCorners(piece.shape, n_piece, visit); };
-  // The points about a circle are outside of it by less than a quarter of its radius.
-  Lowest lowest =
-      lowestOf(body_.linear() * piece.body_T_piece.linear(), body_.linear() * piece.body_T_piece.translation(),
-               0.25 * piece.shape.coreRadius(), n, from, corners);
-  lowest.present -= piece.shape.margin();
-  lowest.displaced -= piece.shape.margin();
-  return lowest;
-}
-
-Displacements::Lowest Displacements::lowest(const Bounds& bounds, const Vector3d& n, const Vector3d& from) {
-  const auto corners = [&](const Vector3d&, const auto& visit) {
-    for (int i = 0; i < 8; ++i) visit(narrowphase::support::corner(bounds.half, i), 0.0);
-  };
-  return lowestOf(body_.linear() * bounds.axes, body_.linear() * bounds.centre, bounds.half.norm(), n, from, corners);
+double Displacements::largestLoss(const Vector3d& n) {
+  const Matrix3d rotation = body_.linear() * bounds_->axes;
+  const Vector3d n_box = rotation.transpose() * n;
+  findChanges(rotation, body_.linear() * bounds_->centre, n_box);
+  double largest = 0.0;
+  for (int i = 0; i < 8; ++i)
+    largest = std::max(largest, lossAt(narrowphase::support::corner(bounds_->half, i), n_box, 0.0));
+  return largest;
 }
 
 }  // namespace proximity_server::scene

@@ -70,14 +70,15 @@ class Displacements {
   struct Lowest {
     double present;         ///< [m] the lowest coordinate of the piece now
     double displaced;       ///< [m] a lower bound over all displacements, up to the remainder
+    double loss;            ///< [m] the loss, to first order, of the point that is the lowest now
     Eigen::Vector3d point;  ///< of the core, where it was found: relative to the origin of the coordinates
   };
   /// The lowest coordinate of a piece along the unit vector n. It is one of the pieces of the geometry, and the
   /// coordinates are relative to `from`.
   Lowest lowest(const Piece& piece, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
 
-  /// The same for the box of some pieces.
-  Lowest lowest(const Bounds& bounds, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
+  /// [m] To first order, no point of the geometry comes down along the unit vector n by more than this.
+  double largestLoss(const Eigen::Vector3d& n);
 
  private:
   struct Placed : Displacement {
@@ -93,9 +94,6 @@ class Displacements {
     Eigen::Vector3d vector;  ///< the gradient of n.v; for a tilt its origin
   };
   void findChanges(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, const Eigen::Vector3d& n);
-  template <class VisitCorners>
-  Lowest lowestOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, double outside,
-                  const Eigen::Vector3d& n, const Eigen::Vector3d& from, const VisitCorners& visit_corners);
   double lossAt(const Eigen::Vector3d& point, const Eigen::Vector3d& n, double within) const;
   double roundingOfSums() const {
     return static_cast<double>(list_.size() + 8) * std::numeric_limits<double>::epsilon();

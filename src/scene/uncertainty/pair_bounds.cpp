@@ -284,31 +284,32 @@ PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& norm
       chains.of_a.remainder(normal) + chains.of_b.remainder(normal) + PlacedRobot::rounding(a.volume, b.volume, a_T_b_);
   return {of_a.present + of_b.present - padding_,
           of_a.displaced + of_b.displaced - remainder - surfaces(),
+          of_a.loss + of_b.loss,
           {leaves, normal, from + of_a.point, from + of_b.point}};
 }
 
-/// The best bound of the three frames.
-PairBounds::Along PairBounds::bestAlong(const LeafPair& leaves, const Vector3d& normal) {
-  Along best = along(leaves, normal, likely_frame_);
-  if (b_.part.isUnbounded()) return best;
+/// Tries the other frames, unless they cannot help: the closest points lose about as much in each of them.
+void PairBounds::improve(Along& best) {
+  constexpr double kMuchMore = 1.05;
+  if (b_.part.isUnbounded() || best.present - swelling_ - best.bound <= kMuchMore * best.loss) return;
   const int first = likely_frame_;
   for (int frame = 0; frame < kFrames; ++frame) {
     if (frame == first) continue;
-    const Along other = along(leaves, normal, frame);
+    const Along other = along(best.where.leaves, best.where.normal, frame);
     if (!(other.bound > best.bound)) continue;
     best = other;
     likely_frame_ = frame;
   }
-  return best;
 }
 
-/// [m] A lower bound of the distance of all pieces in two volumes.
-double PairBounds::boundOf(const Volume& a, const Volume& b, const Vector3d& normal) {
-  Chains& chains = chains_[likely_frame_];
-  const Vector3d from = a_.pose.translation();
-  return chains.of_a.lowest(a.bounds, -normal, from).displaced + chains.of_b.lowest(b.bounds, normal, from).displaced -
-         chains.of_a.remainder(normal) - chains.of_b.remainder(normal) - PlacedRobot::rounding(a, b, a_T_b_) -
-         surfaces();
+/// [m] A lower bound of how far two volumes are apart along a direction now.
+double PairBounds::gapAlong(const Volume& a, const Volume& b, const Vector3d& normal) const {
+  const Vector3d in_a = a_.pose.linear().transpose() * normal, in_b = b_.pose.linear().transpose() * normal;
+  const double between = (b_.pose.translation() - a_.pose.translation()).dot(normal) + in_b.dot(b.bounds.centre) -
+                         in_a.dot(a.bounds.centre);
+  return between - (a.bounds.axes.transpose() * in_a).cwiseAbs().dot(a.bounds.half) -
+         (b.bounds.axes.transpose() * in_b).cwiseAbs().dot(b.bounds.half) - PlacedRobot::rounding(a, b, a_T_b_) -
+         padding_;
 }
 
 /// [m] A lower bound of the distance of all pieces, the closest first. `known_bound` and `known_normal` are of the
@@ -319,6 +320,13 @@ double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound)
     for (std::size_t i = 0; i < b_.part.halfSpaces().size(); ++i)
       boundHalfSpace(a_.part.root, static_cast<int>(i), lowest);
   if (b_.part.whole().isEmpty()) return lowest;
+  // Along the known normal no pieces come closer by more than this.
+  Chains& chains = chains_[likely_frame_];
+  const bool has_normal = known_normal.allFinite();
+  const double loss_along =
+      has_normal ? chains.of_a.largestLoss(-known_normal) + chains.of_b.largestLoss(known_normal) +
+                       chains.of_a.remainder(known_normal) + chains.of_b.remainder(known_normal) + swelling_
+                 : kInfinity;
   queue_.clear();
   int visits = 0;
   queue_.push({{a_.part.root, b_.part.root}, -kInfinity, visits++, padding_});
@@ -327,11 +335,11 @@ double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound)
     if (visits > kMostVisits) return queue_.first().lower_bound;
     const Visit visit = queue_.pop();
     const Volume &a = a_.part[visit.a], &b = b_.part[visit.b];
+    if (has_normal && gapAlong(a, b, known_normal) - loss_along >= lowest) continue;
     if (a.isLeaf() && b.isLeaf()) {
       boundPieces({visit.a, visit.b}, known_normal, known_bound, lowest);
       continue;
     }
-    if (lowest < kInfinity && known_normal.allFinite() && boundOf(a, b, known_normal) >= lowest) continue;
     const bool split_a = splitsFirst(a, b);
     for (const int part : split_a ? a.parts : b.parts) {
       Visit next{{split_a ? part : visit.a, split_a ? visit.b : part}, 0.0, visits++, padding_};
@@ -344,10 +352,10 @@ double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound)
 
 /// Lowers the bound of all pieces to that of two of them.
 void PairBounds::boundPieces(const LeafPair& leaves, const Vector3d& known_normal, double known_bound, double& lowest) {
-  Along best{-kInfinity, -kInfinity, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
+  Along best{-kInfinity, -kInfinity, 0.0, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
   if (known_normal.allFinite()) best = along(leaves, known_normal, likely_frame_);
   if (best.bound >= lowest) return;
-  if (known_normal.allFinite()) best = bestAlong(leaves, known_normal);
+  if (known_normal.allFinite()) improve(best);
   if (best.bound >= lowest) return;
   // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
   constexpr double kAsClose = 1e-9;
@@ -355,7 +363,8 @@ void PairBounds::boundPieces(const LeafPair& leaves, const Vector3d& known_norma
     const SignedDistance own = measured(leaves, a_T_b_, lowest + loss_);
     if (own.lower_bound - loss_ >= lowest) return;
     if (own.normal.allFinite()) {
-      const Along along_own = bestAlong(leaves, a_.pose.linear() * own.normal);
+      Along along_own = along(leaves, a_.pose.linear() * own.normal, likely_frame_);
+      improve(along_own);
       if (along_own.bound > best.bound) best = along_own;
     }
     best.bound = std::max(best.bound, own.lower_bound - loss_);

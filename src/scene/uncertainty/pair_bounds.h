@@ -48,6 +48,7 @@ class PairBounds {
   /// The gap of two pieces along a direction, now and over all displacements [m].
   struct Along {
     double present, bound;
+    double loss;  ///< [m] to first order, of the points that are the closest now
     Deciding where;
   };
 
@@ -66,8 +67,8 @@ class PairBounds {
   double gapOfWholes() const;
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
-  Along bestAlong(const LeafPair& leaves, const Eigen::Vector3d& normal);
-  double boundOf(const Volume& a, const Volume& b, const Eigen::Vector3d& normal);
+  void improve(Along& best);
+  double gapAlong(const Volume& a, const Volume& b, const Eigen::Vector3d& normal) const;
   void place(int frame);
   double ofAllPieces(const Eigen::Vector3d& known_normal, double known_bound);
   void boundPieces(const LeafPair& leaves, const Eigen::Vector3d& known_normal, double known_bound, double& lowest);
