@@ -466,16 +466,11 @@ template <typename Observer>
   return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
 }
 
+/// Steps 2 to 8 of signedDistance() for a rotation within this departure, the square of which is given.
 template <typename Observer>
-SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                                WarmStart& warm_start, Observer observer) {
-  const double rounding = csoRounding(a, b, a_T_b), departure2 = departure2FromRotation(a_T_b);
-  if (!isComputable(rounding)) return {};
-  if (!isRotation(departure2)) {
-    const std::optional<Isometry3d> rigid = rigidPose(a_T_b);
-    if (!rigid || !isRotation(departure2FromRotation(*rigid))) return {};
-    return ask(a, b, *rigid, options, warm_start, observer);
-  }
+[[gnu::always_inline]] inline SignedDistance ofRotation(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                                        double departure2, const Options& options, double rounding,
+                                                        WarmStart& warm_start, Observer observer) {
   if (hasClosedForm(a.kind(), b.kind())) {
     observer.reaches(Algorithm::PointsAndSegments);
     const double error = rounding + transposeError(b, a_T_b, departure2);
@@ -484,6 +479,27 @@ SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d
   }
   if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
   return bySearch(a, b, a_T_b, options, rounding, std::nullopt, warm_start, observer);
+}
+
+/// The answer for the rotation nearest to a pose. It is a function of its own, because the other pose fills the stack.
+template <typename Observer>
+[[gnu::noinline]] SignedDistance ofNearestRotation(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                                   const Options& options, double rounding, WarmStart& warm_start,
+                                                   Observer observer) {
+  const std::optional<Isometry3d> rigid = rigidPose(a_T_b);
+  if (!rigid) return {};
+  const double departure2 = departure2FromRotation(*rigid);
+  if (!isRotation(departure2)) return {};
+  return ofRotation(a, b, *rigid, departure2, options, rounding, warm_start, observer);
+}
+
+template <typename Observer>
+SignedDistance observedDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
+                                WarmStart& warm_start, Observer observer) {
+  const double rounding = csoRounding(a, b, a_T_b), departure2 = departure2FromRotation(a_T_b);
+  if (!isComputable(rounding)) return {};
+  if (isRotation(departure2)) return ofRotation(a, b, a_T_b, departure2, options, rounding, warm_start, observer);
+  return ofNearestRotation(a, b, a_T_b, options, rounding, warm_start, observer);
 }
 
 }  // namespace

@@ -12,10 +12,7 @@ using Eigen::Matrix3d;
 /// The error that a rotation matrix of single precision numbers may have: a few float eps in each product of columns.
 constexpr double kRotationTolerance = 16.0 * std::numeric_limits<float>::epsilon();
 
-/// The largest entry of R^T R - 1.
-double errorOf(const Matrix3d& rotation) {
-  return (rotation.transpose() * rotation - Matrix3d::Identity()).cwiseAbs().maxCoeff();
-}
+Matrix3d squareOf(const Matrix3d& matrix) { return matrix.transpose() * matrix; }
 
 /// Written so that NaN is refused too.
 bool isPose(const Isometry3d& pose, double error) {
@@ -23,20 +20,25 @@ bool isPose(const Isometry3d& pose, double error) {
 }
 
 /// The rotation nearest to a matrix that is a rotation within `error`, which is at most kRotationTolerance: the
-/// Newton-Schulz step squares the error.
-Matrix3d nearestRotation(Matrix3d matrix, double error) {
-  for (; error > 4.0 * std::numeric_limits<double>::epsilon(); error *= error)
-    matrix = 0.5 * matrix * (3.0 * Matrix3d::Identity() - matrix.transpose() * matrix);
+/// Newton-Schulz step squares the error. `square` is squareOf(matrix).
+Matrix3d nearestRotation(Matrix3d matrix, Matrix3d square, double error) {
+  constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+  while (error > kRounding) {
+    matrix = 0.5 * matrix * (3.0 * Matrix3d::Identity() - square);
+    error *= error;
+    if (error > kRounding) square = squareOf(matrix);
+  }
   return matrix;
 }
 
 }  // namespace
 
 std::optional<Isometry3d> rigidPose(const Isometry3d& pose) {
-  const double error = errorOf(pose.linear());
+  const Matrix3d square = squareOf(pose.linear());
+  const double error = (square - Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!isPose(pose, error)) return std::nullopt;
   Isometry3d rigid = pose;
-  rigid.linear() = nearestRotation(pose.linear(), error);
+  rigid.linear() = nearestRotation(pose.linear(), square, error);
   return rigid;
 }
 
