@@ -141,20 +141,24 @@ void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
 /// face `guess`, or through the face with the nearest point. has_points stays false if this point is farther from the
 /// one at the depth than the bounds and the tolerance allow.
 void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const Options& options, EpaResult& result) {
-  const double accepted = result.depth - result.lower_bound + options.distance_tolerance;
+  const double gap = result.depth - result.lower_bound, accepted = gap + options.distance_tolerance;
+  const double enough = std::max(gap, options.distance_tolerance);
   FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
   if (guess != nullptr) best = passage(polytope, *guess, result);
   // The ray may pass through another face in the same plane. Written as !(<=) so that NaN searches, too.
-  if (!(best.error <= result.depth - result.lower_bound)) {
+  if (!(best.error <= gap)) {
     best.error = std::numeric_limits<double>::infinity();
     polytope.forEachFace([&](const Polytope::Face& face) {
       if (!(face.area.dot(result.normal) > 0.0)) return;
+      // No point of a face that lies so far below the depth is near enough.
+      const auto isBelow = [&](int v) { return result.normal.dot(polytope.vertex(v).point) < result.depth - enough; };
+      if (std::all_of(face.vertices.begin(), face.vertices.end(), isBelow)) return;
       const FacePoint candidate = passage(polytope, face, result);
       if (candidate.error < best.error) best = candidate;
     });
   }
   // Points that are accepted may still widen the bounds beyond the tolerance.
-  if (!(best.error <= std::max(result.depth - result.lower_bound, options.distance_tolerance))) {
+  if (!(best.error <= enough)) {
     polytope.forEachFace([&](const Polytope::Face& face) {
       if (face.area.dot(result.normal) < 0.0) return;
       const auto& [a, b, c] = face.vertices;
