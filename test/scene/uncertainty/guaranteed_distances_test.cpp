@@ -246,8 +246,9 @@ TEST(GuaranteedDistances, ReachedStatesAreWithinTheUncertaintyAndAsClose) {
         const Joint::Mimic leader = robot.leaderOf(static_cast<int>(joint));
         EXPECT_LE(std::abs(state->displacements[joint]),
                   std::abs(leader.multiplier) * uncertainty.positions[leader.joint] * (1.0 + 1e-12));
-        if (leader.joint != static_cast<int>(joint) && hasOnePosition(robot.joints[leader.joint]))
+        if (leader.joint != static_cast<int>(joint) && hasOnePosition(robot.joints[leader.joint])) {
           EXPECT_NEAR(state->displacements[joint], leader.multiplier * state->displacements[leader.joint], 1e-15);
+        }
       }
       if (!pair.asked.areLinks()) continue;
       cell.displaced.update(state->poses);
@@ -255,7 +256,9 @@ TEST(GuaranteedDistances, ReachedStatesAreWithinTheUncertaintyAndAsClose) {
                 threshold);
     }
   }
-  if (!kIsSanitized) EXPECT_GT(reached, 3 * missed);
+  if (!kIsSanitized) {
+    EXPECT_GT(reached, 3 * missed);
+  }
 }
 
 TEST(GuaranteedDistances, ReachedStateOfTheCraneIsThatOfTheWorstCorner) {
@@ -300,7 +303,9 @@ TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
     const double largest = cell.distances.largestLoss();
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
       const double bound = cell.distances.of(pair);
-      if (bound > 0.0) EXPECT_GE(bound, pair.result.lower_bound - largest);
+      if (bound > 0.0) {
+        EXPECT_GE(bound, pair.result.lower_bound - largest);
+      }
     }
   }
 }

@@ -22,9 +22,7 @@ class ClearanceUncertainty : public Clearance {
   }
 
   /// a and b are 0.1, b and c 0.12 m apart; d is far.
-  CommandResult runBalls(const std::string& arguments) {
-    return run("to_a,to_b,to_c,to_d\n0,0.3,0.62,5\n", arguments);
-  }
+  CommandResult runBalls(const std::string& arguments) { return run("to_a,to_b,to_c,to_d\n0,0.3,0.62,5\n", arguments); }
 
   std::string file(const std::string& yaml) { return "--joint-uncertainty " + files_.write("u.yaml", yaml) + " "; }
 
@@ -75,7 +73,8 @@ TEST_F(ClearanceUncertainty, TheAssertionIsAboutAllStatesWithinIt) {
   EXPECT_EQ(runBalls("--assert-above 0.09").exit_code, 0);
   const CommandResult holds = runBalls("--joint-uncertainty 0.004 --assert-above 0.09");
   EXPECT_EQ(holds.exit_code, 0) << holds.errors;
-  EXPECT_TRUE(says(holds.errors, "proven: in 1 state all 6 pairs within the uncertainty are above 0.09 m")) << holds.errors;
+  EXPECT_TRUE(says(holds.errors, "proven: in 1 state all 6 pairs within the uncertainty are above 0.09 m"))
+      << holds.errors;
   for (const std::string pairs : {"minimum", "all", "k:1", "below:0.15"}) {
     const CommandResult open = runBalls("--joint-uncertainty 0.006 --assert-above 0.09 --pairs " + pairs);
     EXPECT_EQ(open.exit_code, 2) << pairs;
@@ -112,7 +111,8 @@ TEST_F(ClearanceUncertainty, WhatMakesNoSenseIsRefusedByName) {
   expectRefusal(file("{joint_frame_uncertainty: {to_a: {angel: 1}}}"), "did you mean \"angle\"?");
   expectRefusal(file("{link_uncertainty: {e: 1}}"), "link_uncertainty/e: there is no link");
   expectRefusal(file("{base_uncertainty: {e: 1}}"), "base_uncertainty/e: there is no robot");
-  for (const std::string other : {"--pairs any:0.1", "--accuracy 1e-4", "--no-filter", "--format npy --out x.npy", "--trajectory"})
+  for (const std::string other :
+       {"--pairs any:0.1", "--accuracy 1e-4", "--no-filter", "--format npy --out x.npy", "--trajectory"})
     expectRefusal("--joint-uncertainty 0.01 " + other, "--joint-uncertainty");
 }
 
