@@ -6,28 +6,16 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
-
-#include <Eigen/Geometry>
 
 #include <chrono>
 #include <limits>
 #include <memory>
-#include <vector>
 
 namespace proximity_server::scene {
 
 class PairBounds;
-
-/// A state within the uncertainty, in which a pair is certainly closer than a threshold.
-struct ReachedState {
-  std::vector<double> displacements;  ///< [rad] or [m] of the position of each of RobotModel::joints, also of followers
-  BodyPoses poses;                    ///< of all bodies, with displaced joints, frames and bases
-  /// The motion of each of the two shapes from its present pose, in the frame of the poses; that of an object includes
-  /// its own uncertainty.
-  Eigen::Isometry3d displacement_a = Eigen::Isometry3d::Identity(), displacement_b = Eigen::Isometry3d::Identity();
-  double upper_bound = std::numeric_limits<double>::infinity();  ///< [m] of the signed distance, with swollen surfaces
-};
 
 /// The pair of a scene with the smallest guaranteed distance minus its threshold.
 struct GuaranteedMinimum {
