@@ -19,12 +19,6 @@ constexpr int kMaxLevels = 6;  // levels of halved intervals; the narrowphase di
 constexpr int kMaxInteriorLevels = 23;
 constexpr int kMaxInteriorIntervals = 1000;
 
-using Clock = std::chrono::steady_clock;
-
-bool isOver(const MotionQuestion& question) {
-  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
-}
-
 /// Two upper bounds [m] of the distance of the pair are known. The smaller one is also an upper bound of the minimum.
 void takeUpperBound(double of_pair, RobotMinimum& answer) {
   double& upper_bound = answer.pair.result.upper_bound;
@@ -67,6 +61,14 @@ MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_
   for (int root = 0; root < volumes_->rootCount(); ++root) links_have_interiors_ |= (*volumes_)[root].has_interior;
 }
 
+std::vector<ShapeRefPair> MotionSearch::examined() {
+  std::vector<ShapeRefPair> examined;
+  for (int i = 0; i < pairs_.size(); ++i)
+    if (pairs_[i].is_examined && (i == 0 || pairs_[i].number != pairs_[i - 1].number))
+      examined.push_back(pairs_[i].asked);
+  return examined;
+}
+
 void MotionSearch::use(std::shared_ptr<const Objects> objects) {
   if (&objects->model() != model_.get()) throw std::invalid_argument("the objects are those of another model");
   states_.use(objects);
@@ -77,11 +79,11 @@ void MotionSearch::use(std::shared_ptr<const Objects> objects) {
 }
 
 /// If the question is about a contact, the earliest interval comes first; otherwise the nearest.
-void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact,
-                         MotionCounts& counts) {
+void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
+                         const MotionQuestion* contact, MotionCounts& counts) {
   order_ = contact ? Order::Earliest : Order::Nearest;
   queue_.clear();
-  pairs_.begin(pairs, motion, contact);
+  pairs_.begin(pairs, motion, deviations, contact);
   std::int64_t total = pairs.includeLinks() ? static_cast<std::int64_t>(pairs.size()) : 0;
   std::int64_t unknown = pairs_.unknownOfList();
   if (pairs.includeObjects(objects().get())) {
@@ -122,7 +124,7 @@ MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
       moving.isOfShapes()
           ? moving.bodies.sphereGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
           : moving.bodies.sphereGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
-  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.padding);
+  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.allowance());
   visit.travel = spheres.travel;
   return visit;
 }
@@ -134,7 +136,7 @@ MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
       moving.isOfShapes()
           ? moving.bodies.boxGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
           : moving.bodies.boxGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
-  visit.lower_bound = std::max(visit.lower_bound, gap - moving.padding);
+  visit.lower_bound = std::max(visit.lower_bound, gap - moving.allowance());
   return visit;
 }
 
@@ -197,13 +199,14 @@ narrowphase::TimeOfContact MotionSearch::timeOfContactOf(const IntervalVisit& vi
   const PairInMotion& moving = movingPairOf(visit);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
-  options.contact_distance = moving.contact_distance + moving.padding + moving.error;
+  options.contact_distance = moving.contact_distance + moving.allowance() + moving.error;
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = visit.interval.begin;
   options.end = std::min(visit.interval.end, latest);
   // 256 queries take about a millisecond, so that two pieces never delay a question with a deadline for longer.
   constexpr int kQueriesBetweenLooksAtTheClock = 256;
-  if (question.deadline != Clock::time_point::max()) options.max_queries = kQueriesBetweenLooksAtTheClock;
+  if (question.deadline != std::chrono::steady_clock::time_point::max())
+    options.max_queries = kQueriesBetweenLooksAtTheClock;
   return narrowphase::timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
                                     moving.bodies.chainOfB(b.body_T_piece), options);
 }
@@ -216,18 +219,24 @@ narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visi
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = visit.interval.begin;
   options.end = visit.interval.end;
-  options.stop_above = upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.padding + moving.error;
+  options.stop_above =
+      upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.allowance() + moving.error;
   narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
                                                            moving.bodies.chainOfB(b.body_T_piece), options);
-  minimum.lower_bound -= moving.padding + moving.error;
-  minimum.upper_bound -= moving.padding - moving.error;
+  minimum.lower_bound -= moving.allowance() + moving.error;
+  minimum.upper_bound -= moving.allowance() - moving.error;
   return minimum;
 }
 
 RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const RobotMotion& motion,
                                                const MotionQuestion& question) {
+  return timeOfContact(pairs, motion, {}, question);
+}
+
+RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const RobotMotion& motion,
+                                               const JointDeviations& deviations, const MotionQuestion& question) {
   RobotTimeOfContact answer;
-  begin(pairs, motion, &question, answer.counts);
+  begin(pairs, motion, deviations, &question, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   enterAll(kInfinity);
   TimeOfContactBounds bounds;
@@ -395,9 +404,24 @@ PairProximity MotionSearch::inPosesFrame(const PairProximity& in_world, double t
 
 RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
   RobotMinimum answer;
-  begin(pairs, motion, nullptr, answer.counts);
+  begin(pairs, motion, {}, nullptr, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
-  const bool has_states = considerStates(pairs, answer);
+  searchMinimum(considerStates(pairs, answer) ? States::Seen : States::NotSeen, question, answer);
+  return answer;
+}
+
+RobotMinimum MotionSearch::minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
+                                        const JointDeviations& deviations, const MotionQuestion& question) {
+  RobotMinimum answer;
+  begin(pairs, motion, deviations, nullptr, answer.counts);
+  if (answer.counts.unknown == answer.counts.pairs) return answer;
+  answer.upper_bound = answer.pair.result.upper_bound = limit;
+  searchMinimum(States::NotSeen, question, answer);
+  return answer;
+}
+
+/// Searches the pairs that can be nearer than the upper bound of the answer.
+void MotionSearch::searchMinimum(States at_start, const MotionQuestion& question, RobotMinimum& answer) {
   enterAll(answer.upper_bound);
   answer.status = narrowphase::Status::Converged;
   const double proven = searchPieces(question, answer);
@@ -409,9 +433,8 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
   // Without the state at the start, what is inside from the start on has not been seen.
-  if (!has_states || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
+  if (at_start == States::NotSeen || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
   leaveOpenIfWide(answer.pair, question);
-  return answer;
 }
 
 /// Takes the nearest visits from the queue, and measures their pieces where they cannot be divided. Returns the
@@ -450,8 +473,8 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
                rounding = pairs_.roundingOf(moving.asked, middle);
   const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
   placeStates(middle);
-  const DistanceBounds inside = states_.interiorOf(moving.asked, drift);
-  visit.lower_bound = inside.lower - drift;
+  const DistanceBounds inside = states_.interiorOf(moving.asked, drift + moving.deviation);
+  visit.lower_bound = inside.lower - drift - moving.deviation;
   if (inside.upper + rounding < answer.upper_bound) {
     answer.pair = inPosesFrame(states_.one(moving.asked, {}), middle);
     takeUpperBound(inside.upper + rounding, answer);

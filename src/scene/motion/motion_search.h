@@ -9,6 +9,7 @@
 #include "scene/query/pair_ranking.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -18,6 +19,12 @@ namespace proximity_server::scene {
 /// The less complete of two statuses: Unknown, or else the one that comes later in the enumeration.
 inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) {
   return std::min(p, q) == narrowphase::Status::Unknown ? narrowphase::Status::Unknown : std::max(p, q);
+}
+
+/// True if the deadline of a question has passed.
+inline bool isOver(const MotionQuestion& question) {
+  using Clock = std::chrono::steady_clock;
+  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
@@ -40,6 +47,19 @@ class MotionSearch {
 
   RobotTimeOfContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
   RobotMinimum minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
+
+  /// Like timeOfContact(), but each distance is smaller by the most that the deviations can change it: without contact,
+  /// no motion within them leads to one. Shapes inside a closed mesh are looked for at the start of the motion only.
+  RobotTimeOfContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
+                                   const MotionQuestion& question);
+
+  /// The minimum of these smaller distances; it is searched only below `limit` [m]. The distance of the pair in the
+  /// answer is that of the motion.
+  RobotMinimum minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
+                            const JointDeviations& deviations, const MotionQuestion& question);
+
+  /// The pairs of the last question about a list of pairs that one bound for the whole motion did not settle.
+  std::vector<ShapeRefPair> examined();
 
  private:
   /// Two volumes during an interval of time, see MovingBodies::Interval; or a volume and a node of the tree.
@@ -64,7 +84,11 @@ class MotionSearch {
   };
   enum class Order : unsigned char { Nearest, Earliest };
 
-  void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact, MotionCounts& counts);
+  enum class States : unsigned char { Seen, NotSeen };
+
+  void begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
+             const MotionQuestion* contact, MotionCounts& counts);
+  void searchMinimum(States at_start, const MotionQuestion& question, RobotMinimum& answer);
   std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);
   IntervalVisit wholeMotionOf(int pair) {

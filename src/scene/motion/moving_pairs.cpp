@@ -51,9 +51,13 @@ HalfSpaceBox::HalfSpaceBox(const PlacedHalfSpace& half_space, double reach)
 MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
     : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(paddingsOf(model_->pairs)) {}
 
-void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact) {
+void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
+                        const MotionQuestion* contact) {
   requireFrames(motion);
   contact_ = contact;
+  deviations_ = deviations;
+  slide_ = 0.0;
+  for (const JointDeviation& joint : deviations) slide_ += joint.turns ? 0.0 : joint.most;
   pairs_.clear();
   half_spaces_.clear();
   fixed_frames_.clear();
@@ -159,6 +163,7 @@ void MovingPairs::addSolids(const Participant& a, const Participant& b) {
   pairs_.push_back({asked, asked_, paddings_.of(asked), error, a, b, std::move(bodies)});
   const bool has_half_space = a.isUnbounded() || b.isUnbounded();
   pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
+  pairs_.back().deviation = deviationOf(a, root_a.bounds, b, root_b.bounds);
 }
 
 /// Adds the pairs of a solid and half-spaces. The half-spaces are seen at rest.
@@ -172,7 +177,7 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
                         from);
   };
   const MovingBodies without_box = bodies(Bounds());
-  const double reach = without_box.reach(), rounding = without_box.chainRounding();
+  const double reach = without_box.reach() + slide_, rounding = without_box.chainRounding();
   const double rounding_of_solid = solid.object ? solid.object->geometry->excessRounding() : 0.0;
   if (!(reach <= kFarthestReach)) return;
   const std::vector<PlacedHalfSpace>& half_spaces = unbounded.halfSpaces();
@@ -189,7 +194,14 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
     pairs_.back().kind = PairInMotion::Kind::HalfSpace;
     // The way out of one half-space is the same for all pieces.
     pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.whole().isEmpty();
+    const Bounds &box_bounds = box.volume.bounds, &solid_bounds = solid.whole().bounds;
+    pairs_.back().deviation = deviationOf(a, in_a ? box_bounds : solid_bounds, b, in_a ? solid_bounds : box_bounds);
   }
+}
+
+double MovingPairs::deviationOf(const Participant& a, const Bounds& bounds_a, const Participant& b,
+                                const Bounds& bounds_b) {
+  return distanceDeviation(deviations_, {a.body, bounds_a}, {b.body, bounds_b}, *poses_);
 }
 
 // --- candidates with objects
@@ -223,6 +235,9 @@ void MovingPairs::addFixedObjects(const Participant& searcher) {
   const ShapeRefPair asked{searcher.ref, ShapeRef()};
   pairs_.push_back({asked, -1, 0.0, 0.0, searcher, {}, std::move(bodies)});
   pairs_.back().kind = PairInMotion::Kind::FixedObjects;
+  Participant all;
+  all.body = poses_->world();
+  pairs_.back().deviation = deviationOf(searcher, bounds, all, boundsOf(tree()[0].box));
   pairs_.back().contact_distance = contactDistanceOf(asked);
 }
 

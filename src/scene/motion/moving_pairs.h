@@ -6,6 +6,7 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
+#include "scene/motion/joint_deviations.h"
 #include "scene/motion/moving_bodies.h"
 #include "scene/objects/placed_object.h"
 #include "scene/parts/placed_robot.h"
@@ -36,10 +37,14 @@ struct PairInMotion {
   enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
   Kind kind = Kind::Shapes;
   double contact_distance = 0.0;  ///< [m] for this pair; infinity if the question is not about a contact
+  double deviation = 0.0;         ///< [m] see distanceDeviation()
   bool is_compound = false;       ///< one of the two has several pieces or half-spaces
   bool is_examined = false;       ///< one bound for the whole motion did not settle it
 
   bool isOfShapes() const { return kind != Kind::FixedObjects; }
+
+  /// [m] What is taken off the distance of the shapes.
+  double allowance() const { return padding + deviation; }
 };
 
 /// A box that stands for a half-space. During the motion, no point of the other shape is farther than `reach` from the
@@ -75,7 +80,8 @@ class MovingPairs {
   ///
   /// Throws std::invalid_argument for a motion with a different number of bodies or frames, and for a link, <collision>
   /// or object that does not exist.
-  void begin(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion* contact = nullptr);
+  void begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations = {},
+             const MotionQuestion* contact = nullptr);
 
   int size() const { return static_cast<int>(pairs_.size()); }
   PairInMotion& operator[](int pair) { return pairs_[pair]; }
@@ -124,6 +130,7 @@ class MovingPairs {
   void addPairsOf(const Participant& searcher);
   void addIfChecked(const Participant& searcher, int number);
   void addFixedObjects(const Participant& searcher);
+  double deviationOf(const Participant& a, const Bounds& bounds_a, const Participant& b, const Bounds& bounds_b);
   void requireFrames(const RobotMotion& motion) const;
 
   const std::shared_ptr<const SceneModel> model_;
@@ -132,6 +139,8 @@ class MovingPairs {
   std::shared_ptr<const Objects> objects_;
 
   std::optional<PosesInTime> poses_;
+  JointDeviations deviations_;
+  double slide_ = 0.0;  ///< [m] the deviations of all joints that do not turn, together
   const MotionQuestion* contact_ = nullptr;
   std::vector<PairInMotion> pairs_;
   std::deque<HalfSpaceBox> half_spaces_;  ///< pairs refer to them

@@ -1,0 +1,87 @@
+#pragma once
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+#include <array>
+#include <vector>
+
+// The motion that joint_trajectory_controller of ros_controllers makes of the points of a trajectory.
+
+namespace proximity_server::scene {
+
+/// A point of a trajectory. Each list has one number for each of RobotModel::joints; those of mimic joints are not
+/// used. Without velocities or accelerations their list is empty.
+struct TrajectoryPoint {
+  double time = 0.0;          ///< [s] from the start
+  Positions positions;        ///< [rad] or [m]
+  Positions velocities{};     ///< by second
+  Positions accelerations{};  ///< by second squared
+};
+
+/// What the controller drives if it is in the state `start` at time 0: points at or before this time are dropped, and
+/// the start comes before all others. A continuous joint goes the shorter way to the first of them, and keeps the
+/// offset of full turns from then on.
+/// Failure: throws std::invalid_argument if no point is left, or for a wrong number of positions.
+std::vector<TrajectoryPoint> drivenFrom(const RobotModel& robot, TrajectoryPoint start,
+                                        const std::vector<TrajectoryPoint>& points);
+
+/// The motion from one point of a trajectory to the next, over the time [0, 1]: for each joint a polynomial of degree 5,
+/// 3 or 1, by the data that both points have. With positions only it is linear, with velocities a cubic, with
+/// accelerations a quintic.
+///
+/// 1. What is missing are the velocities and accelerations of the polynomial of lower degree. So each is the quintic
+///    through the positions, velocities and accelerations of both ends.
+/// 2. In Bernstein form its six control values follow from these directly, and those of a part of the time by
+///    de Casteljau's algorithm. On that part the polynomial stays between the smallest and the largest of them.
+/// 3. The difference from the straight line between two times has control values, too: those of the polynomial minus
+///    those of the line. The largest is a bound of how far the joint leaves the line, and falls by 4 with each halving.
+///
+/// Error:  kRounding times the largest control value. It covers the rounding here and that of the controller, which
+///         computes with powers of the time.
+/// Source: Farouki, The Bernstein Polynomial Basis: A Centennial Retrospective, Computer Aided Geometric Design 29, 2012.
+class SplineSegment {
+ public:
+  /// The sum of the controller's six terms is at most 860 times the largest control value; each of them has an error of
+  /// less than 16 eps.
+  static constexpr double kRounding = 0x1p-38;
+
+  /// Failure: throws std::invalid_argument with the time and the joint for a time that is not later, a wrong number of
+  ///          positions, velocities or accelerations, and numbers that are not finite or too far apart.
+  SplineSegment(const RobotModel& robot, const TrajectoryPoint& from, const TrajectoryPoint& to);
+
+  double begin() const { return begin_; }  ///< [s]
+  double end() const { return end_; }      ///< [s]
+
+  Positions at(double time) const;
+
+  /// The motion between two times, over a time [0, 1] of its own.
+  SplineSegment between(double from, double to) const;
+
+  /// A straight line from the positions at one time to those at a later time, and how far each joint leaves it.
+  struct Chord {
+    Positions from, to;
+    std::vector<double> deviation;  ///< [rad] or [m]
+  };
+  Chord chord(double from, double to) const;
+
+  /// A joint beyond a limit, where it is farthest beyond.
+  struct Excess {
+    int joint;
+    double time;             ///< in [0, 1]
+    double position, limit;  ///< [rad] or [m]
+  };
+  /// The joints that leave their limits by more than 1e-9 rad or m. Mimic joints have no limits of their own.
+  std::vector<Excess> beyondLimits(const RobotModel& robot) const;
+
+ private:
+  using ControlValues = std::array<double, 6>;
+  static ControlValues part(const ControlValues& whole, double from, double to);
+  static double valueAt(const ControlValues& values, double time);
+  static double timeOfHighest(const ControlValues& values);
+
+  double begin_, end_;
+  std::vector<ControlValues> joints_;
+};
+
+}  // namespace proximity_server::scene
