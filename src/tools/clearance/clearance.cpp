@@ -98,7 +98,12 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
 
 /// Prints the warnings that are known before the first state.
 void warn(const StateSource& states, const ClearanceOptions& options, const ObjectSchedule* objects) {
+  using Quantity = JointColumn::Quantity;
   printWarnings(states.warnings(), options.robot.warnings);
+  const bool has_rates = states.hasColumn(Quantity::Velocity) || states.hasColumn(Quantity::Acceleration);
+  if (has_rates && options.question.interpolation == Interpolation::Linear)
+    printWarnings({states.source() + ": velocities and accelerations are not used without --interpolation."},
+                  options.robot.warnings);
   if (options.rows == RowKind::Segment) return;
   const bool objects_have_times = objects && objects->hasTimes();
   if (objects_have_times && !states.hasTimes()) {
@@ -133,11 +138,12 @@ SweepSummary answerAll(const ClearanceOptions& options, const ClearanceQuestion&
     warnAtTheEnd(states, options, question.objects.get());
   };
   SweepSummary summary;
+  std::string spline_warning;
   try {
     if (options.rows == RowKind::State) {
       summary = sweepStates(question, states, {0, kToTheEnd}, output);
     } else {
-      answerSegments(question, states, output);
+      spline_warning = answerSegments(question, states, output);
     }
   } catch (const std::exception&) {
     try {
@@ -147,6 +153,7 @@ SweepSummary answerAll(const ClearanceOptions& options, const ClearanceQuestion&
     throw;
   }
   end();
+  printWarnings({spline_warning}, options.robot.warnings);
   return summary;
 }
 

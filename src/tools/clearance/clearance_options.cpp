@@ -11,13 +11,20 @@ namespace {
 constexpr double kSmallestTolerance = 1e-8;
 
 void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
-  program.addFlag(
-      "--trajectory", options.rows, RowKind::Segment,
-      "the states are way points, joints linear in between, at the times of a column \"time\" [s] or 1 s apart: a row "
-      "for each segment, with its closest pair and first contact");
+  program.addFlag("--trajectory", options.rows, RowKind::Segment,
+                  "the states are way points, at the times of a column \"time\" [s] or 1 s apart: a row "
+                  "for each segment, with its closest pair and first contact");
   for (const char* other : {"--pairs", "--accuracy", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range",
                             "--summary", "--second-opinion", "--thresholds", "--joint-uncertainty"})
     program.atMostOneOf({"--trajectory", other});
+  program
+      .addRead("--interpolation", "NAME", options.question.interpolation, readInterpolation,
+               "what joint_trajectory_controller drives between way points: linear, cubic with columns "
+               "JOINT.velocity, or quintic with JOINT.acceleration too (default: linear)")
+      .needs = "--trajectory";
+  addLength(program, "--tracking-error", options.question.tracking_error, 0.0,
+            "[rad] or [m]: each joint may be off by this; what holds then holds for the whole tube (default: 0)")
+      .needs = "--trajectory";
   addLength(program, "--contact-distance", options.question.motion.contact_distance, 0.0,
             "what counts as contact (default: 0)")
       .needs = "--trajectory";

@@ -62,6 +62,13 @@ PairSelection readPairSelection(const std::string& text) {
   return closest;
 }
 
+Interpolation readInterpolation(const std::string& text) {
+  if (text == "linear") return Interpolation::Linear;
+  if (text == "cubic") return Interpolation::Cubic;
+  if (text == "quintic") return Interpolation::Quintic;
+  throw std::invalid_argument("'" + text + "' is none of linear, cubic, quintic");
+}
+
 std::string textOf(const PairSelection& selection) {
   switch (selection.kind) {
     case PairSelection::Kind::All:
@@ -102,6 +109,7 @@ double TrajectorySegment::timeAt(double fraction) const {
 }
 
 scene::Positions TrajectorySegment::positionsAt(double fraction) const {
+  if (spline) return spline->at(fraction);
   scene::Positions positions = from;
   for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
   return positions;

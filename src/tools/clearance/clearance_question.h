@@ -3,6 +3,7 @@
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/motion/joint_spline.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
@@ -41,6 +42,13 @@ enum class PairFilter : unsigned char { On, Off };
 /// The pairs of links that the filter leaves, of those that have geometry and do not belong to one body.
 std::vector<scene::ShapeRefPair> checkedPairs(const scene::SceneModel& model, PairFilter filter);
 
+/// How joint_trajectory_controller moves the joints from one way point to the next: with the positions of the way points
+/// alone, with their velocities, or also with their accelerations.
+enum class Interpolation : unsigned char { Linear, Cubic, Quintic };
+
+/// Reads "linear", "cubic" or "quintic". Throws std::invalid_argument naming the text.
+Interpolation readInterpolation(const std::string& text);
+
 /// The question about each state or segment.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
@@ -56,6 +64,8 @@ struct ClearanceQuestion {
   PairSelection selection;                                      ///< for states
   scene::Skipping skipping = scene::Skipping::On;               ///< for states
   scene::MotionQuestion motion;                                 ///< for segments
+  Interpolation interpolation = Interpolation::Linear;          ///< for segments
+  double tracking_error = 0.0;                                  ///< [rad] or [m] of each joint, for segments
   int threads = 1;
 };
 
@@ -105,13 +115,14 @@ struct StateClearance {
   std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
 };
 
-/// The motion from one way point to the next: every joint moves at constant velocity. A continuous joint moves by the
-/// difference of its positions, which may be several turns.
+/// The motion from one way point to the next: every joint moves at constant velocity, or along its spline. A continuous
+/// joint moves by the difference of its positions, which may be several turns.
 struct TrajectorySegment {
   long number = 0;                ///< counted from 0
   double begin = 0.0, end = 1.0;  ///< [s] in the time of the trajectory
   scene::Positions from, to;
   std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
+  std::optional<scene::SplineSegment> spline{};             ///< nullopt: constant velocity, without tracking error
 
   /// `fraction` is 0 at the begin and 1 at the end. The time is rounded, but never outside of the segment; NaN gives
   /// NaN.
@@ -124,6 +135,14 @@ struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotTimeOfContact contact;
+  scene::Positions state_at_minimum{}, state_at_contact{};  ///< empty: that of the segment at the time
+
+  scene::Positions minimumState() const {
+    return state_at_minimum.empty() ? segment.positionsAt(minimum.time) : state_at_minimum;
+  }
+  scene::Positions contactState() const {
+    return state_at_contact.empty() ? segment.positionsAt(contact.t_contact) : state_at_contact;
+  }
 };
 
 }  // namespace proximity_server::tools

@@ -1,9 +1,12 @@
 #include "tools/clearance/trajectory_run.h"
 
+#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "proximity_server/scene/motion/spline_scene.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 #include <cmath>
 #include <stdexcept>
@@ -35,6 +38,46 @@ SegmentClearance answerSegment(const TrajectorySegment& segment, const scene::Pa
   return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
 }
 
+SegmentClearance answerSpline(const TrajectorySegment& segment, const scene::Pairs& pairs,
+                              const scene::SplineQuestion& question, scene::SplineScene& scene) {
+  scene::SplineQuestion with_frames = question;
+  if (segment.objects) with_frames.frames = framesOnLinks(*segment.objects);
+  const scene::SplineMinimum minimum = scene.minimum(pairs, *segment.spline, with_frames);
+  if (minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.motion.contact_distance)
+    return {segment, minimum, provenFree(), minimum.state};
+  const scene::SplineContact contact = scene.timeOfContact(pairs, *segment.spline, with_frames);
+  return {segment, minimum, contact, minimum.state, contact.state};
+}
+
+/// Counts the segments of which the spline leaves the limits of a joint, and tells the first.
+class SplineLimits {
+ public:
+  explicit SplineLimits(const scene::RobotModel& robot) : robot_(robot) {}
+
+  void add(const TrajectorySegment& segment) {
+    const std::vector<scene::SplineSegment::Excess> beyond = segment.spline->beyondLimits(robot_);
+    if (beyond.empty()) return;
+    if (count_++ > 0) return;
+    const scene::SplineSegment::Excess& excess = beyond.front();
+    const scene::Joint& joint = robot_.joints[excess.joint];
+    const std::string unit = joint.type == scene::Joint::Type::Prismatic ? " m" : " rad";
+    first_ = "segment " + std::to_string(segment.number) + ", at " + shortest(segment.timeAt(excess.time)) +
+             " s: " + scene::quoted(joint.name) + " is at " + shortest(excess.position) + unit + ", its limit is " +
+             shortest(excess.limit) + unit + ".";
+  }
+
+  std::string warning(const std::string& source) const {
+    if (count_ == 0) return "";
+    return source + ": the motion is beyond the limits of a joint in " + std::to_string(count_) +
+           " segments. The first is " + first_;
+  }
+
+ private:
+  const scene::RobotModel& robot_;
+  long count_ = 0;
+  std::string first_;
+};
+
 }  // namespace
 
 bool TrajectorySegments::next(TrajectorySegment& segment) {
@@ -53,7 +96,7 @@ bool TrajectorySegments::next(TrajectorySegment& segment) {
 
 bool TrajectorySegments::nextWhole(TrajectorySegment& segment) {
   if (!last_) last_ = readWayPoint();
-  std::optional<WayPoint> way_point = last_ ? readWayPoint() : std::nullopt;
+  std::optional<scene::TrajectoryPoint> way_point = last_ ? readWayPoint() : std::nullopt;
   if (!way_point && way_points_ == 0) {
     throw std::invalid_argument(states_.source() + ": a trajectory has at least two way points, this one has " +
                                 (last_ ? "1" : "none"));
@@ -61,6 +104,8 @@ bool TrajectorySegments::nextWhole(TrajectorySegment& segment) {
   if (!way_point) return false;
   ++way_points_;
   segment = {0, last_->time, way_point->time, last_->positions, way_point->positions};
+  if (interpolation_)
+    segment.spline = naming(states_.place(), [&] { return scene::SplineSegment(states_.robot(), *last_, *way_point); });
   last_ = std::move(way_point);
   return true;
 }
@@ -74,17 +119,39 @@ void TrajectorySegments::divide(TrajectorySegment& segment) {
   rest_->begin = segment.end = *change;
   const double fraction = (*change - segment.begin) / (rest_->end - segment.begin);
   rest_->from = segment.to = segment.positionsAt(fraction);
+  if (!segment.spline) return;
+  rest_->spline = segment.spline->between(fraction, 1.0);
+  segment.spline = segment.spline->between(0.0, fraction);
 }
 
-std::optional<TrajectorySegments::WayPoint> TrajectorySegments::readWayPoint() {
-  WayPoint way_point;
+void TrajectorySegments::interpolate(Interpolation interpolation) {
+  using Quantity = JointColumn::Quantity;
+  interpolation_ = interpolation;
+  const auto require = [&](Quantity quantity, const std::string& interpolation_name) {
+    const std::vector<scene::Joint>& joints = states_.robot().joints;
+    for (int joint = 0; joint < static_cast<int>(joints.size()); ++joint)
+      if (!joints[joint].mimic && states_.hasColumn(Quantity::Position, joint) && !states_.hasColumn(quantity, joint))
+        throw std::invalid_argument(states_.source() + ": there is no column " +
+                                    scene::quoted(joints[joint].name + suffixOf(quantity)) + " for --interpolation " +
+                                    interpolation_name);
+  };
+  if (interpolation == Interpolation::Cubic) require(Quantity::Velocity, "cubic");
+  if (interpolation != Interpolation::Quintic) return;
+  require(Quantity::Velocity, "quintic");
+  require(Quantity::Acceleration, "quintic");
+}
+
+std::optional<scene::TrajectoryPoint> TrajectorySegments::readWayPoint() {
+  scene::TrajectoryPoint way_point;
   if (!states_.next(way_point.positions)) return std::nullopt;
   way_point.time = states_.time().value_or(last_ ? last_->time + 1.0 : 0.0);
+  if (interpolation_ && *interpolation_ != Interpolation::Linear) way_point.velocities = states_.velocities();
+  if (interpolation_ == Interpolation::Quintic) way_point.accelerations = states_.accelerations();
   if (last_) check(*last_, way_point);
   return way_point;
 }
 
-void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
+void TrajectorySegments::check(const scene::TrajectoryPoint& from, const scene::TrajectoryPoint& to) const {
   const auto fail = [&](const std::string& column, double of_to, const std::string& what, double of_from) {
     throw std::invalid_argument(states_.place() + ": column \"" + column + "\": " + shortest(of_to) + what +
                                 shortest(of_from));
@@ -97,29 +164,52 @@ void TrajectorySegments::check(const WayPoint& from, const WayPoint& to) const {
   }
 }
 
-void answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
+std::string answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
+  const scene::RobotModel& robot = question.model->robot;
   TrajectorySegments segments(states, question.objects.get());
-  const scene::MovingScene fresh(question.model);
+  const bool has_splines = question.interpolation != Interpolation::Linear || question.tracking_error > 0.0;
+  if (has_splines) segments.interpolate(question.interpolation);
+  const scene::SplineQuestion spline{question.motion,
+                                     std::vector<double>(robot.joints.size(), question.tracking_error)};
+  SplineLimits limits(robot);
   const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
-  const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
-    scene::MovingScene scene = fresh.forAnotherThread();
-    QuestionPairs pairs(question);
-    std::vector<SegmentClearance> answers;
-    for (const TrajectorySegment& segment : block) {
-      pairs.use(segment.objects, scene);
-      answers.push_back(answerSegment(segment, pairs.get(), question.motion, scene));
-    }
-    return answers;
+  const auto answerWith = [&](const auto& fresh, const auto& answerOne) {
+    return [&](const std::vector<TrajectorySegment>& block) {
+      auto scene = fresh.forAnotherThread();
+      QuestionPairs pairs(question);
+      std::vector<SegmentClearance> answers;
+      for (const TrajectorySegment& segment : block) {
+        pairs.use(segment.objects, scene);
+        answers.push_back(answerOne(segment, pairs.get(), scene));
+      }
+      return answers;
+    };
   };
   const auto write = [&](const SegmentClearance& answer) {
-    const scene::RobotModel& robot = question.model->robot;
     output.rows.write({rowText(answer, robot, output.format), 1});
     if (output.plot) output.plot->write({rowText(answer, robot, RowFormat::Csv), 1});
     if (output.assertion) output.assertion->add(answer);
+    if (answer.segment.spline) limits.add(answer.segment);
     output.counter.count(1);
   };
-  system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
-                                                              question.threads);
+  const auto answerAll = [&](const auto& answerBlock) {
+    system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
+                                                                question.threads);
+  };
+  if (has_splines) {
+    const scene::SplineScene fresh(question.model);
+    answerAll(
+        answerWith(fresh, [&](const TrajectorySegment& segment, const scene::Pairs& pairs, scene::SplineScene& scene) {
+          return answerSpline(segment, pairs, spline, scene);
+        }));
+  } else {
+    const scene::MovingScene fresh(question.model);
+    answerAll(
+        answerWith(fresh, [&](const TrajectorySegment& segment, const scene::Pairs& pairs, scene::MovingScene& scene) {
+          return answerSegment(segment, pairs, question.motion, scene);
+        }));
+  }
+  return limits.warning(states.source());
 }
 
 }  // namespace proximity_server::tools

@@ -5,6 +5,7 @@
 #include "tools/states/state_source.h"
 
 #include <optional>
+#include <string>
 
 namespace proximity_server::tools {
 
@@ -20,30 +21,31 @@ class TrajectorySegments {
   explicit TrajectorySegments(StateSource& states, ObjectSchedule* objects = nullptr)
       : states_(states), objects_(objects) {}
 
+  /// Each segment has a spline, also if it is linear.
+  /// Failure: throws std::invalid_argument naming a missing column of velocities or accelerations.
+  void interpolate(Interpolation interpolation);
+
   /// False at the end. Makes the changes that are due at the begin of the segment.
   bool next(TrajectorySegment& segment);
 
  private:
-  struct WayPoint {
-    double time;
-    scene::Positions positions;
-  };
   bool nextWhole(TrajectorySegment& segment);
   void divide(TrajectorySegment& segment);
-  std::optional<WayPoint> readWayPoint();
-  void check(const WayPoint& from, const WayPoint& to) const;
+  std::optional<scene::TrajectoryPoint> readWayPoint();
+  void check(const scene::TrajectoryPoint& from, const scene::TrajectoryPoint& to) const;
 
   StateSource& states_;
   ObjectSchedule* objects_;
-  std::optional<WayPoint> last_;
+  std::optional<Interpolation> interpolation_;  ///< nullopt: segments have no spline
+  std::optional<scene::TrajectoryPoint> last_;
   long way_points_ = 0;                    ///< that were left behind
   std::optional<TrajectorySegment> rest_;  ///< the rest of the segment that was divided
   long count_ = 0;
 };
 
 /// Answers the question about every segment, in their order, and writes their rows; they have the same bytes for any
-/// number of threads.
+/// number of threads. Returns a warning about splines that leave the limits of a joint; "" if none does.
 /// Failure: throws the error of reading a state, after the rows of all segments before it were written.
-void answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output);
+std::string answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output);
 
 }  // namespace proximity_server::tools

@@ -20,10 +20,20 @@ bool isFixed(const scene::RobotModel& robot, const std::string& name) {
   return std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0;
 }
 
-/// The joint of a column, or kTime.
-int jointOf(const std::string& name, const scene::RobotModel& robot) {
-  if (name == "time" && scene::findNamed(robot.joints, name) < 0 && !isFixed(robot, name)) return JointColumn::kTime;
-  return naming("column " + scene::quoted(name), [&] { return jointWithPosition(name, robot); });
+JointColumn columnOf(const std::string& name, const scene::RobotModel& robot) {
+  using Quantity = JointColumn::Quantity;
+  const bool is_joint = scene::findNamed(robot.joints, name) >= 0 || isFixed(robot, name);
+  if (name == "time" && !is_joint) return {name, JointColumn::kTime};
+  const auto jointOf = [&](const std::string& joint) {
+    return naming("column " + scene::quoted(name), [&] { return jointWithPosition(joint, robot); });
+  };
+  for (const Quantity quantity : {Quantity::Velocity, Quantity::Acceleration}) {
+    const std::string suffix = suffixOf(quantity);
+    if (is_joint || name.size() <= suffix.size()) continue;
+    const std::size_t length = name.size() - suffix.size();
+    if (name.compare(length, suffix.size(), suffix) == 0) return {name, jointOf(name.substr(0, length)), quantity};
+  }
+  return {name, jointOf(name)};
 }
 
 constexpr double kPi = 3.14159265358979323846;
@@ -33,6 +43,18 @@ bool isBeyond(const scene::Joint& joint, double position) {
 }
 
 }  // namespace
+
+const char* suffixOf(JointColumn::Quantity quantity) {
+  switch (quantity) {
+    case JointColumn::Quantity::Velocity:
+      return ".velocity";
+    case JointColumn::Quantity::Acceleration:
+      return ".acceleration";
+    case JointColumn::Quantity::Position:
+      break;
+  }
+  return "";
+}
 
 int jointWithPosition(const std::string& name, const scene::RobotModel& robot) {
   const int joint = scene::findNamed(robot.joints, name);
@@ -54,7 +76,7 @@ std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, con
     const auto hasName = [&](const JointColumn& column) { return column.name == name; };
     if (std::any_of(columns.begin(), columns.end(), hasName))
       throw std::invalid_argument("two columns are named " + scene::quoted(name));
-    columns.push_back({name, jointOf(name, robot)});
+    columns.push_back(columnOf(name, robot));
   }
   return columns;
 }

@@ -12,11 +12,17 @@ namespace proximity_server::tools {
 /// A column of a table of states.
 struct JointColumn {
   static constexpr int kTime = -1;
+  enum class Quantity : unsigned char { Position, Velocity, Acceleration };
   std::string name;
   int joint;  ///< index into RobotModel::joints, or kTime
+  Quantity quantity = Quantity::Position;
 };
 
-/// The columns of these names. A column "time" is the time of the state, unless a joint has that name.
+/// What stands behind the name of a joint in the name of a column: "", ".velocity" or ".acceleration".
+const char* suffixOf(JointColumn::Quantity quantity);
+
+/// The columns of these names. A column "time" is the time of the state, unless a joint has that name. The names of
+/// velocities and accelerations are those of their joints with a suffix, unless a joint has the whole name.
 /// Failure: throws std::invalid_argument naming the column: an unknown, repeated, fixed, floating or planar joint.
 std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, const scene::RobotModel& robot);
 

@@ -13,14 +13,20 @@ bool StateSource::next(scene::Positions& positions) {
   const double* numbers = nullptr;
   if (!fetch(numbers)) return false;
   positions.assign(robot_.joints.size(), 0.0);
+  velocities_.resize(robot_.joints.size());  // each state has the same columns
+  accelerations_.resize(robot_.joints.size());
   limits_.beginState(state_, line_);
   passState();
   for (std::size_t i = 0; i < columns_.size(); ++i) {
-    const auto& [name, joint] = columns_[i];
+    const auto& [name, joint, quantity] = columns_[i];
     if (!std::isfinite(numbers[i]))
       fail("column " + scene::quoted(name) + ": " + scene::quoted(textOf(i, numbers[i])) + " is no finite number");
     if (joint == JointColumn::kTime) {
       time_ = numbers[i];
+    } else if (quantity == JointColumn::Quantity::Velocity) {
+      velocities_[joint] = numbers[i];
+    } else if (quantity == JointColumn::Quantity::Acceleration) {
+      accelerations_[joint] = numbers[i];
     } else {
       positions[joint] = numbers[i];
       limits_.add(joint, numbers[i]);
@@ -42,6 +48,17 @@ void StateSource::setColumns(const std::vector<std::string>& names) {
 bool StateSource::hasTimes() const {
   return std::any_of(columns_.begin(), columns_.end(),
                      [](const JointColumn& column) { return column.joint == JointColumn::kTime; });
+}
+
+bool StateSource::hasColumn(JointColumn::Quantity quantity) const {
+  return std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& column) {
+    return column.joint != JointColumn::kTime && column.quantity == quantity;
+  });
+}
+
+bool StateSource::hasColumn(JointColumn::Quantity quantity, int joint) const {
+  return std::any_of(columns_.begin(), columns_.end(),
+                     [&](const JointColumn& column) { return column.joint == joint && column.quantity == quantity; });
 }
 
 std::string StateSource::place() const { return source_ + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1); }

@@ -49,6 +49,13 @@ class StateSource {
   bool hasTimes() const;
   std::optional<double> time() const { return time_; }
 
+  /// Whether there is a column of this quantity, of any joint or of one. The velocities and accelerations of the last
+  /// state, by second and second squared, are 0 for joints without such a column.
+  bool hasColumn(JointColumn::Quantity quantity) const;
+  bool hasColumn(JointColumn::Quantity quantity, int joint) const;
+  const scene::Positions& velocities() const { return velocities_; }
+  const scene::Positions& accelerations() const { return accelerations_; }
+
   const scene::RobotModel& robot() const { return robot_; }
   const std::string& source() const { return source_; }  ///< the name of the file, or what it is, for messages
   virtual std::string place() const;  ///< the source and the place of the last state in it, for messages
@@ -91,6 +98,7 @@ class StateSource {
   LimitCheck limits_;
   std::uint64_t state_ = 0;
   std::optional<double> time_;
+  scene::Positions velocities_, accelerations_;
   scene::Positions row_;      ///< scratch of read()
   std::exception_ptr error_;  ///< that of the state that ended the last block
 };

@@ -45,6 +45,7 @@ scene::PairProximity anyProximity(std::mt19937_64& random) {
 TEST(StateRows, SayTheSameInCsvAndAsJsonWritesIt) {
   ClearanceQuestion question;
   question.model = oddlyNamed();
+  question.uncertainty.emplace();
   const StateRows csv_rows(question, RowFormat::Csv), json_rows(question, RowFormat::Json);
   const std::vector<std::string> columns = csvFields(csv_rows.format().begin);
   std::mt19937_64 random(3);
@@ -52,8 +53,9 @@ TEST(StateRows, SayTheSameInCsvAndAsJsonWritesIt) {
   for (std::uint64_t state = 0; state < 2000; ++state) {
     const scene::PairProximity pair = anyProximity(random);
     WrittenRows csv, json;
-    csv_rows.addPair(state, pair, nullptr, csv);
-    json_rows.addPair(state, pair, nullptr, json);
+    const double guaranteed = anyNumber(random);
+    csv_rows.addPair(state, pair, guaranteed, nullptr, csv);
+    json_rows.addPair(state, pair, guaranteed, nullptr, json);
     const Json parsed = Json::parse(json.bytes);
     ASSERT_EQ(parsed.dump(), json.bytes);
     const std::vector<std::string> fields = csvFields(csv.bytes);

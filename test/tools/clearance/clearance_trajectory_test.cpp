@@ -272,4 +272,63 @@ TEST_F(Clearance, WarnsOfTimesThatAreNotUsed) {
   EXPECT_EQ(trajectory.output, run("slide\n0\n1\n", "--trajectory").output);
 }
 
+// --- splines. The slider is at 0 at both way points, and at -v t (1 - t / 2) in between: 2.25 - v / 2 apart after 1 s.
+
+std::string swing(double v) {
+  return "time,slide,slide.velocity,slide.acceleration\n0,0," + shortest(-v) + "," + shortest(v) + "\n2,0," +
+         shortest(v) + "," + shortest(v) + "\n";
+}
+
+TEST_F(ClearanceTrajectory, SplinesAreFollowedWhereTheyOvershoot) {
+  EXPECT_NEAR(number(segments(swing(1.0), "").at(0), "lower"), 2.25, kTolerance);
+  for (const std::string how : {"cubic", "quintic"}) {
+    const Row row = segments(swing(1.0), "--interpolation " + how + " --contact-distance 2").at(0);
+    EXPECT_LE(number(row, "lower"), 1.75) << how;
+    EXPECT_NEAR(number(row, "lower"), 1.75, kTolerance) << how;
+    EXPECT_NEAR(number(row, "upper"), 1.75, kTolerance) << how;
+    EXPECT_NEAR(number(row, "t_minimum"), 1.0, 2e-3) << how;
+    EXPECT_EQ(row.at("contact"), "true") << how;
+    const double contact = 1.0 - std::sqrt(0.5);  // the slider is at -0.25
+    EXPECT_LE(number(row, "t_free"), contact + 1e-12) << how;
+    EXPECT_NEAR(number(row, "t_contact"), contact, 2e-6) << how;
+  }
+  const auto json = nlohmann::json::parse(
+      run(swing(1.0), "--trajectory --interpolation cubic --contact-distance 2 --format json").output);
+  EXPECT_NEAR(json.at(0).at("contact_state").at("slide").get<double>(), -0.25, 2e-6);
+}
+
+TEST_F(ClearanceTrajectory, TubesAreProvenToTheirBorder) {
+  // The distance is 2.25 + slide, but sled and ball move by 1 and 2 for it, and each is bounded by itself.
+  const Row row = segments("slide\n0\n0\n", "--tracking-error 0.1").at(0);
+  EXPECT_LE(number(row, "lower"), 2.15);
+  EXPECT_GE(number(row, "lower"), 2.25 - 0.3 - kTolerance);
+  EXPECT_NEAR(number(row, "upper"), 2.15, kTolerance);
+  EXPECT_EQ(run("slide\n0\n0\n", "--trajectory --tracking-error 0.1 --assert-above 1.9").exit_code, 0);
+  EXPECT_EQ(run("slide\n0\n0\n", "--trajectory --tracking-error 0.1 --assert-above 2.2").exit_code, 2);
+}
+
+TEST_F(ClearanceTrajectory, SplinesBeyondALimitAreNamed) {
+  const CommandResult beyond = run(swing(3.0), "--trajectory --interpolation cubic");
+  EXPECT_EQ(beyond.exit_code, 0) << beyond.errors;
+  EXPECT_TRUE(says(beyond.errors, "The first is segment 0, at 1 s: \"slide\" is at -1.5 m, its limit is -1 m."))
+      << beyond.errors;
+  EXPECT_FALSE(says(run(swing(1.0), "--trajectory --interpolation cubic").errors, "limit"));
+}
+
+TEST_F(ClearanceTrajectory, ColumnsThatASplineNeedsAreNamed) {
+  const auto refusal = [&](const std::string& states, const std::string& arguments) {
+    const CommandResult result = run(states, arguments);
+    EXPECT_EQ(result.exit_code, 1);
+    return result.errors;
+  };
+  const std::string cubic = "--trajectory --interpolation cubic", quintic = "--trajectory --interpolation quintic";
+  EXPECT_TRUE(says(refusal("slide\n0\n1\n", cubic), "there is no column \"slide.velocity\""));
+  EXPECT_TRUE(says(refusal("slide,slide.velocity\n0,0\n1,0\n", quintic), "there is no column \"slide.acceleration\""));
+  EXPECT_TRUE(says(refusal("slide,slid.velocity\n0,0\n1,0\n", cubic), "column \"slid.velocity\""));
+  EXPECT_TRUE(says(refusal("slide,follow.velocity\n0,0\n1,0\n", cubic), "there is no column \"slide.velocity\""));
+  EXPECT_TRUE(says(refusal(swing(1.0), "--trajectory --interpolation spline"), "'spline' is none of"));
+  EXPECT_TRUE(says(refusal(swing(1.0), "--interpolation cubic"), "--trajectory"));
+  EXPECT_TRUE(says(run(swing(1.0), "--trajectory").errors, "velocities and accelerations are not used"));
+}
+
 }  // namespace proximity_server::tools::clearance_trajectory_test
