@@ -1,7 +1,7 @@
 #include "proximity_server/scene/derivative/free_motion.h"
 
+#include "scene/bounds/seen_bounds.h"
 #include "scene/derivative/placed_joints.h"
-#include "scene/derivative/seen_bounds.h"
 #include "scene/model/numbers.h"
 #include "scene/objects/placed_object.h"
 #include "scene/parts/volumes.h"

@@ -1,5 +1,7 @@
 #include "scene/motion/joint_deviations.h"
 
+#include "scene/bounds/seen_bounds.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,22 +9,6 @@ namespace proximity_server::scene {
 namespace {
 
 using Eigen::Isometry3d;
-using Eigen::Vector3d;
-
-/// [m] An upper bound of the distance of any point of the geometry from a line through a point. The distance is convex,
-/// so no point of the box is farther than one of its corners.
-double radiusAbout(const Vector3d& axis, const Vector3d& point, const Isometry3d& pose, const Bounds& bounds) {
-  const auto across = [&](const Vector3d& vector) -> Vector3d { return vector - axis.dot(vector) * axis; };
-  const Eigen::Matrix3d edges = pose.linear() * bounds.axes * bounds.half.asDiagonal();
-  const Vector3d centre = across(pose * bounds.centre - point);
-  const Vector3d x = across(edges.col(0)), y = across(edges.col(1)), z = across(edges.col(2));
-  double corner = 0.0;
-  for (const Vector3d& side : {Vector3d(x + y), Vector3d(x - y), Vector3d(-x + y), Vector3d(-x - y)})
-    for (const Vector3d& end : {Vector3d(centre + side + z), Vector3d(centre + side - z)})
-      corner = std::max(corner, end.squaredNorm());
-  const double rounding = kPoseRounding * (bounds.reach + (pose.translation() - point).norm());
-  return (1.0 + kPoseRounding) * std::min(std::sqrt(corner), centre.norm() + bounds.radius) + rounding;
-}
 
 /// The frames whose joints are on the path from frame a to frame b, in this order.
 std::vector<int> jointsBetween(int a, int b, const PosesInTime& poses) {
@@ -56,7 +42,7 @@ std::vector<double> effectsOn(const Carried& who, const Joints& joints, const Jo
       double radius = 1.0;  // of a translation
       if (joint.turns) {
         const Isometry3d carried = poses.pose(frame, kMiddle);
-        radius = radiusAbout(carried.linear() * joint.axis, carried.translation(), pose, who.bounds);
+        radius = radiusAbout(carried.linear() * joint.axis, SeenBounds(who.bounds, pose, carried.translation()));
         effect = (radius + growth) * joint.most;
       } else {
         effect = joint.most;

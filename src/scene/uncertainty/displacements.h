@@ -1,7 +1,7 @@
 #pragma once
 
 #include "scene/bounds/bounds.h"
-#include "scene/derivative/seen_bounds.h"
+#include "scene/bounds/seen_bounds.h"
 
 #include <Eigen/Geometry>
 
