@@ -306,7 +306,7 @@ void SegmentSearch::touchInTube(SplineContact& contact) {
 
 }  // namespace
 
-SplineScene::SplineScene(std::shared_ptr<const SceneModel> model)
+SplineScene::SplineScene(const std::shared_ptr<const SceneModel>& model)
     : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(given(model).robot))) {}
 SplineScene::SplineScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
 SplineScene::~SplineScene() = default;

@@ -11,7 +11,7 @@
 
 namespace proximity_server::scene {
 
-GuaranteedDistances::GuaranteedDistances(std::shared_ptr<const SceneModel> model)
+GuaranteedDistances::GuaranteedDistances(const std::shared_ptr<const SceneModel>& model)
     : bounds_((given(model), std::make_unique<PairBounds>(model))) {}
 GuaranteedDistances::~GuaranteedDistances() = default;
 GuaranteedDistances::GuaranteedDistances(GuaranteedDistances&&) noexcept = default;

@@ -64,7 +64,7 @@ Isometry3d movedFrame(const Vector3d& shift, const Vector3d& turn, const Vector3
 
 }  // namespace
 
-PairBounds::PairBounds(std::shared_ptr<const SceneModel> model)
+PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
     : joints_(model),
       volumes_(std::make_unique<const Volumes>(model->robot)),
       paddings_(paddingsOf(model->pairs)),

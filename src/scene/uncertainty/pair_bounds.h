@@ -21,7 +21,7 @@ namespace proximity_server::scene {
 /// Bounds the distance of one pair after the other over an uncertainty; see GuaranteedDistances.
 class PairBounds {
  public:
-  explicit PairBounds(std::shared_ptr<const SceneModel> model);
+  explicit PairBounds(const std::shared_ptr<const SceneModel>& model);
 
   void assume(Uncertainty uncertainty);
   const Uncertainty& uncertainty() const { return uncertainty_; }

@@ -56,7 +56,7 @@ struct SplineContact : RobotTimeOfContact {
 class SplineScene {
  public:
   /// Throws std::invalid_argument without a model.
-  explicit SplineScene(std::shared_ptr<const SceneModel> model);
+  explicit SplineScene(const std::shared_ptr<const SceneModel>& model);
   ~SplineScene();
   SplineScene(SplineScene&&) noexcept;
   SplineScene& operator=(SplineScene&&) noexcept;

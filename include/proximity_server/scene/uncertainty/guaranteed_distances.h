@@ -42,7 +42,7 @@ struct GuaranteedMinimum {
 class GuaranteedDistances {
  public:
   /// Without uncertainty, until assume() is called. Throws std::invalid_argument without a model.
-  explicit GuaranteedDistances(std::shared_ptr<const SceneModel> model);
+  explicit GuaranteedDistances(const std::shared_ptr<const SceneModel>& model);
   ~GuaranteedDistances();
   GuaranteedDistances(GuaranteedDistances&&) noexcept;
   GuaranteedDistances& operator=(GuaranteedDistances&&) noexcept;
