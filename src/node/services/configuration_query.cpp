@@ -41,7 +41,7 @@ std::vector<JointValues> statesOf(const scene::RobotModel& robot, const QueryCon
   return states;
 }
 
-/// What the response says about free motions.
+/// Computes the free motions of a response.
 class FreeMotions {
  public:
   /// Throws RequestError if the request is not about all checked pairs, and for a wrong motion.

@@ -11,6 +11,8 @@ namespace {
 
 constexpr char kOthers[] = "*";
 
+bool isNumber(const Field& field) { return !field.isMap(); }
+
 bool isPose(const Field& field) {
   if (!field.isMap()) return true;
   const std::vector<std::string> names = field.members();
@@ -33,11 +35,12 @@ PoseUncertainty poseIn(const Field& field) {
   return pose;
 }
 
-/// Reads one value for all names, or a map with values of some. `set(name)` is called with kOthers first.
-template <typename Set>
-void readByName(const std::optional<Field>& field, bool is_for_all, const Set& set) {
+/// Reads one value for all names, as `isOne(field)` tells, or a map with values of some. `set(name, value)` is called
+/// with kOthers first.
+template <typename IsOne, typename Set>
+void readByName(const std::optional<Field>& field, const IsOne& isOne, const Set& set) {
   if (!field) return;
-  if (is_for_all) return set(kOthers, *field);
+  if (isOne(*field)) return set(kOthers, *field);
   if (const auto others = field->find(kOthers)) set(kOthers, *others);
   for (const std::string& name : field->members())
     if (name != kOthers) set(name, field->member(name));
@@ -51,10 +54,10 @@ std::size_t placeOf(const std::string& name, const std::vector<std::string>& nam
   return static_cast<std::size_t>(place - names.begin());
 }
 
-template <typename Value, typename Read>
-void readList(const std::optional<Field>& field, bool is_for_all, const std::vector<std::string>& names,
+template <typename Value, typename IsOne, typename Read>
+void readList(const std::optional<Field>& field, const IsOne& isOne, const std::vector<std::string>& names,
               const std::string& kind, const Read& read, std::vector<Value>& values) {
-  readByName(field, is_for_all, [&](const std::string& name, const Field& value) {
+  readByName(field, isOne, [&](const std::string& name, const Field& value) {
     if (name == kOthers)
       std::fill(values.begin(), values.end(), read(value));
     else
@@ -86,26 +89,20 @@ Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, 
   const Field file(value, source);
   file.requireMembers(
       {"joint_uncertainty", "joint_frame_uncertainty", "base_uncertainty", "object_uncertainty", "link_uncertainty"});
-  const auto isNumber = [](const std::optional<Field>& field) { return field && !field->isMap(); };
-  const auto isOnePose = [](const std::optional<Field>& field) { return field && isPose(*field); };
   Uncertainty uncertainty(robot);
   const std::vector<std::string> joints = namesOf(robot.joints);
   const std::optional<Field> positions = file.find("joint_uncertainty");
   requireLeaders(positions, robot);
-  readByName(positions, isNumber(positions), [&](const std::string& name, const Field& position) {
+  readByName(positions, isNumber, [&](const std::string& name, const Field& position) {
     if (name == kOthers)
       uncertainty.positions = uncertaintyOfJoints(robot, boundIn(position)).positions;
     else
       uncertainty.positions[placeOf(name, joints, "joint", position)] = boundIn(position);
   });
-  const std::optional<Field> frames = file.find("joint_frame_uncertainty");
-  readList(frames, isOnePose(frames), joints, "joint", poseIn, uncertainty.frames);
-  const std::optional<Field> bases = file.find("base_uncertainty");
-  readList(bases, isOnePose(bases), namesOf(robot.robots), "robot", poseIn, uncertainty.bases);
-  const std::optional<Field> links = file.find("link_uncertainty");
-  readList(links, isNumber(links), namesOf(robot.links), "link", boundIn, uncertainty.swellings);
-  const std::optional<Field> objects = file.find("object_uncertainty");
-  readByName(objects, isOnePose(objects), [&](const std::string& name, const Field& pose) {
+  readList(file.find("joint_frame_uncertainty"), isPose, joints, "joint", poseIn, uncertainty.frames);
+  readList(file.find("base_uncertainty"), isPose, namesOf(robot.robots), "robot", poseIn, uncertainty.bases);
+  readList(file.find("link_uncertainty"), isNumber, namesOf(robot.links), "link", boundIn, uncertainty.swellings);
+  readByName(file.find("object_uncertainty"), isPose, [&](const std::string& name, const Field& pose) {
     (name == kOthers ? uncertainty.objects : uncertainty.own_objects[name]) = poseIn(pose);
   });
   try {

@@ -71,7 +71,7 @@ std::optional<scene::Uncertainty> uncertaintyOf(const ClearanceOptions& options,
     scene::Uncertainty uncertainty = scene::uncertaintyOfJoints(robot, is_degrees ? *number * kDegree : *number);
     for (std::size_t i = 0; is_degrees && i < robot.joints.size(); ++i) {
       const scene::Joint& joint = robot.joints[i];
-      if (joint.type != scene::Joint::Type::Prismatic) continue;
+      if (joint.type != scene::Joint::Type::Prismatic || joint.mimic) continue;
       uncertainty.positions[i] = 0.0;
       printWarnings({"--joint-uncertainty " + text + ": joint \"" + joint.name +
                      "\" is prismatic and taken to be exact; a file states its uncertainty in metres."},
@@ -193,7 +193,7 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
   if (options.second_opinion.is_wanted) output.second_opinion.emplace(options.second_opinion, question.model);
   if (options.assert_above)
     output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question),
-                             question.uncertainty.has_value());
+                             question.uncertainty ? LowerBounds::Guaranteed : LowerBounds::OfTheState);
   const SweepSummary summary = answerAll(options, question, states, output);
   if (plot) plot->draw({shortest(question.motion.contact_distance)});
   if (!options.sweep.summary.empty()) summarize(options, summary, begin, rows.bytes());

@@ -81,7 +81,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const 
   if (row.upper_bound <= distance_) return Verdict::TooClose;
   if (row.unknown_pairs > 0 || row.status == narrowphase::Status::Unknown) return Verdict::Unknown;
   if (row.lower_bound > distance_) return Verdict::Proven;
-  if (is_uncertain_) return Verdict::Uncertain;
+  if (lower_bounds_ == LowerBounds::Guaranteed) return Verdict::Uncertain;
   return row.status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
 }
 
@@ -99,8 +99,9 @@ std::string ClearanceAssertion::describe(const Row& row) const {
   std::string text = (kind_ == RowKind::State ? "state " : "segment ") + std::to_string(row.number) + row.place + ": ";
   if (!row.pair.empty()) {
     text += row.pair + " at " + metres(row.distance) +
-            (is_uncertain_ ? ", guaranteed " + metres(row.lower_bound)
-                           : ", bounds " + metres(row.lower_bound) + " and " + metres(row.upper_bound));
+            (lower_bounds_ == LowerBounds::Guaranteed
+                 ? ", guaranteed " + metres(row.lower_bound)
+                 : ", bounds " + metres(row.lower_bound) + " and " + metres(row.upper_bound));
     if (!row.joints.empty()) text += ", with " + row.joints;
     if (row.verdict == Verdict::Undecided) text += "; the budget of the search ended there";
     if (row.verdict == Verdict::Unknown) text += "; ";

@@ -10,17 +10,20 @@
 
 namespace proximity_server::tools {
 
+/// What the lower bounds of states hold for: the state itself, or all states within an uncertainty of it.
+enum class LowerBounds : unsigned char { OfTheState, Guaranteed };
+
 /// Decides whether a robot is proven to keep a distance from itself in all states or segments that are added.
 ///
 /// A state or segment is proven if the lower bound of its smallest signed distance is above the wanted distance, and no
 /// pair is unknown. Without any state or segment nothing is proven.
 class ClearanceAssertion {
  public:
-  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". `is_uncertain`: the lower bounds are
-  /// guaranteed distances. The robot must outlive this object.
+  /// `distance` [m] must be exceeded; `pairs` says which are checked: "all 12 pairs". The robot must outlive this
+  /// object.
   ClearanceAssertion(double distance, RowKind kind, const scene::RobotModel& robot, std::string pairs,
-                     bool is_uncertain = false)
-      : distance_(distance), kind_(kind), is_uncertain_(is_uncertain), robot_(robot), pairs_(std::move(pairs)) {}
+                     LowerBounds lower_bounds = LowerBounds::OfTheState)
+      : distance_(distance), kind_(kind), lower_bounds_(lower_bounds), robot_(robot), pairs_(std::move(pairs)) {}
 
   void add(const StateClearance& answer);
   void add(const SegmentClearance& answer);
@@ -67,7 +70,7 @@ class ClearanceAssertion {
 
   double distance_;
   RowKind kind_;
-  bool is_uncertain_;
+  LowerBounds lower_bounds_;
   const scene::RobotModel& robot_;
   std::string pairs_;
   long rows_ = 0;

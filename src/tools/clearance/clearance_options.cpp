@@ -22,8 +22,11 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
                "what joint_trajectory_controller drives between way points: linear, cubic with columns "
                "JOINT.velocity, or quintic with JOINT.acceleration too (default: linear)")
       .needs = "--trajectory";
-  addLength(program, "--tracking-error", options.question.tracking_error, 0.0,
-            "[rad] or [m]: each joint may be off by this; what holds then holds for the whole tube (default: 0)")
+  program
+      .addRead(
+          "--tracking-error", "NUMBER", options.question.tracking_error,
+          [](const std::string& text) { return readLength(text, 0.0); },
+          "in radians or metres: each joint may be off by this; what holds then holds for the whole tube (default: 0)")
       .needs = "--trajectory";
   addLength(program, "--contact-distance", options.question.motion.contact_distance, 0.0,
             "what counts as contact (default: 0)")

@@ -69,7 +69,7 @@ class SplineLimits {
   std::string warning(const std::string& source) const {
     if (count_ == 0) return "";
     return source + ": the motion is beyond the limits of a joint in " + std::to_string(count_) +
-           " segments. The first is " + first_;
+           (count_ == 1 ? " segment. That is " : " segments. The first is ") + first_;
   }
 
  private:

@@ -18,7 +18,7 @@ struct JointColumn {
   Quantity quantity = Quantity::Position;
 };
 
-/// What stands behind the name of a joint in the name of a column: "", ".velocity" or ".acceleration".
+/// The end of a column's name, after the name of the joint: "", ".velocity" or ".acceleration".
 const char* suffixOf(JointColumn::Quantity quantity);
 
 /// The columns of these names. A column "time" is the time of the state, unless a joint has that name. The names of

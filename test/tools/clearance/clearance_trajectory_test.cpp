@@ -310,7 +310,8 @@ TEST_F(ClearanceTrajectory, TubesAreProvenToTheirBorder) {
 TEST_F(ClearanceTrajectory, SplinesBeyondALimitAreNamed) {
   const CommandResult beyond = run(swing(3.0), "--trajectory --interpolation cubic");
   EXPECT_EQ(beyond.exit_code, 0) << beyond.errors;
-  EXPECT_TRUE(says(beyond.errors, "The first is segment 0, at 1 s: \"slide\" is at -1.5 m, its limit is -1 m."))
+  EXPECT_TRUE(
+      says(beyond.errors, "in 1 segment. That is segment 0, at 1 s: \"slide\" is at -1.5 m, its limit is -1 m."))
       << beyond.errors;
   EXPECT_FALSE(says(run(swing(1.0), "--trajectory --interpolation cubic").errors, "limit"));
 }

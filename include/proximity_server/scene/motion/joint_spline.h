@@ -19,8 +19,8 @@ struct TrajectoryPoint {
   Positions accelerations{};  ///< by second squared
 };
 
-/// What the controller drives if it is in the state `start` at time 0: points at or before this time are dropped, and
-/// the start comes before all others. A continuous joint goes the shorter way to the first of them, and keeps the
+/// The points that the controller follows if it is in the state `start` at time 0. Points at or before this time are
+/// dropped, and the start comes before all others. A continuous joint goes the shorter way to the first of them, and keeps the
 /// offset of full turns from then on.
 /// Failure: throws std::invalid_argument if no point is left, or for a wrong number of positions.
 std::vector<TrajectoryPoint> drivenFrom(const RobotModel& robot, TrajectoryPoint start,

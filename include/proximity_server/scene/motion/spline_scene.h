@@ -18,7 +18,7 @@ struct SplineQuestion {
   MotionQuestion motion;
   /// Per joint [rad] or [m]: how far the robot may be off the spline at any time; mimic joints follow. Empty: nowhere.
   std::vector<double> tracking_error{};
-  /// Where objects are, see RobotMotion::ObjectFrames. Each frame must rest relative to its parent.
+  /// The frames of the objects, see RobotMotion::ObjectFrames. Each frame must rest relative to its parent.
   RobotMotion::ObjectFrames frames{};
 };
 

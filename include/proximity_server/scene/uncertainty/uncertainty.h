@@ -17,7 +17,7 @@ struct PoseUncertainty {
   bool isZero() const { return translation == 0.0 && angle == 0.0; }
 };
 
-/// What is not known exactly of a robot and its objects: the set of states that may be true. All of its parts are
+/// The set of states that may be true, where a robot and its objects are not known exactly. All of its parts are
 /// independent of each other, and all numbers are bounds. By default everything is exact.
 struct Uncertainty {
   Uncertainty() = default;
