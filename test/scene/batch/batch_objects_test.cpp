@@ -1,5 +1,4 @@
 // Many states of a robot with objects: the answers are those of a new Scene, to the last bit.
-#include "allocations.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -285,18 +284,7 @@ TEST_P(CellOf, NothingAllocatesAfterTheFirstBatch) {
   const LevelThresholds thresholds = someThresholds(*model_, 6);
   SceneBatch batch(model_);
   batch.use(someCell(model_, 11));
-  const auto askAll = [&] {
-    batch.minimum(states);
-    batch.minimumWithin(states, 1e-4);
-    batch.deciding(states, thresholds);
-    batch.closest(states, 3);
-    batch.below(states, 0.05);
-    batch.anyBelow(states, 0.05);
-  };
-  askAll();
-  const long before = allocations();
-  askAll();
-  EXPECT_EQ(allocations(), before);
+  expectNoAllocationTheSecondTime(batch, states, thresholds);
 }
 
 TEST_P(CellOf, ObjectsThatAreTakenAwayLeaveNothing) {

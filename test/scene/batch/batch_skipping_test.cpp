@@ -2,7 +2,6 @@
 // which are those of a new Scene, to the last bit.
 //
 // PROXIMITY_BATCH_STATES: how many states of each robot are compared with all pairs one by one.
-#include "allocations.h"
 #include "from_environment.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
@@ -337,18 +336,7 @@ TEST_P(Many, NothingAllocatesAfterTheFirstBatch) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer allocates";
   SceneBatch batch(model_);
   const LevelThresholds thresholds = randomThresholds(*model_, 16);
-  const auto askAll = [&] {
-    batch.minimum(states_);
-    batch.minimumWithin(states_, 1e-4);
-    batch.deciding(states_, thresholds);
-    batch.closest(states_, 3);
-    batch.below(states_, 0.05);
-    batch.anyBelow(states_, 0.05);
-  };
-  askAll();
-  const long before = allocations();
-  askAll();
-  EXPECT_EQ(allocations(), before);
+  expectNoAllocationTheSecondTime(batch, states_, thresholds);
 }
 
 constexpr const char* kRobots[] = {"TwoArms", "Beads", "JoinedArms", "Solids", "Demo", "Panda", "Ur5", "Pr2"};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "allocations.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/query/question.h"
@@ -86,6 +87,23 @@ inline Eigen::MatrixXd variousStates(const RobotModel& robot, int count, unsigne
   for (Eigen::Index i = 1; i < states.rows(); ++i)
     if (i % 16 >= 8) states.row(i) = states.row(i - 1) + 0.01 * (states.row(i) - states.row(i - 1));
   return states;
+}
+
+/// Asks all questions twice, and expects that the second time nothing is allocated.
+inline void expectNoAllocationTheSecondTime(SceneBatch& batch, const Eigen::MatrixXd& states,
+                                            const LevelThresholds& thresholds) {
+  const auto askAll = [&] {
+    batch.minimum(states);
+    batch.minimumWithin(states, 1e-4);
+    batch.deciding(states, thresholds);
+    batch.closest(states, 3);
+    batch.below(states, 0.05);
+    batch.anyBelow(states, 0.05);
+  };
+  askAll();
+  const long before = allocations();
+  askAll();
+  EXPECT_EQ(allocations(), before);
 }
 
 }  // namespace proximity_server::scene
