@@ -69,6 +69,7 @@ BodyPoses posesAtZero() {
 
 void checkBounds(const Proximity& pair) {
   require(!(pair.lower_bound > pair.upper_bound), "the lower bound is below the upper one");
+  require(!(pair.guaranteed > pair.lower_bound), "the guaranteed distance is not above the lower bound");
   for (const double entry : pair.gradient) require(std::isfinite(entry), "a gradient is finite, or empty");
 }
 
@@ -85,8 +86,9 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const ScenePool::Lease scene = pairs.borrowScene();
   scene->update(poses);
   const QueryStatus status;
-  std::optional<Gradients> gradients = gradientsOf(arm(), pairs, request);
-  checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question, gradients));
+  PairDetails details{gradientsOf(arm(), pairs, request), guaranteesOf(arm(), pairs, request.uncertainty)};
+  details.update(poses, {});
+  checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question, details));
 }
 
 void ask(const QueryPairsRequest& request) { askAt(posesAtZero(), request, 1); }

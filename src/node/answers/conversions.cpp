@@ -58,6 +58,7 @@ void assignResult(Proximity& message, const narrowphase::SignedDistance& result,
   message.distance = beyond ? result.lower_bound : result.distance;
   message.lower_bound = result.lower_bound;
   message.upper_bound = result.upper_bound;
+  message.guaranteed = result.lower_bound;
   message.points_valid = result.has_points;
   assign(message.point_a, result.point_a);
   assign(message.point_b, result.point_b);
@@ -85,7 +86,7 @@ ShapeInfo shapeInfo(const scene::RobotModel& robot, const scene::Collision& coll
 
 void assignUnknownResult(Proximity& message) {
   message.state = Proximity::UNKNOWN;
-  message.distance = message.lower_bound = message.upper_bound = kNaN;
+  message.distance = message.lower_bound = message.upper_bound = message.guaranteed = kNaN;
   message.points_valid = message.unique = false;
   assign(message.point_a, kUnknownPoint);
   assign(message.point_b, kUnknownPoint);
@@ -192,7 +193,7 @@ Proximity unknownProximity() {
 Proximity beyondThreshold(double threshold) {
   Proximity message = unknownProximity();
   message.state = Proximity::BEYOND_THRESHOLD;
-  message.distance = message.lower_bound = threshold;
+  message.distance = message.lower_bound = message.guaranteed = threshold;
   message.upper_bound = std::numeric_limits<double>::infinity();
   return message;
 }

@@ -111,7 +111,9 @@ Proximity toMessage(const RobotAndObjects& model, const TimedMotion& motion, dou
                     const scene::PairProximity& pair) {
   const scene::BodyPoses poses = motion.motion.at(parameter);
   const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
-  return toMessage(model, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), scene::Question());
+  Proximity message = toMessage(model, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), {});
+  message.guaranteed = kNaN;
+  return message;
 }
 
 MotionMinimum toMessage(const RobotAndObjects& model, const TimedMotion& motion, const scene::RobotMinimum& minimum) {

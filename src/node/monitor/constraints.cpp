@@ -35,6 +35,12 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
   damper_.stop = cycle.stop;
   damper_.influence_distance = settings.influence_distance;
   damper_.gain = settings.damping_gain;
+  if (cycle.guaranteed) {
+    damper_.guaranteed = [distances = cycle.guaranteed](const scene::PairProximity& pair) {
+      return distances->of(pair);
+    };
+    damper_.largest_loss = cycle.guaranteed->largestLoss();
+  }
   rows_.update(cycle.scene, cycle.gradients.derivatives(), damper_);
   if (rows_.unknown() == 0) return {};
   return statusOf(QueryStatus::NOT_CONVERGED,

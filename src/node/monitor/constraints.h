@@ -9,6 +9,7 @@
 #include "proximity_server/ConstraintRows.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <cstddef>
 
@@ -22,7 +23,8 @@ struct MeasuredCycle {
   const Gradients& gradients;
   const scene::PairDistances& stop;
   RobotAndObjects model;
-  std::size_t longest_name;  ///< [characters] of the names in any pair
+  scene::GuaranteedDistances* guaranteed;  ///< nullptr if the robot is not uncertain
+  std::size_t longest_name;                ///< [characters] of the names in any pair
 };
 
 /// Makes messages with the constraint rows of one robot. Not thread-safe. After the first few messages no memory is

@@ -93,6 +93,7 @@ void Diagnostics::reportClearance(Status& status) {
   status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
   status.add("level set by", last.deciding.a.link + " and " + last.deciding.b.link);
   status.add("at the distance [m]", last.deciding.distance);
+  if (last.by_guaranteed) status.add("guaranteed to be [m]", last.deciding.guaranteed);
   status.add(std::string("their threshold of ") + levelOfThreshold(last.level) + " [m]", last.deciding_threshold);
   status.add("pairs below threshold", last.pairs_below_threshold);
 }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 namespace proximity_server::node {
@@ -69,6 +70,7 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
   VelocitySnapshot snapshot;
   snapshot.velocities.assign(robot.robotModel().joints.size(), 0.0);
   snapshot.positions.assign(robot.robotModel().joints.size(), std::nullopt);
+  snapshot.stamps.assign(robot.robotModel().joints.size(), ros::Time());
   const std::vector<std::string> topics = topicsOf(robot);
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const int index : joints) {
@@ -79,11 +81,13 @@ VelocitySnapshot JointVelocities::lookUp(const Robot& robot, const std::vector<i
     if (problem.empty()) {
       snapshot.velocities[index] = entry->velocity;
       snapshot.positions[index] = entry->position;
+      snapshot.stamps[index] = entry->stamp;
       continue;
     }
+    snapshot.velocities[index] = std::numeric_limits<double>::quiet_NaN();
+    if (snapshot.status.code != QueryStatus::OK) continue;
     snapshot.status.code = QueryStatus::NO_VELOCITY;
     snapshot.status.message = "joint '" + joint.name + "': " + problem;
-    return snapshot;
   }
   return snapshot;
 }

@@ -16,9 +16,13 @@ namespace proximity_server::node {
 
 /// The joint velocities of joint_states, with a status that says why one is missing.
 struct VelocitySnapshot {
-  std::vector<double> velocities;  ///< [rad/s] or [m/s] of each of RobotModel::joints; 0 if it was not requested
+  /// [rad/s] or [m/s] of each of RobotModel::joints; 0 if it was not requested, NaN if it is missing or too old. Empty if
+  /// nobody needs velocities.
+  std::vector<double> velocities;
+  std::vector<ros::Time> stamps;  ///< of the messages with the velocities
   /// Positions [rad] or [m] in the messages with the velocities; nullopt if a position is not known.
   std::vector<std::optional<double>> positions;
+  QueryStatus roots;   ///< of TfPoses::standingStill(); OK if it was not asked
   QueryStatus status;  ///< OK, or NO_VELOCITY with the name of a joint whose velocity is missing or too old
 };
 

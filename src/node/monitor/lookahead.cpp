@@ -64,8 +64,9 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
 
 /// Tells that moving objects are assumed to rest; returns "" if it is known that they do.
 std::string assumptionOf(const LookaheadStart& start) {
-  if (!start.frame_poses.may_move) return {};
-  return "objects in frame '" + start.frames.names[*start.frame_poses.may_move] + "' are taken to rest where they are";
+  if (start.frame_poses.may_move.empty()) return {};
+  return "objects in frame '" + start.frames.names[start.frame_poses.may_move.front()] +
+         "' are taken to rest where they are";
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, const MonitorSettings& settings) {

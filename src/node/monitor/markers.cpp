@@ -144,7 +144,9 @@ std::string summary(const Clearance& clearance) {
   const Proximity& pair = clearance.deciding;
   const std::string text = level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
   if (clearance.level == Clearance::COLLISION) return text;
-  return text + ", " + levelOfThreshold(clearance.level) + " at " + millimetres(clearance.deciding_threshold);
+  const std::string guaranteed = clearance.by_guaranteed ? ", guaranteed " + millimetres(pair.guaranteed) : "";
+  return text + guaranteed + ", " + levelOfThreshold(clearance.level) + " at " +
+         millimetres(clearance.deciding_threshold);
 }
 
 bool isSame(const ShapeRef& p, const ShapeRef& q) { return p.kind == q.kind && p.robot == q.robot && p.link == q.link; }

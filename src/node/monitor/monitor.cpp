@@ -1,6 +1,7 @@
 #include "node/monitor/monitor.h"
 
 #include "node/answers/statuses.h"
+#include "node/monitor/pose_age.h"
 #include "node/objects/object_needs.h"
 #include "node/robot/query_status.h"
 
@@ -33,9 +34,9 @@ std::uint8_t levelCode(scene::ClearanceLevel level) {
 
 /// Returns whether the level of all pairs is set by `p`, and not by `q`. Each of the two sets the level of its kind of
 /// pairs.
-bool outranks(const scene::DecidingPair& p, const scene::DecidingPair& q) {
-  const auto excess = [](const scene::DecidingPair& deciding) {
-    return deciding.pair.result.lower_bound - deciding.level.threshold;
+bool outranks(const scene::GuaranteedDecidingPair& p, const scene::GuaranteedDecidingPair& q) {
+  const auto excess = [](const scene::GuaranteedDecidingPair& deciding) {
+    return deciding.guaranteed - deciding.level.threshold;
   };
   return p.level.level != q.level.level ? p.level.level > q.level.level : excess(p) <= excess(q);
 }
@@ -56,6 +57,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
   gradients_.reset();
+  guarantees_.reset();
   constraints_.reset();
   robot_ = robot;
   scene_ = robot_->borrowScene();
@@ -63,6 +65,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   self_level_ = object_level_ = std::nullopt;
   thresholds_ = *robot_->thresholds();
   scale_input_ = {};
+  if (robot_->isUncertain()) guarantees_.emplace(*robot_);
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
 }
@@ -71,6 +74,8 @@ void Monitor::use(MonitoredObjects& objects) {
   scene_->use(objects.objects.all);
   std::swap(monitored_, objects);
   if (gradients_) gradients_->use(monitored_.objects.all, monitored_.carriers);
+  if (guarantees_) guarantees_->use(monitored_.objects.all);
+  aged_ = robot_->uncertainty();
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -84,11 +89,13 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
        {&clearance_.deciding, &clearance_.minimum, &clearance_.self_minimum, &clearance_.object_minimum})
     assignUnknown(*pair);
   clearance_.deciding_threshold = kNaN;
+  clearance_.deciding_reached = false;
+  clearance_.by_guaranteed = guarantees_.has_value();
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
   assignJoints(snapshot, settings);
-  measurePairs({snapshot, frames, settings, {}});
+  measurePairs({snapshot, frames, settings}, velocities);
   lookAhead(snapshot, velocities, settings, frames);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
@@ -126,6 +133,10 @@ void Monitor::reserveMemory(Proximity& message, const MonitorSettings& settings)
 void Monitor::assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair) {
   reserveMemory(message, cycle.settings);
   assign(message, model(), cycle.snapshot.poses, pair, cycle.question);
+  if (cycle.age.code != QueryStatus::OK)
+    message.guaranteed = kNaN;
+  else if (guarantees_)
+    guarantees_->assign(message, pair, thresholds(cycle.settings).warn.of(pair.asked) + cycle.settings.hysteresis);
   if (cycle.settings.gradients) gradients_->assign(message, pair);
 }
 
@@ -133,12 +144,25 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
   updateGradients(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
-  return constraints_->rowsOf(
-      {clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(), monitored_.longest_name},
-      settings);
+  return constraints_->rowsOf({clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(),
+                               guarantees_ ? &guarantees_->distances() : nullptr, monitored_.longest_name},
+                              settings);
 }
 
-void Monitor::measurePairs(Cycle cycle) {
+/// Prepares the guaranteed distances at the poses of this cycle.
+QueryStatus Monitor::updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities) {
+  if (!guarantees_) return {};
+  const bool has_frames = cycle.frames.poses.size() == monitored_.frames.names.size();
+  guarantees_->update(cycle.snapshot.poses, has_frames ? cycle.frames.poses : scene::FramePoses());
+  if (robot_->config().pose_latency == PoseLatency::Off) return {};
+  const QueryStatus status =
+      addAge(*robot_, {cycle.snapshot, velocities, monitored_.frames, cycle.frames, monitored_.motion_sources},
+             *objects().all, aged_);
+  guarantees_->assume(aged_);
+  return status;
+}
+
+void Monitor::measurePairs(Cycle cycle, const VelocitySnapshot& velocities) {
   const FrameSnapshot& frames = cycle.frames;
   cycle.question.tolerance = robot_->config().tolerance;
   cycle.question.threshold = cycle.settings.threshold;
@@ -147,6 +171,7 @@ void Monitor::measurePairs(Cycle cycle) {
     scene_->update(cycle.snapshot.poses, frames.poses);
   else
     scene_->update(cycle.snapshot.poses);
+  cycle.age = updateGuarantees(cycle, velocities);
 
   const scene::PairsBelow below =
       scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);
@@ -156,7 +181,8 @@ void Monitor::measurePairs(Cycle cycle) {
   if (!minimum) minimum = scene_->minimum(pairs, cycle.question);
   countPairs();
 
-  if (minimum && clearance_.pairs_unknown == 0) {
+  const bool is_guaranteed = cycle.age.code == QueryStatus::OK;
+  if (minimum && clearance_.pairs_unknown == 0 && is_guaranteed) {
     assignLevels(cycle, scene::PairProximity(*minimum));
     return;
   }
@@ -167,6 +193,7 @@ void Monitor::measurePairs(Cycle cycle) {
   clearance_.status = nothing ? statusOf(QueryStatus::NO_COLLISION_GEOMETRY, "the filter leaves no pair to check")
                               : incompleteness(*robot_, scene_->counts(), cycle.question);
   if (!nothing && frames.status.code != QueryStatus::OK) clearance_.status = frames.status;
+  if (!nothing && clearance_.pairs_unknown == 0 && !is_guaranteed) clearance_.status = cycle.age;
 }
 
 /// Sets the level and the minima of the clearance. All poses are known.
@@ -175,17 +202,19 @@ void Monitor::assignLevels(const Cycle& cycle, const scene::PairProximity& minim
   clearance_.status.code = statusCode(minimum.result);
   const auto of_links = levelOfKind(scene::PairKind::OfLinks, cycle, minimum);
   const auto with_object = levelOfKind(scene::PairKind::WithObject, cycle, minimum);
-  const scene::DecidingPair& deciding =
+  const scene::GuaranteedDecidingPair& deciding =
       !with_object || (of_links && outranks(*of_links, *with_object)) ? *of_links : *with_object;
   assignPair(clearance_.deciding, cycle, deciding.pair);
+  clearance_.deciding.guaranteed = deciding.guaranteed;
   clearance_.deciding_threshold = deciding.level.threshold;
+  clearance_.deciding_reached = isReached(deciding);
   clearance_.level = levelCode(deciding.level.level);
 }
 
 /// Sets the minimum and the level of one kind of pairs, and returns the pair that sets this level; nullopt if no pair
 /// of this kind is checked.
-std::optional<scene::DecidingPair> Monitor::levelOfKind(scene::PairKind kind, const Cycle& cycle,
-                                                        const scene::PairProximity& minimum) {
+std::optional<scene::GuaranteedDecidingPair> Monitor::levelOfKind(scene::PairKind kind, const Cycle& cycle,
+                                                                  const scene::PairProximity& minimum) {
   const bool of_links = kind == scene::PairKind::OfLinks;
   std::optional<scene::ClearanceLevel>& level = of_links ? self_level_ : object_level_;
   const auto closest = minimumOf(kind, minimum, cycle.question);
@@ -194,11 +223,26 @@ std::optional<scene::DecidingPair> Monitor::levelOfKind(scene::PairKind kind, co
     return std::nullopt;
   }
   assignPair(of_links ? clearance_.self_minimum : clearance_.object_minimum, cycle, *closest);
-  const scene::DecidingPair deciding =
-      scene::decidingPair(*scene_, scene::Pairs(robot_->candidates(), kind), *closest, thresholds(cycle.settings),
-                          cycle.question, {level, cycle.settings.hysteresis});
+  const scene::Pairs pairs(robot_->candidates(), kind);
+  const scene::LevelBefore before{level, cycle.settings.hysteresis};
+  scene::GuaranteedDecidingPair deciding;
+  if (guarantees_) {
+    deciding = scene::decidingPair(*scene_, guarantees_->distances(), pairs, *closest, thresholds(cycle.settings),
+                                   cycle.question, before);
+  } else {
+    deciding = {scene::decidingPair(*scene_, pairs, *closest, thresholds(cycle.settings), cycle.question, before)};
+    deciding.guaranteed = deciding.pair.result.lower_bound;
+  }
   level = deciding.level.level;
   return deciding;
+}
+
+/// Returns whether a state within the uncertainty is certainly at the level of the pair.
+bool Monitor::isReached(const scene::GuaranteedDecidingPair& deciding) {
+  if (deciding.level.level != scene::ClearanceLevel::Warn && deciding.level.level != scene::ClearanceLevel::Stop)
+    return false;
+  if (deciding.pair.result.upper_bound <= deciding.level.threshold) return true;
+  return guarantees_ && guarantees_->distances().reached(deciding.pair, deciding.level.threshold);
 }
 
 const scene::LevelThresholds& Monitor::thresholds(const MonitorSettings& settings) {
@@ -233,7 +277,7 @@ void Monitor::listPairs(const Cycle& cycle, const scene::PairsBelow& below) {
   for (std::size_t i = 0; i < count; ++i) {
     const scene::PairProximity& pair = below.closest[i];
     assignPair(listed[i], cycle, pair);
-    clearance_.levels[i] = levelCode(scene::levelOf(pair, thresholds(cycle.settings)).level);
+    clearance_.levels[i] = levelCode(scene::levelOf(pair, listed[i].guaranteed, thresholds(cycle.settings)).level);
   }
 }
 
@@ -253,7 +297,8 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
                                      const MonitorSettings& settings, const FrameSnapshot& frames) {
   if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
   StoppingScale found = stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames},
-                                      velocities, joints(), thresholds(settings).stop, snapshot.age, settings);
+                                      velocities, joints(), thresholds(settings).stop, snapshot.age, settings,
+                                      guarantees_ ? &guarantees_->distances() : nullptr);
   if (found.status.code != QueryStatus::OK) return found;
   ScaleInput state{snapshot.poses,
                    frames.poses,

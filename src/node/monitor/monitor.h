@@ -2,6 +2,7 @@
 
 #include "node/answers/conversions.h"
 #include "node/answers/gradients.h"
+#include "node/answers/guarantees.h"
 #include "node/monitor/constraints.h"
 #include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
@@ -9,7 +10,7 @@
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
-#include "proximity_server/scene/levels/clearance_level.h"
+#include "proximity_server/scene/uncertainty/guaranteed_level.h"
 
 #include <cstdint>
 #include <memory>
@@ -77,17 +78,20 @@ class Monitor {
     const PoseSnapshot& snapshot;
     const FrameSnapshot& frames;
     const MonitorSettings& settings;
-    scene::Question question;
+    scene::Question question{};
+    QueryStatus age{};  ///< OK if guaranteed distances are known
   };
-  void measurePairs(Cycle cycle);
+  QueryStatus updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities);
+  void measurePairs(Cycle cycle, const VelocitySnapshot& velocities);
   void reserveMemory(Proximity& message, const MonitorSettings& settings) const;
   void assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair);
   void updateGradients(const PoseSnapshot& snapshot);
   void assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
   const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
   void assignLevels(const Cycle& cycle, const scene::PairProximity& minimum);
-  std::optional<scene::DecidingPair> levelOfKind(scene::PairKind kind, const Cycle& cycle,
-                                                 const scene::PairProximity& minimum);
+  std::optional<scene::GuaranteedDecidingPair> levelOfKind(scene::PairKind kind, const Cycle& cycle,
+                                                           const scene::PairProximity& minimum);
+  bool isReached(const scene::GuaranteedDecidingPair& deciding);
   std::optional<scene::PairProximity> minimumOf(scene::PairKind kind, const scene::PairProximity& minimum,
                                                 const scene::Question& question);
   const RobotObjects& objects() const { return monitored_.objects; }
@@ -102,6 +106,8 @@ class Monitor {
   ScenePool::Lease scene_;  // the leases are declared after robot_, because they return to its pools
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
+  std::optional<Guarantees> guarantees_;    ///< for this robot and these objects, if the robot is uncertain
+  scene::Uncertainty aged_;                 ///< that of the robot, with the motion since the poses
   std::optional<Gradients> gradients_;      ///< for this robot and these objects; made when they are first needed
   std::optional<Constraints> constraints_;  ///< for this robot; made when they are first needed
   scene::LevelThresholds thresholds_;       ///< those of the robot, with the defaults of the latest settings

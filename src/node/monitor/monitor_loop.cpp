@@ -242,7 +242,8 @@ void MonitorLoop::publishVelocityScale(const PoseSnapshot& snapshot, const Veloc
 }
 
 bool MonitorLoop::needsVelocities() const {
-  return health_.settings.lookahead > 0.0 || velocity_scale_pub_.getNumSubscribers() > 0;
+  return health_.settings.lookahead > 0.0 || velocity_scale_pub_.getNumSubscribers() > 0 ||
+         monitor_.robot()->config().pose_latency != PoseLatency::Off;
 }
 
 void MonitorLoop::listenToVelocities() {
@@ -255,8 +256,8 @@ VelocitySnapshot MonitorLoop::lookUpVelocities() {
   velocities.status.message = "nobody has asked for the velocities yet";
   if (!needsVelocities()) return velocities;
   velocities = velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
-  if (velocities.status.code == QueryStatus::OK)
-    velocities.status = tf_.standingStill(*monitor_.robot(), monitor_.roots());
+  velocities.roots = tf_.standingStill(*monitor_.robot(), monitor_.roots());
+  if (velocities.status.code == QueryStatus::OK) velocities.status = velocities.roots;
   return velocities;
 }
 

@@ -100,4 +100,13 @@ scene::ObjectCarriers carriersOf(const Robot& robot, const scene::Objects& objec
   return carriers;
 }
 
+scene::ObjectCarriers carriersBesideRoots(const Robot& robot, const scene::Objects& objects) {
+  scene::ObjectCarriers carriers = carriersOf(robot, objects);
+  const auto isRoot = [&](int body) { return body >= 0 && robot.robotModel().bodies[body].joint < 0; };
+  if (isRoot(carriers.of_fixed)) carriers.of_fixed = -1;
+  for (std::size_t i = 0; i < carriers.of_frames.size(); ++i)
+    if (isRoot(carriers.of_frames[i]) && robot.linkOfFrame(objects.frames()[i]) < 0) carriers.of_frames[i] = -1;
+  return carriers;
+}
+
 }  // namespace proximity_server::node

@@ -32,4 +32,8 @@ int carrierOf(const Robot& robot, const scene::Object& object);
 /// The bodies with which all objects move that no link holds.
 scene::ObjectCarriers carriersOf(const Robot& robot, const scene::Objects& objects);
 
+/// The same where a root carries only the objects in frames of links: all others stand beside it, and how exactly it
+/// stands there is its uncertainty.
+scene::ObjectCarriers carriersBesideRoots(const Robot& robot, const scene::Objects& objects);
+
 }  // namespace proximity_server::node

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/object_files/file_value.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_rules.h"
 
@@ -46,10 +47,23 @@ struct RobotSource {
   std::string prefixParameter() const { return name.empty() ? "tf_prefix" : "robots/" + name + "/tf_prefix"; }
 };
 
-/// The largest decelerations of joints [rad/s^2] or [m/s^2].
-struct MaxDeceleration {
-  std::optional<double> of_all;            ///< the deceleration of all joints, if the parameter is one number
+/// The largest accelerations or decelerations of joints [rad/s^2] or [m/s^2].
+struct JointLimits {
+  std::optional<double> of_all;            ///< the limit of all joints, if the parameter is one number
   std::map<std::string, double> of_joint;  ///< otherwise that of each joint; a joint that is not named has none
+};
+
+/// How the monitor bounds the motion since the time of the poses.
+enum class PoseLatency : unsigned char {
+  Off,       ///< not at all
+  Velocity,  ///< by the velocity of each joint and its largest acceleration; where one is missing by its limit
+  Limit      ///< by the velocity limit of each joint in the URDF
+};
+const char* toString(PoseLatency latency);  ///< "velocity"
+
+/// The parameters of a scene::Uncertainty, see scene::uncertaintyFrom(). A robot is needed to read them.
+struct UncertaintyValues {
+  scene::FileValue joint{0.0}, joint_frame{0.0}, base{0.0}, object{0.0}, link{0.0};
 };
 
 struct Config {
@@ -78,7 +92,12 @@ struct Config {
   scene::ObjectFile objects;                   ///< the objects at the start of the node
   std::string objects_file;                    ///< an absolute path; "": objects are not kept for the next start
   std::vector<std::string> constraint_joints;  ///< joints that the controller of ~constraints moves; empty: all
-  MaxDeceleration max_deceleration;
+  JointLimits max_deceleration;
+  UncertaintyValues uncertainty;
+  PoseLatency pose_latency = PoseLatency::Off;
+  double message_latency = 0.0;  ///< [s] from a cycle of the monitor until its message is used
+  JointLimits max_acceleration;
+  scene::FileValue base_speed{scene::FileValue::Map()}, object_speed{scene::FileValue::Map()};
   scene::ThresholdRules thresholds;  ///< thresholds of single pairs, links and groups; they replace those of `monitor`
   MonitorSettings monitor;
 };

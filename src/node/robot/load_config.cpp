@@ -102,7 +102,7 @@ class Parameters {
     for (auto& [key, entry] : value)
       target[key] = number(entry, std::string(parameter.name).append("/").append(key), parameter.range);
   }
-  void set(MaxDeceleration& target, XmlRpcValue& value, const Parameter& parameter) {
+  void set(JointLimits& target, XmlRpcValue& value, const Parameter& parameter) {
     if (value.getType() == XmlRpcValue::TypeStruct) {
       set(target.of_joint, value, parameter);
     } else {
@@ -142,6 +142,20 @@ class Parameters {
   }
   void set(scene::ObjectFile& target, XmlRpcValue& value, const Parameter& parameter) {
     target = scene::objectFileFrom(fileValueOf(value), "parameter " + fullName(parameter.name));
+  }
+
+  void set(scene::FileValue& target, XmlRpcValue& value, const Parameter& /*parameter*/) {
+    target = fileValueOf(value);
+  }
+  void set(PoseLatency& target, XmlRpcValue& value, const Parameter& parameter) {
+    // YAML 1.1 takes off for false.
+    const bool is_off = value.getType() == XmlRpcValue::TypeBoolean && !static_cast<bool>(value);
+    const std::string wanted = is_off ? "off" : text(value, parameter.name);
+    for (const PoseLatency latency : {PoseLatency::Off, PoseLatency::Velocity, PoseLatency::Limit}) {
+      target = latency;
+      if (wanted == toString(latency)) return;
+    }
+    require(false, parameter.name, "is '" + wanted + "', but must be off, velocity or limit");
   }
 
   void readText(const std::string& name, std::string& target) {
@@ -233,6 +247,18 @@ std::string contradictionIn(const MonitorSettings& settings) {
 }
 
 }  // namespace
+
+const char* toString(PoseLatency latency) {
+  switch (latency) {
+    case PoseLatency::Off:
+      return "off";
+    case PoseLatency::Velocity:
+      return "velocity";
+    case PoseLatency::Limit:
+      return "limit";
+  }
+  return "unknown";
+}
 
 std::vector<RobotSource> robotSources(const Config& config) {
   if (!config.robots.empty()) return config.robots;

@@ -173,6 +173,42 @@ std::vector<Parameter> parameterTable(Config& config) {
       "positions.");
 
   heading =
+      "What is not known exactly. With one of these, each pair has a `guaranteed` distance, the levels are decided by "
+      "it, and so are `~constraints` and `~collision_velocity_scale`; see "
+      "[uncertainty](#uncertainty).";
+  add("joint_uncertainty", &config.uncertainty.joint, {}, "rad or m", kReload,
+      "How far the position of each joint may be off to either side: one number for all joints, or `{elbow: 0.002}`. "
+      "In this and the next four, `\"*\"` names all that a map does not name.");
+  add("joint_frame_uncertainty", &config.uncertainty.joint_frame, {}, "m, rad", kReload,
+      "How far the place of each joint on its parent may be off: `{translation: 0.001, angle: 0.002}` or the number of "
+      "the translation, for all joints or by name. A link that is 3 mm longer displaces all that is behind it.");
+  add("base_uncertainty", &config.uncertainty.base, {}, "m, rad", kReload,
+      "The same of the root of the robot relative to everything that it does not carry; of several robots for all or "
+      "by name.");
+  add("object_uncertainty", &config.uncertainty.object, {}, "m, rad", kReload,
+      "The same of the place of objects on what carries them, for all or by id.");
+  add("link_uncertainty", &config.uncertainty.link, {}, "m", kReload,
+      "How far the surface of links may be outside of their geometry: one number for all links, or `{hose: 0.01}`.");
+  add("pose_latency", &config.pose_latency, {}, "", kReload,
+      "How the monitor takes account of the time from the stamp of the poses until its message is used. off: not at "
+      "all. velocity: each joint may have moved on by its velocity of joint_states and `max_acceleration`; a joint "
+      "without one of the two by its velocity limit of the URDF. limit: by this limit. If a joint that moves a checked "
+      "pair has neither, the level is INVALID, and the status names it. Services answer about the time of their "
+      "poses.");
+  add("message_latency", &config.message_latency, {0, 60}, "s", kReload,
+      "For `pose_latency`: from a cycle of the monitor until its message is used. The age of the poses is added by the "
+      "node.");
+  add("max_acceleration", &config.max_acceleration, {0, 1e6}, "rad/s² or m/s²", kReload,
+      "For `pose_latency`: how hard the joints accelerate at most, one number for all joints, or one for each: "
+      "`{elbow: 5.0}`.");
+  add("base_speed", &config.base_speed, {}, "m/s, rad/s", kReload,
+      "For `pose_latency`: how fast the root of a robot moves at most that tf may move relative to what is checked "
+      "with it, `{translation: 1.0, angle: 0.5}` or the number of the translation; of several robots for all or by "
+      "name. Without one it must stand still in /tf_static, else the level is INVALID.");
+  add("object_speed", &config.object_speed, {}, "m/s, rad/s", kReload,
+      "The same of objects that move with a tf frame that is no link's, for all or by id.");
+
+  heading =
       "For controllers: `~constraints` and `~collision_velocity_scale`, each published while somebody listens. Both "
       "keep `stop_distance` and `object_stop_distance`.";
   add("influence_distance", &monitor.influence_distance, {0, 100}, "m", kLive,

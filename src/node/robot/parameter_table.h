@@ -26,8 +26,9 @@ struct Parameter {
 
   using Names = scene::PairFilterOptions::Names;
   using Field = std::variant<double*, int*, bool*, std::string*, std::vector<std::string>*, std::vector<Names>*,
-                             std::vector<std::pair<Names, double>>*, std::map<std::string, double>*, MaxDeceleration*,
-                             std::vector<RobotSource>*, scene::ObjectFile*, scene::ObjectRules::FreeObjects*>;
+                             std::vector<std::pair<Names, double>>*, std::map<std::string, double>*, JointLimits*,
+                             std::vector<RobotSource>*, scene::ObjectFile*, scene::ObjectRules::FreeObjects*,
+                             scene::FileValue*, PoseLatency*>;
 
   std::string name;
   Field field;       ///< points into the configuration of the table; it begins with the default

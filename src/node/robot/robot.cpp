@@ -155,20 +155,38 @@ int movableJoint(const scene::RobotModel& robot, const std::string& name, const 
                               scene::nearestName(name, scene::namesOf(robot.joints)) + "'?");
 }
 
-/// Finds a joint of the parameter max_deceleration. Throws std::invalid_argument if the joint cannot have a
-/// deceleration.
-int jointThatStops(const scene::RobotModel& robot, const std::string& name) {
-  const std::string parameter = "parameter max_deceleration/" + name + ": ";
-  const int joint = movableJoint(robot, name, parameter);
-  if (!scene::hasOnePosition(robot.joints[joint]))
-    throw std::invalid_argument(parameter + "the joint is floating or planar, it has not one velocity");
-  return joint;
+/// Reads a limit of each joint from `parameter`. Throws std::invalid_argument naming a joint that does not exist or has
+/// not one velocity.
+std::vector<std::optional<double>> limitsOf(const scene::RobotModel& robot, const JointLimits& known,
+                                            const std::string& parameter) {
+  std::vector<std::optional<double>> limits(robot.joints.size(), known.of_all);
+  for (const auto& [name, limit] : known.of_joint) {
+    const std::string whose = "parameter " + parameter + "/" + name + ": ";
+    const int joint = movableJoint(robot, name, whose);
+    if (!scene::hasOnePosition(robot.joints[joint]))
+      throw std::invalid_argument(whose + "the joint is floating or planar, it has not one velocity");
+    limits[joint] = limit;
+  }
+  return limits;
 }
 
-std::vector<std::optional<double>> maxDecelerationsOf(const scene::RobotModel& robot, const MaxDeceleration& known) {
-  std::vector<std::optional<double>> decelerations(robot.joints.size(), known.of_all);
-  for (const auto& [name, deceleration] : known.of_joint) decelerations[jointThatStops(robot, name)] = deceleration;
-  return decelerations;
+scene::Uncertainty uncertaintyOf(const scene::RobotModel& robot, const UncertaintyValues& values) {
+  return scene::uncertaintyFrom(scene::FileValue{scene::FileValue::Map{{"joint_uncertainty", values.joint},
+                                                                       {"joint_frame_uncertainty", values.joint_frame},
+                                                                       {"base_uncertainty", values.base},
+                                                                       {"object_uncertainty", values.object},
+                                                                       {"link_uncertainty", values.link}}},
+                                "parameter", robot);
+}
+
+/// Throws std::invalid_argument for a robot that does not exist.
+scene::FrameSpeeds baseSpeedsOf(const scene::RobotModel& robot, const Config& config) {
+  scene::FrameSpeeds speeds = scene::frameSpeedsFrom(config.base_speed, "parameter base_speed");
+  for (const auto& [name, speed] : speeds)
+    if (name != scene::kOthers && scene::findNamed(robot.robots, name) < 0)
+      throw std::invalid_argument("parameter base_speed: there is no robot " +
+                                  scene::unknownName(name, scene::namesOf(robot.robots)));
+  return speeds;
 }
 
 /// The columns of the named joints; those of all joints if none is named.
@@ -218,14 +236,20 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       reference_frame_(reference_link_ < 0 ? config.reference_frame : frameOf(reference_link_)),
       tf_edges_(std::make_shared<const std::vector<TfEdge>>(edgesOf(*this))),
       root_edges_(rootEdgesOf(*this)),
-      max_decelerations_(maxDecelerationsOf(model_->robot, config.max_deceleration)),
+      max_decelerations_(limitsOf(model_->robot, config.max_deceleration, "max_deceleration")),
+      max_accelerations_(limitsOf(model_->robot, config.max_acceleration, "max_acceleration")),
+      uncertainty_(uncertaintyOf(model_->robot, config.uncertainty)),
+      is_uncertain_(!uncertainty_.isZero() || config.pose_latency != PoseLatency::Off),
+      base_speeds_(baseSpeedsOf(model_->robot, config)),
+      object_speeds_(scene::frameSpeedsFrom(config.object_speed, "parameter object_speed")),
       constraint_columns_(constraintColumnsOf(model_->robot, config.constraint_joints)),
       thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfs_, config))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->forAnotherThread(); })),
       moving_scenes_(std::make_unique<MovingScenePool>(
-          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->forAnotherThread(); })) {
+          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->forAnotherThread(); })),
+      guaranteed_(std::make_unique<GuaranteedPool>([model = model_] { return scene::GuaranteedDistances(model); })) {
   useDefaults(config.monitor);
 }
 

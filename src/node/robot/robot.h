@@ -5,6 +5,7 @@
 #include "node/robot/scene_pool.h"
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pairs.h"
+#include "proximity_server/scene/uncertainty/uncertainty.h"
 
 #include <ros/node_handle.h>
 
@@ -78,6 +79,19 @@ class Robot {
   /// for it.
   const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
 
+  /// What is not known exactly, without the motion since the time of the poses.
+  const scene::Uncertainty& uncertainty() const { return uncertainty_; }
+
+  /// False if guaranteed distances are the lower bounds of the distances themselves.
+  bool isUncertain() const { return is_uncertain_; }
+
+  /// The largest acceleration of each of RobotModel::joints; nullopt if the parameters have none for it.
+  const std::vector<std::optional<double>>& maxAccelerations() const { return max_accelerations_; }
+
+  /// How fast roots and moving objects can be.
+  const scene::FrameSpeeds& baseSpeeds() const { return base_speeds_; }
+  const scene::FrameSpeeds& objectSpeeds() const { return object_speeds_; }
+
   /// The columns of scene::DegreesOfFreedom that the controller of ~constraints moves.
   const std::vector<int>& constraintColumns() const { return constraint_columns_; }
 
@@ -99,6 +113,7 @@ class Robot {
   /// the robot is destroyed.
   ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
   MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
+  GuaranteedPool::Lease borrowGuaranteed() const { return guaranteed_->borrow(); }
 
  private:
   Config config_;
@@ -113,11 +128,16 @@ class Robot {
   std::shared_ptr<const std::vector<TfEdge>> tf_edges_;
   std::vector<int> root_edges_;
   std::vector<std::optional<double>> max_decelerations_;
+  std::vector<std::optional<double>> max_accelerations_;
+  scene::Uncertainty uncertainty_;
+  bool is_uncertain_;
+  scene::FrameSpeeds base_speeds_, object_speeds_;
   std::vector<int> constraint_columns_;
   mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< accessed by std::atomic_load and atomic_store
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;
+  std::unique_ptr<GuaranteedPool> guaranteed_;
 };
 
 /// Gives the pairs that have no thresholds of their own those of the settings.

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <functional>
 #include <memory>
@@ -48,5 +49,6 @@ class Pool {
 
 using ScenePool = Pool<scene::Scene>;
 using MovingScenePool = Pool<scene::MovingScene>;
+using GuaranteedPool = Pool<scene::GuaranteedDistances>;
 
 }  // namespace proximity_server::node

@@ -113,17 +113,18 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scene = pairs.borrowScene();
-    std::optional<Gradients> gradients = gradientsOf(robot, pairs, in_each);
+    PairDetails details{gradientsOf(robot, pairs, in_each), guaranteesOf(robot, pairs, request.uncertainty)};
     std::optional<FreeMotions> free_motions;
     if (request.want_free_motion) free_motions.emplace(robot, pairs, request, question.deadline);
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.roots);
       placeFramesOfLinks(robot, asked_frames, poses, frames.poses);
       scene->update(poses, frames.poses);
-      response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, gradients));
+      details.update(poses, frames.poses);
+      response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, details));
       if (free_motions) free_motions->add(*scene, poses, response);
     }
-    if (gradients) response.joint_names = gradients->names();
+    if (details.gradients) response.joint_names = details.gradients->names();
     if (free_motions) response.joint_names = free_motions->names();
     response.status = summary(response.states);
   });

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 namespace proximity_server::node {
 namespace {
@@ -77,20 +78,44 @@ std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& p
   return gradients;
 }
 
+std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs,
+                                       const std::string& uncertainty) {
+  std::optional<Guarantees> guarantees;
+  try {
+    const scene::Uncertainty wanted = uncertainty.empty()
+                                          ? robot.uncertainty()
+                                          : scene::uncertaintyFrom(uncertainty, "uncertainty", robot.robotModel());
+    if (wanted.isZero()) return guarantees;
+    guarantees.emplace(robot, wanted);
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+  guarantees->use(pairs.sharedObjects());
+  return guarantees;
+}
+
+void PairDetails::update(const scene::BodyPoses& poses, const scene::FramePoses& frames) {
+  if (gradients) gradients->update(poses);
+  if (guarantees) guarantees->update(poses, frames);
+}
+
+void PairDetails::assign(Proximity& message, const scene::PairProximity& pair) {
+  if (gradients) gradients->assign(message, pair);
+  if (guarantees) guarantees->assign(message, pair);
+}
+
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
-                        const QueryPairsRequest& request, const scene::Question& question,
-                        std::optional<Gradients>& gradients) {
+                        const QueryPairsRequest& request, const scene::Question& question, PairDetails& details) {
   StateProximity answer;
   answer.minimum = unknownProximity();
   const Answers found = askByMode(scene, pairs, request, question);
   assignCounts(answer, scene.counts());
 
-  if (gradients) gradients->update(state.poses);
   answer.pairs.reserve(found.size());
   for (const scene::PairProximity& pair : found) {
     Proximity& message = answer.pairs.emplace_back();
     assign(message, {scene.model().robot, scene.objects()}, state.poses, pair, question);
-    if (gradients) gradients->assign(message, pair);
+    details.assign(message, pair);
     if (pair.result.status != narrowphase::Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "node/answers/gradients.h"
+#include "node/answers/guarantees.h"
 #include "node/robot/robot.h"
 #include "node/services/requests.h"
 #include "proximity_server/QueryPairsRequest.h"
@@ -31,11 +32,24 @@ struct PosedState {
 /// Makes the object that computes the gradients of the requested pairs; nullopt if the request does not want gradients.
 std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs, const QueryPairsRequest& request);
 
-/// Asks a scene about `pairs` in the mode of the request, and adds their gradients if `gradients` has a value. If a
+/// Makes the object that computes the guaranteed distances of the requested pairs within an uncertainty: the text of a
+/// request, or if it is empty that of the parameters. nullopt if nothing is uncertain. Throws RequestError naming the
+/// field of the text that is wrong.
+std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs, const std::string& uncertainty);
+
+/// What computes more about each pair, at the poses of the scene that answers.
+struct PairDetails {
+  std::optional<Gradients> gradients;
+  std::optional<Guarantees> guarantees;
+
+  void update(const scene::BodyPoses& poses, const scene::FramePoses& frames);
+  void assign(Proximity& message, const scene::PairProximity& pair);
+};
+
+/// Asks a scene about `pairs` in the mode of the request, and adds the details, which have the same poses. If a
 /// pose of some pair is missing, the answer has the status of `state`. If the deadline has passed before all pairs were
 /// computed, the status is OVER_BUDGET. Throws RequestError for a mode that does not exist.
 StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
-                        const QueryPairsRequest& request, const scene::Question& question,
-                        std::optional<Gradients>& gradients);
+                        const QueryPairsRequest& request, const scene::Question& question, PairDetails& details);
 
 }  // namespace proximity_server::node

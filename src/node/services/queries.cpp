@@ -43,6 +43,7 @@ template <class Response, class Request>
 void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
                    Response& response) {
   const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+  std::optional<Guarantees> guarantees = guaranteesOf(robot, pairs, request.uncertainty);
   const PosedScene posed(robot, tf, pairs, request.stamp);
   response.header = posed.header;
   require(posed.snapshot.status);
@@ -57,6 +58,12 @@ void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, cons
   if (posed.scene->counts().unknown > 0) throw RequestError(incompleteness(robot, posed.scene->counts(), question));
   response.pair = closest ? posed.message(*closest, question) : beyondThreshold(question.threshold);
   if (closest) response.status.code = statusCode(closest->result);
+  if (!guarantees) return;
+  guarantees->update(posed.snapshot.poses, posed.frames.poses);
+  if (closest)
+    guarantees->assign(response.pair, *closest);
+  else
+    response.pair.guaranteed = kNaN;
 }
 
 geometry_msgs::Vector3 unknownVector() {
@@ -144,10 +151,11 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     requireAnswersWithinBatch(robot, request, pairs.size());
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
-    std::optional<Gradients> gradients = gradientsOf(robot, pairs, request);
-    StateProximity found = askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request,
-                                    question, gradients);
-    if (gradients) response.joint_names = gradients->names();
+    PairDetails details{gradientsOf(robot, pairs, request), guaranteesOf(robot, pairs, request.uncertainty)};
+    details.update(posed.snapshot.poses, posed.frames.poses);
+    StateProximity found =
+        askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, details);
+    if (details.gradients) response.joint_names = details.gradients->names();
     response.status = std::move(found.status);
     response.pairs = std::move(found.pairs);
     response.minimum = std::move(found.minimum);

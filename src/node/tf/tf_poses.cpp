@@ -331,7 +331,7 @@ FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const CarrierFrames& fra
     const FrameTime time{robot_poses.stamp, now, ros::Duration(robot.config().max_tf_age)};
     const EdgeTransform found = stamp.isZero() ? lookUpNearTime(*buffer, edge, time) : lookUpEdge(*buffer, edge, stamp);
     snapshot.poses[index] = found.pose;
-    if (!found.stamp.isZero() && !snapshot.may_move) snapshot.may_move = index;
+    if (!found.stamp.isZero()) snapshot.may_move.push_back(index);
     if (!found.pose && snapshot.status.code == QueryStatus::OK) snapshot.status = found.status;
   }
   placeFramesOfLinks(robot, frames, robot_poses.poses, snapshot.poses);

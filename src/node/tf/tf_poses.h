@@ -48,9 +48,9 @@ struct PoseSnapshot {
 struct FrameSnapshot {
   scene::FramePoses poses;  ///< nullopt if unknown or not needed
   QueryStatus status;       ///< OK, or the name of the first frame whose pose tf does not know, with the reason
-  /// The first needed frame that may move relative to the reference frame: it is not the frame of a link, and
-  /// /tf_static does not connect the two.
-  std::optional<int> may_move;
+  /// The needed frames that may move relative to the reference frame: they are not frames of links, and /tf_static does
+  /// not connect the two.
+  std::vector<int> may_move;
 };
 
 /// The tf frames that carry objects, and those of them whose poses are needed.

@@ -71,6 +71,11 @@ Eigen::VectorXd largestSpeeds(const RobotModel& robot) {
   return speeds;
 }
 
+/// [m] The lower bound that counts.
+double distanceOf(const PairProximity& pair, const VelocityDamper& damper) {
+  return damper.guaranteed ? damper.guaranteed(pair) : pair.result.lower_bound;
+}
+
 std::vector<int> allColumns(const RobotModel& robot) {
   std::vector<int> columns(static_cast<std::size_t>(DegreesOfFreedom(robot).size()));
   std::iota(columns.begin(), columns.end(), 0);
@@ -128,8 +133,11 @@ void ConstraintRows::update(Scene& scene, const Derivatives& derivatives, const 
 
 void ConstraintRows::offerNear(Scene& scene, const VelocityDamper& damper) {
   Question question;
-  question.threshold = damper.influence_distance;
-  for (const PairProximity& pair : scene.below(scene.candidates(), question)) offer(pair, damper, rowOf(pair.asked));
+  question.threshold = damper.influence_distance + damper.largest_loss;
+  for (const PairProximity& pair : scene.below(scene.candidates(), question)) {
+    const double distance = distanceOf(pair, damper);
+    if (!(distance > damper.influence_distance)) offer(pair, distance, damper, rowOf(pair.asked));
+  }
   unknown_ += scene.counts().unknown;
 }
 
@@ -144,18 +152,20 @@ void ConstraintRows::offerKept(Scene& scene, const VelocityDamper& damper) {
     if (!isStillChecked(kept.pair, scene.objects())) continue;
     const double stop = damper.stop.of(kept.pair);
     Question question;
-    question.threshold = stop + (1.0 + kKeepShare) * (damper.influence_distance - stop);
+    const double farthest = stop + (1.0 + kKeepShare) * (damper.influence_distance - stop);
+    question.threshold = farthest + damper.largest_loss;
     const PairProximity pair = scene.proximity(kept.pair, question);
-    if (pair.result.status == narrowphase::Status::Unknown || pair.result.lower_bound > question.threshold) continue;
-    offer(pair, damper, row);
+    const double distance = distanceOf(pair, damper);
+    if (pair.result.status == narrowphase::Status::Unknown || distance > farthest) continue;
+    offer(pair, distance, damper, row);
     offers_.back().is_within = false;
   }
 }
 
-void ConstraintRows::offer(const PairProximity& pair, const VelocityDamper& damper, int row) {
+void ConstraintRows::offer(const PairProximity& pair, double distance, const VelocityDamper& damper, int row) {
   const double stop = damper.stop.of(pair.asked);
-  const double share = (pair.result.lower_bound - stop) / (damper.influence_distance - stop);
-  offers_.push_back({pair.asked, pair.result, share, row, true});
+  const double share = (distance - stop) / (damper.influence_distance - stop);
+  offers_.push_back({pair.asked, pair.result, distance, share, row, true});
 }
 
 /// Keeps the most demanding offers that need a row, at most as many as there are rows.
@@ -184,7 +194,7 @@ ConstraintRows::Need ConstraintRows::decideNeed(Offer& offer, const Derivatives&
   const double bound = smallestRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
   if (bound > rate) {
     ++stuck_count_;
-    if (stuck_.size() < rows_.size()) stuck_.push_back({offer.pair, offer.result.lower_bound, rate});
+    if (stuck_.size() < rows_.size()) stuck_.push_back({offer.pair, offer.distance, rate});
   }
   if (rate == 0.0 || -bound >= rate + kSpareShare * damper.gain) return Need::None;
   const double square = gradient_.squaredNorm();
@@ -228,7 +238,7 @@ void ConstraintRows::fill(const Offer& offer, const Derivatives& derivatives) {
   findGradient(offer, derivatives);
   matrix_.row(offer.row) = gradient_.transpose();
   bounds_[offer.row] = offer.bound;
-  rows_[offer.row] = {offer.pair, offer.result.lower_bound, true, offer.result.unique};
+  rows_[offer.row] = {offer.pair, offer.distance, true, offer.result.unique};
 }
 
 }  // namespace proximity_server::scene

@@ -45,6 +45,9 @@ void requireLegal(const RobotModel& model, const MovingState& state, const Braki
       throw std::invalid_argument("the deceleration of joint " + model.joints[i].name + " is " +
                                   std::to_string(braking.deceleration[i]) + ", but must be positive");
   if (!stop.areFinite()) throw std::invalid_argument("the stop distances must be finite");
+  if (!(state.largest_loss >= 0.0) || !std::isfinite(state.largest_loss))
+    throw std::invalid_argument("how far the distances may be off is " + std::to_string(state.largest_loss) +
+                                ", but must be finite and not negative");
   for (const RobotMotion::Segment& frame : state.frames.moving)
     if (frame.is_known && !frame.motion.isRest()) throw std::invalid_argument("a frame of objects moves on its own");
   if (state.frames.world.is_known && !state.frames.world.motion.isRest())
@@ -80,9 +83,10 @@ PhasedMotion motionAlong(const RobotModel& model, const MovingState& state, std:
 /// Searches for the first pair at its stop distance.
 class StopSearch {
  public:
-  StopSearch(MovingScene& moving, Scene& scene, const PairDistances& stop,
+  StopSearch(MovingScene& moving, Scene& scene, const PairDistances& stop, double largest_loss,
              std::chrono::steady_clock::time_point deadline)
       : moving_(moving), scene_(scene) {
+    question_.contact_distance = largest_loss;
     question_.thresholds = &stop;
     question_.tolerance = 0.25 * kRetreatTolerance;
     question_.deadline = deadline;
@@ -91,7 +95,7 @@ class StopSearch {
   RobotTimeOfContact contact(const PhasedMotion& motion) {
     const Pairs pairs(scene_.candidates());
     Question near;
-    near.threshold = kRetreatTolerance;
+    near.threshold = question_.contact_distance + kRetreatTolerance;
     near.thresholds = question_.thresholds;
     near.deadline = question_.deadline;
     near_ = scene_.below(pairs, near);
@@ -145,6 +149,14 @@ class StopSearch {
 
 }  // namespace
 
+std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<double>& velocities,
+                                   const Braking& braking) {
+  std::vector<double> travel = leadersOnly(model, velocities);
+  const double length = stopOf(model, travel, braking).length();
+  for (double& joint : travel) joint = std::abs(joint) * length;
+  return travel;
+}
+
 VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
                             const PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
   const RobotModel& model = scene.model().robot;
@@ -157,7 +169,7 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
   const bool rests =
       to_stop.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
 
-  StopSearch search(moving, scene, stop, deadline);
+  StopSearch search(moving, scene, stop, state.largest_loss, deadline);
   const RobotTimeOfContact found = search.contact(motion);
   if (found.counts.unknown > 0) return {};
   if (found.counts.pairs == 0 || rests || !(found.t_free < 1.0)) return {narrowphase::Status::Converged, 1.0, {}};

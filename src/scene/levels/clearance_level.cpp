@@ -37,12 +37,20 @@ DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefo
 }
 
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before) {
+  return levelOf(pair, pair.result.lower_bound, thresholds, before);
+}
+
+DistanceLevel levelOf(const PairProximity& pair, double guaranteed, const LevelThresholds& thresholds,
+                      const LevelBefore& before) {
   const bool has_object = !pair.asked.areLinks();
-  const double stop = thresholds.stop.of(pair.asked),
+  const double stop = thresholds.stop.of(pair.asked), warn = thresholds.warn.of(pair.asked),
                usual = has_object ? thresholds.stop.objects : thresholds.stop.links;
   const double scale = stop < usual ? stop / usual : 1.0;
-  return levelOf(pair.result.lower_bound, stop, thresholds.warn.of(pair.asked),
-                 {before.level, scale * before.hysteresis});
+  const LevelBefore own{before.level, scale * before.hysteresis};
+  const DistanceLevel of_state = levelOf(pair.result.lower_bound, stop, warn, own);
+  if (of_state.level == ClearanceLevel::Collision || guaranteed == pair.result.lower_bound) return of_state;
+  const DistanceLevel level = levelOf(guaranteed, stop, warn, own);
+  return level.level == ClearanceLevel::Collision ? DistanceLevel{ClearanceLevel::Stop, stop} : level;
 }
 
 DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,

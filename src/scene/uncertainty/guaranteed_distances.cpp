@@ -17,7 +17,7 @@ GuaranteedDistances::~GuaranteedDistances() = default;
 GuaranteedDistances::GuaranteedDistances(GuaranteedDistances&&) noexcept = default;
 GuaranteedDistances& GuaranteedDistances::operator=(GuaranteedDistances&&) noexcept = default;
 
-void GuaranteedDistances::assume(Uncertainty uncertainty) { bounds_->assume(std::move(uncertainty)); }
+void GuaranteedDistances::assume(const Uncertainty& uncertainty) { bounds_->assume(uncertainty); }
 const Uncertainty& GuaranteedDistances::uncertainty() const { return bounds_->uncertainty(); }
 
 void GuaranteedDistances::use(std::shared_ptr<const Objects> objects) { bounds_->use(std::move(objects)); }
@@ -34,20 +34,24 @@ const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, doub
   return bounds_->reached(pair, threshold);
 }
 
-double GuaranteedDistances::largestLoss() { return bounds_->largestLoss(); }
+double GuaranteedDistances::largestLoss() { return bounds_->largestLoss({}); }
+double GuaranteedDistances::largestLoss(const std::vector<double>& travel) { return bounds_->largestLoss(travel); }
 
-GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& thresholds,
-                                            std::chrono::steady_clock::time_point deadline) {
+GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& thresholds) {
+  return find(scene, scene.candidates(), thresholds);
+}
+
+GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
+                                            Question question) {
   if (&scene.model() != &bounds_->joints().model()) throw std::invalid_argument("the scene is of another robot");
   if (scene.objects() != bounds_->joints().objects()) throw std::invalid_argument("the scene has other objects");
   if (!thresholds.areFinite()) throw std::invalid_argument("the thresholds must be finite");
-  Question question;
   question.thresholds = &thresholds;
-  question.deadline = deadline;
+  question.threshold = kInfinity;
   const double loss = largestLoss();
-  const double lowest_threshold = thresholds.range(PairKind::Any).smallest;
+  const double lowest_threshold = thresholds.range(pairs.areCandidates() ? pairs.kind() : PairKind::Any).smallest;
   for (;; closest_ *= 2) {
-    const std::vector<PairProximity>& pairs = scene.closest(scene.candidates(), closest_, question);
+    const std::vector<PairProximity>& closest = scene.closest(pairs, closest_, question);
     GuaranteedMinimum minimum;
     minimum.unknown = scene.counts().unknown;
     // True if pairs with this lower bound cannot have a smaller result. Where surfaces may meet, interiors count.
@@ -56,7 +60,7 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& t
     };
     double last = -kInfinity;
     int needed = 0;
-    for (const PairProximity& pair : pairs) {
+    for (const PairProximity& pair : closest) {
       const double threshold = thresholds.of(pair.asked);
       last = std::min(pair.result.distance, pair.result.lower_bound) - threshold;
       if (isSettled(last, threshold)) continue;
@@ -70,7 +74,7 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& t
         minimum.excess = guaranteed - threshold;
       }
     }
-    const bool are_all = static_cast<int>(pairs.size()) < closest_;
+    const bool are_all = static_cast<int>(closest.size()) < closest_;
     if (are_all || isSettled(last - question.tolerance, lowest_threshold)) {
       closest_ = std::max(2, needed + 1);
       return minimum;

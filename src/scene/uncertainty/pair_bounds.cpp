@@ -79,9 +79,9 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
     links_have_interiors_ = links_have_interiors_ || (*volumes_)[link].has_interior;
 }
 
-void PairBounds::assume(Uncertainty uncertainty) {
+void PairBounds::assume(const Uncertainty& uncertainty) {
   uncertainty.requireValidFor(joints_.robot());
-  uncertainty_ = std::move(uncertainty);
+  uncertainty_ = uncertainty;
   placeObjects();
 }
 
@@ -511,11 +511,11 @@ const ReachedState* PairBounds::reached(const PairProximity& pair, double thresh
 
 /// A joint, a frame and a base displace at most one shape of a pair relative to the other. So the sum over all of them,
 /// each with the largest radius of all that it carries, is not less than the loss of any pair.
-double PairBounds::largestLoss() {
+double PairBounds::largestLoss(const std::vector<double>& travel) {
   const RobotModel& robot = joints_.robot();
   const Objects* objects = joints_.objects();
   std::fill(radius_.begin(), radius_.end(), 0.0);
-  double half_spaces = 0.0;
+  double half_spaces = 0.0, turns = 0.0, way = 0.0;  // turns and way: of all joints, and of half-spaces
   bool is_known = true;
   const auto consider = [&](const ShapeRef& ref) {
     const int body = joints_.bodyOf(ref);
@@ -546,6 +546,7 @@ double PairBounds::largestLoss() {
       const Vector3d origin = moving ? Vector3d(**moving * frame.origin) : frame.origin;
       half_spaces = std::max(half_spaces, frame.uncertainty.translation +
                                               frame.uncertainty.angle * ((centre - origin).norm() + bounds.radius));
+      turns = std::max(turns, frame.uncertainty.angle);
     }
   };
   TwoLargest swellings;
@@ -566,11 +567,14 @@ double PairBounds::largestLoss() {
       const double width = std::abs(leader.multiplier) * uncertainty_.positions[leader.joint];
       const bool slides = robot.joints[body.joint].type == Joint::Type::Prismatic;
       (slides ? shift : turn) += width;
+      if (!travel.empty()) way += std::abs(leader.multiplier) * travel[leader.joint] * (slides ? 1.0 : radius_[i]);
       if (slides && frame.angle > 0.0 && joints_.poses()[i] && joints_.poses()[body.parent])
         shift += frame.angle * (joints_.poses()[i]->translation() - jointOrigin(static_cast<int>(i))).norm();
     }
     sum += turn * radius_[i] + shift;
+    turns += turn;
   }
+  sum += turns * way;
   // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too.
   return is_known ? (1.0 + static_cast<double>(8 * robot.bodies.size() + 64) * kEpsilon) * sum : kInfinity;
 }

@@ -23,7 +23,7 @@ class PairBounds {
  public:
   explicit PairBounds(const std::shared_ptr<const SceneModel>& model);
 
-  void assume(Uncertainty uncertainty);
+  void assume(const Uncertainty& uncertainty);
   const Uncertainty& uncertainty() const { return uncertainty_; }
   void use(std::shared_ptr<const Objects> objects);
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
@@ -33,7 +33,7 @@ class PairBounds {
 
   double of(const PairProximity& pair, double enough);
   const ReachedState* reached(const PairProximity& pair, double threshold);
-  double largestLoss();
+  double largestLoss(const std::vector<double>& travel);
   bool haveInteriors() const { return links_have_interiors_ || objects_have_interiors_; }
 
  private:

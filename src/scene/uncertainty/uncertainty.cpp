@@ -1,5 +1,6 @@
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -34,6 +35,15 @@ Uncertainty::Uncertainty(const RobotModel& robot)
 const PoseUncertainty& Uncertainty::ofObject(const std::string& id) const {
   const auto own = own_objects.find(id);
   return own == own_objects.end() ? objects : own->second;
+}
+
+bool Uncertainty::isZero() const {
+  const auto is_zero = [](double bound) { return bound == 0.0; };
+  const auto is_exact = [](const PoseUncertainty& pose) { return pose.isZero(); };
+  return std::all_of(positions.begin(), positions.end(), is_zero) &&
+         std::all_of(frames.begin(), frames.end(), is_exact) && std::all_of(bases.begin(), bases.end(), is_exact) &&
+         std::all_of(swellings.begin(), swellings.end(), is_zero) && objects.isZero() &&
+         std::all_of(own_objects.begin(), own_objects.end(), [](const auto& own) { return own.second.isZero(); });
 }
 
 void Uncertainty::requireValidFor(const RobotModel& robot) const {

@@ -9,8 +9,6 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr char kOthers[] = "*";
-
 bool isNumber(const Field& field) { return !field.isMap(); }
 
 bool isPose(const Field& field) {
@@ -85,8 +83,12 @@ Uncertainty uncertaintyOfJoints(const RobotModel& robot, double position) {
 }
 
 Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, const RobotModel& robot) {
-  const FileValue value = readYaml(yaml, source);
+  return uncertaintyFrom(readYaml(yaml, source), source, robot);
+}
+
+Uncertainty uncertaintyFrom(const FileValue& value, const std::string& source, const RobotModel& robot) {
   const Field file(value, source);
+  if (std::holds_alternative<double>(value.content)) return uncertaintyOfJoints(robot, boundIn(file));
   file.requireMembers(
       {"joint_uncertainty", "joint_frame_uncertainty", "base_uncertainty", "object_uncertainty", "link_uncertainty"});
   Uncertainty uncertainty(robot);
@@ -111,6 +113,21 @@ Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, 
     throw std::invalid_argument(source + ": " + error.what());
   }
   return uncertainty;
+}
+
+FrameSpeeds frameSpeedsFrom(const FileValue& value, const std::string& source) {
+  FrameSpeeds speeds;
+  const Field field(value, source);
+  const bool is_empty = field.isMap() && field.members().empty();
+  if (is_empty) return speeds;
+  readByName(field, isPose, [&](const std::string& name, const Field& pose) { speeds[name] = poseIn(pose); });
+  return speeds;
+}
+
+const PoseUncertainty* speedOf(const FrameSpeeds& speeds, const std::string& name) {
+  auto found = speeds.find(name);
+  if (found == speeds.end()) found = speeds.find(kOthers);
+  return found == speeds.end() ? nullptr : &found->second;
 }
 
 }  // namespace proximity_server::scene

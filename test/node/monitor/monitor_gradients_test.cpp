@@ -73,9 +73,10 @@ class GradientsOfTheDemo : public testing::Test {
     const RequestedPairs pairs = pairsOf(*robot_, request);
     scene::Scene& scene = *used_.emplace_back(pairs.borrowScene());
     scene.update(snapshot.poses);
-    std::optional<Gradients> gradients = gradientsOf(*robot_, pairs, request);
+    PairDetails details{gradientsOf(*robot_, pairs, request), {}};
+    details.update(snapshot.poses, {});
     return askPairs(*robot_, scene, {snapshot.poses, snapshot.status}, pairs, request, questionOf(*robot_, request),
-                    gradients);
+                    details);
   }
 
   /// The gradient for the points and the normal of a message.

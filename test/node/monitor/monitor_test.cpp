@@ -254,7 +254,7 @@ TEST_F(LookaheadWithObjects, SaysThatMovingObjectsAreTakenToRest) {
   FrameSnapshot frames;
   frames.poses = {Eigen::Isometry3d(Eigen::Translation3d(-0.5, 0.5, 0.0))};
   EXPECT_EQ(ahead(frames).status.message, "") << "tf joins the frames by static transforms";
-  frames.may_move = 0;
+  frames.may_move = {0};
   const Lookahead lookahead = ahead(frames);
   EXPECT_EQ(lookahead.state, Lookahead::FREE);
   EXPECT_EQ(lookahead.status.code, QueryStatus::OK);

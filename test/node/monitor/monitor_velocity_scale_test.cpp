@@ -56,6 +56,25 @@ TEST_F(ScaleOfSliders, LeavesTheWayToStopAboveTheStopDistance) {
   EXPECT_LE(middleAt(1.0), 0.8 + 1e-12);
 }
 
+// The two may be 0.06 m nearer than they seem. The bound counts the third joint, too.
+TEST_F(ScaleOfSliders, LeavesTheWayToStopWithinTheUncertainty) {
+  config_.uncertainty.joint = {0.03};
+  follow("");
+  const double scale = middleAt(1.0), way = 0.15 * scale + 0.25 * scale * scale;
+  EXPECT_LE(way, 0.28 - 0.06);
+  EXPECT_GE(way, 0.28 - 0.09 - 1e-5);
+}
+
+// A turn of the rail, which all spheres hang on, does not bring them together; that of an object does, and the farther
+// the sphere goes the more.
+TEST_F(ScaleOfSliders, CountsHowAnAngleActsWhereTheRobotStops) {
+  config_.uncertainty.base = {scene::FileValue::Map{{"angle", {0.1}}}};
+  follow("");
+  add(ballAt(standingAt(0.0, 0.35, 0.0)));  // 0.15 m from the middle, and nearer to the side than any motion leads
+  EXPECT_EQ(middleAt(0.0), 1.0);
+  EXPECT_LT(middleAt(1.0), 0.8);
+}
+
 TEST_F(ScaleOfSliders, IsOneWhereTheRobotStopsInTime) {
   EXPECT_EQ(middleAt(0.5), 1.0);
   EXPECT_EQ(middleAt(0.0), 1.0);

@@ -43,7 +43,16 @@ std::string yaml(const std::vector<Entry>& entries) {
 std::string yaml(const scene::ObjectFile& file) { return list(file.objects.empty()); }
 std::string yaml(const std::vector<RobotSource>& robots) { return map(robots.empty()); }
 std::string yaml(const std::map<std::string, double>& numbers) { return map(numbers.empty()); }
-std::string yaml(const MaxDeceleration& limits) { return map(!limits.of_all && limits.of_joint.empty()); }
+std::string yaml(const JointLimits& limits) { return map(!limits.of_all && limits.of_joint.empty()); }
+
+std::string yaml(const scene::FileValue& value) {
+  const auto* number = std::get_if<double>(&value.content);
+  const auto* entries = std::get_if<scene::FileValue::Map>(&value.content);
+  return number ? yaml(*number) : map(entries && entries->empty());
+}
+std::string yaml(PoseLatency latency) {
+  return toString(latency) == std::string("off") ? "\"off\"" : toString(latency);
+}
 
 std::string yaml(const Parameter& parameter) {
   return std::visit([](const auto* field) { return yaml(*field); }, parameter.field);
@@ -164,7 +173,7 @@ TEST(ParameterFiles, SayWhatTheTableSays) {
 /// A value of the parameter that sets a number in it, or none if it has no numbers.
 XmlRpcValue withNumber(const Parameter& parameter, double number) {
   XmlRpcValue value;
-  if (std::holds_alternative<double*>(parameter.field) || std::holds_alternative<MaxDeceleration*>(parameter.field)) {
+  if (std::holds_alternative<double*>(parameter.field) || std::holds_alternative<JointLimits*>(parameter.field)) {
     value = number;
   } else if (std::holds_alternative<int*>(parameter.field)) {
     value = static_cast<int>(number);
@@ -197,6 +206,10 @@ XmlRpcValue otherValue(const Parameter& parameter) {
     value[0][1] = "b";
   } else if (std::holds_alternative<std::vector<RobotSource>*>(parameter.field)) {
     value["left"]["description"] = "a";
+  } else if (std::holds_alternative<scene::FileValue*>(parameter.field)) {
+    value = 0.125;
+  } else if (std::holds_alternative<PoseLatency*>(parameter.field)) {
+    value = "limit";
   } else if (std::holds_alternative<scene::ObjectFile*>(parameter.field)) {
     value[0]["id"] = "ball";
     value[0]["primitives"][0]["type"] = "SPHERE";

@@ -310,6 +310,33 @@ TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
   }
 }
 
+TEST(GuaranteedDistances, NoPairLosesMoreDuringAMotionThanTheLargestLossOfIt) {
+  Chance chance(44);
+  const auto model = modelOf(kCrane);
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  for (int i = 0; i < 100; ++i) {
+    distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
+    const std::vector<double> start{chance.between(-3, 3), chance.between(-1, 1)};
+    const std::vector<double> travel{chance.between(0, 2), chance.between(0, 1)};
+    distances.update(forwardKinematics(model->robot, start));
+    const double largest = distances.largestLoss(travel);
+    EXPECT_GE(largest, distances.largestLoss());
+    for (int k = 0; k < 10; ++k) {
+      const BodyPoses later =
+          forwardKinematics(model->robot, std::vector<double>{start[0] + chance.between(-1, 1) * travel[0],
+                                                              start[1] + (k % 2 ? 1.0 : -1.0) * travel[1]});
+      scene.update(later);
+      distances.update(later);
+      const PairProximity pair = scene.proximity(pairOf(*model, "post", "hook"));
+      const double bound = distances.of(pair);
+      if (bound > 0.0) {
+        EXPECT_GE(bound, pair.result.lower_bound - largest);
+      }
+    }
+  }
+}
+
 TEST(GuaranteedDistances, AllocateNothingOnceTheyHaveTheirRoom) {
   Chance chance(43);
   SomeCell cell(chance);

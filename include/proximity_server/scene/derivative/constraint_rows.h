@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -24,6 +25,10 @@ struct VelocityDamper {
   PairDistances stop;
   double influence_distance;  ///< [m] must be above all stop distances; pairs that are farther apart are not limited
   double gain;                ///< [m/s] how fast a pair at the influence distance may approach; must be positive
+  /// If the state is not known exactly: a lower bound [m] of the distance of a pair over all states, which takes the place
+  /// of that of the scene, see GuaranteedDistances::of(). It is smaller by at most `largest_loss` [m].
+  std::function<double(const PairProximity&)> guaranteed{};
+  double largest_loss = 0.0;
 };
 
 /// The linear constraints that keep a robot from approaching itself and its objects too fast: rows of a QP in the
@@ -131,6 +136,7 @@ class ConstraintRows {
   struct Offer {
     ShapeRefPair pair;
     narrowphase::SignedDistance result;
+    double distance;  // [m] the lower bound that counts
     double share;
     int row;             // the row that it has; kNone if it has none
     bool is_within;      // true if it is within the influence distance
@@ -141,7 +147,7 @@ class ConstraintRows {
 
   void offerNear(Scene& scene, const VelocityDamper& damper);
   void offerKept(Scene& scene, const VelocityDamper& damper);
-  void offer(const PairProximity& pair, const VelocityDamper& damper, int row);
+  void offer(const PairProximity& pair, double distance, const VelocityDamper& damper, int row);
   void choose(const Derivatives& derivatives, const VelocityDamper& damper);
   Need decideNeed(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper);
   bool findGradient(const Offer& offer, const Derivatives& derivatives);

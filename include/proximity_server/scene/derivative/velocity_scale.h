@@ -27,7 +27,14 @@ struct MovingState {
   std::vector<double> velocities;
   std::vector<std::optional<double>> positions{};  ///< [rad] stated positions, see motionWithinLimits(); or empty
   RobotMotion::ObjectFrames frames{};              ///< the frames that carry objects; each at rest in its parent
+  /// [m] If the state is not known exactly: no pair is ever nearer than its distance by these poses and velocities minus
+  /// this.
+  double largest_loss = 0.0;
 };
+
+/// Per joint [rad] or [m]: how far it moves at most until the robot has stopped from its full velocities.
+std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<double>& velocities,
+                                   const Braking& braking);
 
 /// The speed at which a robot can still stop in time.
 struct VelocityScale {

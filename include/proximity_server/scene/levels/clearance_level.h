@@ -35,6 +35,11 @@ DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefo
 /// otherwise a pair that is near by design could never leave a level.
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before = {});
 
+/// The same where only a lower bound of the distance is guaranteed [m], because the state is not known exactly. The
+/// level is Collision only if the pair touches or overlaps in the state of the answer.
+DistanceLevel levelOf(const PairProximity& pair, double guaranteed, const LevelThresholds& thresholds,
+                      const LevelBefore& before = {});
+
 /// The pair that decides the level of a state. Among the pairs of the worst level, it is the one with the smallest
 /// distance minus its threshold (that of WARN if the level is Clear). It need not be the closest pair.
 struct DecidingPair {

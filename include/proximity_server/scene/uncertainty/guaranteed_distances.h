@@ -5,11 +5,11 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 
-#include <chrono>
 #include <limits>
 #include <memory>
 
@@ -48,7 +48,7 @@ class GuaranteedDistances {
   GuaranteedDistances& operator=(GuaranteedDistances&&) noexcept;
 
   /// Throws std::invalid_argument as Uncertainty::requireValidFor() does; then nothing changes.
-  void assume(Uncertainty uncertainty);
+  void assume(const Uncertainty& uncertainty);
   const Uncertainty& uncertainty() const;
 
   /// Take the objects of the scene, and what carries them; see Derivatives.
@@ -74,15 +74,22 @@ class GuaranteedDistances {
   /// Failure: as of().
   const ReachedState* reached(const PairProximity& pair, double threshold);
 
-  /// The checked pair of the scene with the smallest guaranteed distance minus its threshold. It asks the scene for the
-  /// closest pairs, as many as are needed.
+  /// The pair of `pairs` with the smallest guaranteed distance minus its threshold. It asks the scene for the closest of
+  /// them, as many as are needed. The question's thresholds and threshold are not used.
   /// Failure: throws std::invalid_argument for a scene of another robot or with other objects.
-  GuaranteedMinimum find(Scene& scene, const PairDistances& thresholds,
-                         std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max());
+  GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, Question question = {});
+
+  /// The same of all checked pairs.
+  GuaranteedMinimum find(Scene& scene, const PairDistances& thresholds);
 
   /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance, as
   /// long as no surfaces meet. Infinity if that is not known.
   double largestLoss();
+
+  /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:
+  /// one number for each of RobotModel::joints, those of mimic joints are ignored. On the way no point moves, relative
+  /// to any axis, by more than the sum of all travels times the present radii; so no radius grows by more.
+  double largestLoss(const std::vector<double>& travel);
 
  private:
   std::unique_ptr<PairBounds> bounds_;

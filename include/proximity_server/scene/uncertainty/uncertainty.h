@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/object_files/file_value.h"
 
 #include <map>
 #include <string>
@@ -43,6 +44,9 @@ struct Uncertainty {
 
   const PoseUncertainty& ofObject(const std::string& id) const;
 
+  /// True if nothing is uncertain.
+  bool isZero() const;
+
   /// Throws std::invalid_argument, naming the joint, robot, link or object, for a value that is negative or not finite,
   /// and for an entry of `positions` that must be 0; also for a list of the wrong length.
   void requireValidFor(const RobotModel& robot) const;
@@ -52,7 +56,8 @@ struct Uncertainty {
 /// are exact.
 Uncertainty uncertaintyOfJoints(const RobotModel& robot, double position);
 
-/// Reads YAML with the names of the node's parameters. Each of them is optional, and what is not named is exact:
+/// Reads YAML with the names of the node's parameters. A number alone is the joint_uncertainty. Each name is optional,
+/// and what is not named is exact:
 ///
 /// * joint_uncertainty: a number [rad] or [m] for every joint, or {joint: number}
 /// * joint_frame_uncertainty: a pose for every joint, or {joint: pose}
@@ -66,5 +71,19 @@ Uncertainty uncertaintyOfJoints(const RobotModel& robot, double position);
 /// Failure: throws std::invalid_argument with `source`, the line, the field and the reason; also for a joint that mimics
 ///          another one, for what does not exist, and as requireValidFor() does. An object need not exist.
 Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, const RobotModel& robot);
+
+/// The same of a value that has been read.
+Uncertainty uncertaintyFrom(const FileValue& value, const std::string& source, const RobotModel& robot);
+
+/// Largest speeds of frames by name, as translation [m/s] and angle [rad/s]; kOthers stands for all that have no entry.
+using FrameSpeeds = std::map<std::string, PoseUncertainty>;
+constexpr char kOthers[] = "*";
+
+/// Reads speeds in the form of object_uncertainty: one pose for all, or {name: pose}; {} has no speeds.
+/// Failure: throws std::invalid_argument with `source`, the field and the reason.
+FrameSpeeds frameSpeedsFrom(const FileValue& value, const std::string& source);
+
+/// nullptr if neither the name nor kOthers has a speed.
+const PoseUncertainty* speedOf(const FrameSpeeds& speeds, const std::string& name);
 
 }  // namespace proximity_server::scene

@@ -1,0 +1,42 @@
+#pragma once
+
+#include "node/robot/robot.h"
+#include "proximity_server/Proximity.h"
+#include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+
+#include <limits>
+#include <memory>
+
+namespace proximity_server::node {
+
+/// Writes the guaranteed distances of pairs into messages. Each caller needs an object of its own, because it is not
+/// thread-safe. The robot must outlive it.
+class Guarantees {
+ public:
+  /// With the uncertainty of the parameters.
+  explicit Guarantees(const Robot& robot) : Guarantees(robot, robot.uncertainty()) {}
+  Guarantees(const Robot& robot, const scene::Uncertainty& uncertainty);
+
+  void assume(const scene::Uncertainty& uncertainty) { distances_->assume(uncertainty); }
+
+  /// Sets the objects of the scene.
+  void use(const std::shared_ptr<const scene::Objects>& objects);
+
+  /// Sets the poses of the scene that answers, in the reference frame.
+  void update(const scene::BodyPoses& poses, const scene::FramePoses& frames);
+
+  /// Writes the guaranteed distance of a pair into its message; NaN if it is not known. Above `enough` [m] it need not
+  /// be tight.
+  void assign(Proximity& message, const scene::PairProximity& pair,
+              double enough = std::numeric_limits<double>::infinity());
+
+  scene::GuaranteedDistances& distances() { return *distances_; }
+
+ private:
+  const Robot* robot_;
+  GuaranteedPool::Lease distances_;
+};
+
+}  // namespace proximity_server::node
