@@ -157,6 +157,21 @@ class BesideAFake(unittest.TestCase):
 
         self.assertIn("not proven", run_beside(deep, minimum=-0.5)["test_minimum"])
 
+    def test_the_guaranteed_distances_of_a_message(self):
+        def message(n, least=0.03):
+            result = clearance(0.1)
+            result.minimum.guaranteed = 0.05
+            result.below_threshold = [result.minimum, proximity(0.2, "wrist", "chest")]
+            result.below_threshold[1].guaranteed = least if n == 4 else 0.15
+            return result
+
+        self.assertEqual(run_beside(message, min_guaranteed=0.02)["test_min_guaranteed"], "")
+        words = run_beside(message, min_guaranteed=0.04)["test_min_guaranteed"]
+        for part in ("not guaranteed to stay above 0.04 m. Worst: 0.03 m, at 5.000000 s wrist - chest", "1 of", "elbow=1.25"):
+            self.assertIn(part, words)
+        words = run_beside(lambda n: message(n, math.nan), min_guaranteed=0.04)["test_min_guaranteed"]
+        self.assertIn("Worst: -inf m, at 5.000000 s wrist - chest", words)
+
     def test_a_level_that_is_worse(self):
         levels = {4: Clearance.STOP, 6: Clearance.COLLISION}
         cases = run_beside(lambda n: clearance(0.5 - 0.05 * (n == 6), levels.get(n, Clearance.WARN)), worst_level="WARN")

@@ -67,7 +67,7 @@ void addObjects(const Robot& robot, double x) {
   robot.objects().set({std::make_shared<const scene::Objects>(both), 1});
 }
 
-std::shared_ptr<const Robot> gantryWithLongNames() {
+std::shared_ptr<const Robot> gantryWithLongNames(Config config) {
   std::string urdf;
   ros::param::get("/robot_description", urdf);
   for (const std::string link : {"base", "slide", "ball", "post", "block"}) {
@@ -77,18 +77,28 @@ std::shared_ptr<const Robot> gantryWithLongNames() {
     }
   }
   ros::param::set("/gantry_with_long_names", urdf);
-  Config config;
   config.robot_description = "/gantry_with_long_names";
   config.max_tf_age = 1.0;
   return std::make_shared<const Robot>(ros::NodeHandle(), config);
+}
+
+/// Nothing is known exactly, and the poses are old.
+Config uncertain() {
+  Config config;
+  config.uncertainty.joint = {1e-3};
+  config.uncertainty.joint_frame = {1e-3};
+  config.uncertainty.object = {1e-3};
+  config.pose_latency = PoseLatency::Limit;
+  return config;
 }
 
 /// Does in this process what the node does in each cycle. Every cycle has poses of its own: the last one of a batch
 /// those of the latest transforms, as in the node, the others those of their stamp.
 class MonitoredGantry {
  public:
-  enum class With : unsigned char { LinksOnly, Objects, ObjectsAndAController };
-  explicit MonitoredGantry(With with = With::LinksOnly) : has_controller_(with == With::ObjectsAndAController) {
+  enum class With : unsigned char { LinksOnly, Objects, ObjectsAndAController, ObjectsAndUncertainty };
+  explicit MonitoredGantry(With with = With::LinksOnly) : has_controller_(with == With::ObjectsAndAController),
+        robot_(gantryWithLongNames(with == With::ObjectsAndUncertainty ? uncertain() : Config())) {
     if (with != With::LinksOnly) addObjects(*robot_, 0.5);
     monitor_.follow(robot_);
     settings_.threshold = 0.5;
@@ -144,7 +154,7 @@ class MonitoredGantry {
   std::int64_t cycles_ = 0;
   long allocations_ = 0;
   const long of_the_latest_ = allocationsOfTf2(ros::Time()), at_a_stamp_ = allocationsOfTf2(stampOf(1));
-  std::shared_ptr<const Robot> robot_ = gantryWithLongNames();
+  const std::shared_ptr<const Robot> robot_;
   TfPoses tf_;
   Monitor monitor_;
   MonitorSettings settings_;
@@ -186,6 +196,21 @@ TEST(MonitorMemory, CyclesOfAMovingRobotTakeNothingAndTheHeapStaysFlat) {
   EXPECT_NEAR(static_cast<double>(heap_after), static_cast<double>(heap_before), 16384.0);
   for (const std::int64_t seen : cycles_with_so_many_pairs) EXPECT_GT(seen, cycles / 100);
   for (const std::int64_t seen : cycles_of_level) EXPECT_GT(seen, 0);
+}
+
+TEST(MonitorMemory, CyclesWithinAnUncertaintyTakeNothing) {
+  MonitoredGantry gantry(MonitoredGantry::With::ObjectsAndUncertainty);
+  for (int i = 0; i < 3 * kTfRemembers; ++i) ASSERT_NE(gantry.cycle().level, Clearance::INVALID) << i;
+  const long allocations_before = gantry.allocationsOfCycles();
+  int reached = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Clearance& clearance = gantry.cycle();
+    ASSERT_TRUE(clearance.by_guaranteed);
+    ASSERT_LT(clearance.deciding.guaranteed, clearance.deciding.lower_bound);
+    reached += clearance.deciding_reached;
+  }
+  EXPECT_EQ(gantry.allocationsOfCycles(), allocations_before);
+  EXPECT_GT(reached, 0);
 }
 
 TEST(MonitorMemory, CyclesWithObjectsTakeNothing) {
