@@ -176,6 +176,10 @@ void Monitor::measurePairs(Cycle cycle, const VelocitySnapshot& velocities) {
   const scene::PairsBelow below =
       scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);
   listPairs(cycle, below);
+  if (guarantees_) {
+    near_ = below.closest;
+    others_ = othersThan(below, cycle);
+  }
   const scene::PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
   cycle.question.threshold = scene::Question().threshold;
   if (!minimum) minimum = scene_->minimum(pairs, cycle.question);
@@ -227,8 +231,8 @@ std::optional<scene::GuaranteedDecidingPair> Monitor::levelOfKind(scene::PairKin
   const scene::LevelBefore before{level, cycle.settings.hysteresis};
   scene::GuaranteedDecidingPair deciding;
   if (guarantees_) {
-    deciding = scene::decidingPair(*scene_, guarantees_->distances(), pairs, *closest, thresholds(cycle.settings),
-                                   cycle.question, before);
+    deciding = scene::decidingPair(*scene_, guarantees_->distances(), pairs, *closest, {near_, others_},
+                                   thresholds(cycle.settings), cycle.question, before);
   } else {
     deciding = {scene::decidingPair(*scene_, pairs, *closest, thresholds(cycle.settings), cycle.question, before)};
     deciding.guaranteed = deciding.pair.result.lower_bound;
@@ -279,6 +283,13 @@ void Monitor::listPairs(const Cycle& cycle, const scene::PairsBelow& below) {
     assignPair(listed[i], cycle, pair);
     clearance_.levels[i] = levelCode(scene::levelOf(pair, listed[i].guaranteed, thresholds(cycle.settings)).level);
   }
+}
+
+/// [m] No pair is closer that is not listed.
+double Monitor::othersThan(const scene::PairsBelow& below, const Cycle& cycle) const {
+  if (static_cast<std::size_t>(below.count) == below.closest.size()) return cycle.question.threshold;
+  const narrowphase::SignedDistance& last = below.closest.back().result;
+  return std::min(last.distance, last.lower_bound) - cycle.question.tolerance;
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,

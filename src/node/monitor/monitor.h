@@ -97,6 +97,7 @@ class Monitor {
   const RobotObjects& objects() const { return monitored_.objects; }
   RobotAndObjects model() const { return {robot_->robotModel(), objects().all.get()}; }
   void listPairs(const Cycle& cycle, const scene::PairsBelow& below);
+  double othersThan(const scene::PairsBelow& below, const Cycle& cycle) const;
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
                  const FrameSnapshot& frames);
   scene::MovingScene& movingScene();
@@ -107,6 +108,8 @@ class Monitor {
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
   std::optional<Guarantees> guarantees_;    ///< for this robot and these objects, if the robot is uncertain
+  std::vector<scene::PairProximity> near_;  ///< the closest pairs of this cycle, for the guarantees
+  double others_ = 0.0;                     ///< [m] all other pairs are farther apart
   scene::Uncertainty aged_;                 ///< that of the robot, with the motion since the poses
   std::optional<Gradients> gradients_;      ///< for this robot and these objects; made when they are first needed
   std::optional<Constraints> constraints_;  ///< for this robot; made when they are first needed

@@ -43,7 +43,7 @@ QueryStatus addJoints(const Robot& robot, const AgedPoses& aged, double time, sc
       const bool has_acceleration = robot.maxAccelerations()[joint].has_value();
       const bool wants_velocity = robot.config().pose_latency == PoseLatency::Velocity;
       return unbounded(name + "has no velocity limit in the URDF" +
-                       (!wants_velocity      ? ""
+                       (!wants_velocity     ? ""
                         : !has_acceleration ? ", and max_acceleration has no number for it"
                                             : ", and its velocity is not known"));
     }

@@ -61,9 +61,12 @@ void visitCorners(const Shape& shape, const Vector3d& n, const Visit& visit) {
     case Shape::Kind::Box:
       for (int i = 0; i < 8; ++i) visit(narrowphase::support::corner(half, i), 0.0);
       return;
-    case Shape::Kind::Hull:
+    case Shape::Kind::Hull: {
+      // The lowest vertex first: it excludes most of the others.
+      visit(shape.hull().vertices()[static_cast<std::size_t>(shape.hullSupport().farthestVertex(-n))], 0.0);
       for (const Vector3d& vertex : shape.hull().vertices()) visit(vertex, 0.0);
       return;
+    }
     case Shape::Kind::Cylinder:
       visitCircle(half.x(), half.z(), n, visit);
       return visitCircle(half.x(), -half.z(), n, visit);
@@ -165,18 +168,27 @@ double Displacements::lossAt(const Vector3d& point, const Vector3d& n, double wi
   return loss;
 }
 
+/// The most by which lossAt() can differ between two points, for each metre between them.
+double Displacements::steepness() const {
+  double sum = 0.0;
+  for (const Change& change : changes_) sum += change.width * (change.is_tilt ? 1.0 : change.vector.norm());
+  return sum;
+}
+
 Displacements::Lowest Displacements::lowest(const Piece& piece, const Vector3d& n, const Vector3d& from) {
   const Matrix3d rotation = body_.linear() * piece.body_T_piece.linear();
   const Vector3d from_body = body_.linear() * piece.body_T_piece.translation();
   const Vector3d n_piece = rotation.transpose() * n;
   findChanges(rotation, from_body, n_piece);
   Lowest lowest{kInfinity, kInfinity, 0.0, Vector3d::Zero()};
-  // The points about a circle are outside of it by less than a quarter of its radius.
-  const double largest = travel() + 0.25 * angles_ * piece.shape.coreRadius();
+  // [m] No point loses more. The points about a circle are outside of it by less than a quarter of its radius.
+  double largest = travel() + 0.25 * angles_ * piece.shape.coreRadius();
+  const double variation = 2.5 * piece.shape.coreRadius() * steepness();
   visitCorners(piece.shape, n_piece, [&](const Vector3d& point, double within) {
     const double height = n_piece.dot(point);
     if (height - largest >= lowest.displaced) return;
     const double loss = lossAt(point, n_piece, within);
+    largest = std::min(largest, (1.0 + roundingOfSums()) * (loss + variation) + rounding_);
     if (height < lowest.present) {
       lowest.present = height;
       lowest.loss = loss;

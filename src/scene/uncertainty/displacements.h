@@ -95,6 +95,7 @@ class Displacements {
   };
   void findChanges(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, const Eigen::Vector3d& n);
   double lossAt(const Eigen::Vector3d& point, const Eigen::Vector3d& n, double within) const;
+  double steepness() const;
   double roundingOfSums() const {
     return static_cast<double>(list_.size() + 8) * std::numeric_limits<double>::epsilon();
   }

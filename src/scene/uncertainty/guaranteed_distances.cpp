@@ -10,6 +10,15 @@
 #include <utility>
 
 namespace proximity_server::scene {
+namespace {
+
+PairKind kindOf(const Pairs& pairs) { return pairs.areCandidates() ? pairs.kind() : PairKind::Any; }
+
+bool isOf(PairKind kind, const ShapeRefPair& pair) {
+  return kind == PairKind::Any || pair.areLinks() == (kind == PairKind::OfLinks);
+}
+
+}  // namespace
 
 GuaranteedDistances::GuaranteedDistances(const std::shared_ptr<const SceneModel>& model)
     : bounds_((given(model), std::make_unique<PairBounds>(model))) {}
@@ -37,49 +46,80 @@ const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, doub
 double GuaranteedDistances::largestLoss() { return bounds_->largestLoss({}); }
 double GuaranteedDistances::largestLoss(const std::vector<double>& travel) { return bounds_->largestLoss(travel); }
 
+void GuaranteedDistances::requireSame(const Scene& scene, const PairDistances& thresholds) const {
+  if (&scene.model() != &bounds_->joints().model()) throw std::invalid_argument("the scene is of another robot");
+  if (scene.objects() != bounds_->joints().objects()) throw std::invalid_argument("the scene has other objects");
+  if (!thresholds.areFinite()) throw std::invalid_argument("the thresholds must be finite");
+}
+
+/// Lowers the minimum to that of the listed pairs of this kind. Returns whether no other pair can be below it, if their
+/// distances minus their thresholds are at least `others` [m].
+bool GuaranteedDistances::settle(const std::vector<PairProximity>& listed, PairKind kind,
+                                 const PairDistances& thresholds, double others, GuaranteedMinimum& minimum) {
+  const double loss = largestLoss();
+  // True if pairs with this lower bound cannot have a smaller result. Where surfaces may meet, interiors count.
+  const auto isSettled = [&](double excess, double threshold) {
+    return excess - loss >= minimum.excess && (!bounds_->haveInteriors() || excess + threshold - loss > 0.0);
+  };
+  int needed = 0;
+  const auto consider = [&](const PairProximity& pair) {
+    const double threshold = thresholds.of(pair.asked);
+    if (!isOf(kind, pair.asked) ||
+        isSettled(std::min(pair.result.distance, pair.result.lower_bound) - threshold, threshold))
+      return;
+    ++needed;
+    const double guaranteed = of(pair, minimum.excess + threshold);
+    if (std::isnan(guaranteed)) {
+      ++minimum.unknown;
+    } else if (guaranteed - threshold < minimum.excess) {
+      minimum.pair = pair;
+      minimum.guaranteed = guaranteed;
+      minimum.excess = guaranteed - threshold;
+    }
+  };
+  // The pair of the last minimum is likely to be that of this one, and then excludes most others by cheap bounds.
+  ShapeRefPair& found = found_[static_cast<std::size_t>(kind)];
+  const auto likely =
+      std::find_if(listed.begin(), listed.end(), [&](const PairProximity& pair) { return pair.asked.isSameAs(found); });
+  if (likely != listed.end()) consider(*likely);
+  for (auto pair = listed.begin(); pair != listed.end(); ++pair)
+    if (pair != likely) consider(*pair);
+  const bool are_all = others == kInfinity;
+  if (!are_all && !isSettled(others, thresholds.range(kind).smallest)) return false;
+  found = minimum.pair.asked;
+  closest_ = std::max(2, needed + 1);
+  return true;
+}
+
 GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& thresholds) {
   return find(scene, scene.candidates(), thresholds);
 }
 
 GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
                                             Question question) {
-  if (&scene.model() != &bounds_->joints().model()) throw std::invalid_argument("the scene is of another robot");
-  if (scene.objects() != bounds_->joints().objects()) throw std::invalid_argument("the scene has other objects");
-  if (!thresholds.areFinite()) throw std::invalid_argument("the thresholds must be finite");
+  requireSame(scene, thresholds);
   question.thresholds = &thresholds;
   question.threshold = kInfinity;
-  const double loss = largestLoss();
-  const double lowest_threshold = thresholds.range(pairs.areCandidates() ? pairs.kind() : PairKind::Any).smallest;
   for (;; closest_ *= 2) {
     const std::vector<PairProximity>& closest = scene.closest(pairs, closest_, question);
     GuaranteedMinimum minimum;
     minimum.unknown = scene.counts().unknown;
-    // True if pairs with this lower bound cannot have a smaller result. Where surfaces may meet, interiors count.
-    const auto isSettled = [&](double excess, double threshold) {
-      return excess - loss >= minimum.excess && (!bounds_->haveInteriors() || excess + threshold - loss > 0.0);
-    };
-    double last = -kInfinity;
-    int needed = 0;
-    for (const PairProximity& pair : closest) {
-      const double threshold = thresholds.of(pair.asked);
-      last = std::min(pair.result.distance, pair.result.lower_bound) - threshold;
-      if (isSettled(last, threshold)) continue;
-      ++needed;
-      const double guaranteed = of(pair, minimum.excess + threshold);
-      if (std::isnan(guaranteed)) {
-        ++minimum.unknown;
-      } else if (guaranteed - threshold < minimum.excess) {
-        minimum.pair = pair;
-        minimum.guaranteed = guaranteed;
-        minimum.excess = guaranteed - threshold;
-      }
+    double others = kInfinity;
+    if (static_cast<int>(closest.size()) == closest_) {
+      const PairProximity& last = closest.back();
+      others = std::min(last.result.distance, last.result.lower_bound) - thresholds.of(last.asked) - question.tolerance;
     }
-    const bool are_all = static_cast<int>(closest.size()) < closest_;
-    if (are_all || isSettled(last - question.tolerance, lowest_threshold)) {
-      closest_ = std::max(2, needed + 1);
-      return minimum;
-    }
+    if (settle(closest, kindOf(pairs), thresholds, others, minimum)) return minimum;
   }
+}
+
+GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
+                                            const ListedPairs& listed, const Question& question) {
+  requireSame(scene, thresholds);
+  GuaranteedMinimum minimum;
+  const double others = listed.others - thresholds.range(kindOf(pairs)).largest;
+  return settle(listed.closest, kindOf(pairs), thresholds, others, minimum) ? minimum
+                                                                            : find(scene, pairs, thresholds, question);
 }
 
 }  // namespace proximity_server::scene

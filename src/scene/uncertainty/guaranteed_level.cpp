@@ -3,18 +3,18 @@
 namespace proximity_server::scene {
 
 GuaranteedDecidingPair decidingPair(Scene& scene, GuaranteedDistances& distances, const Pairs& pairs,
-                                    const PairProximity& closest, const LevelThresholds& thresholds,
-                                    const Question& question, const LevelBefore& before) {
+                                    const PairProximity& closest, const ListedPairs& listed,
+                                    const LevelThresholds& thresholds, const Question& question,
+                                    const LevelBefore& before) {
   const auto withLevel = [&](const PairProximity& pair, double guaranteed) {
     return GuaranteedDecidingPair{{levelOf(pair, guaranteed, thresholds, before), pair}, guaranteed};
   };
   const auto nearest = [&](const PairDistances& own) {
-    const GuaranteedMinimum found = distances.find(scene, pairs, own, question);
+    const GuaranteedMinimum found = distances.find(scene, pairs, own, listed, question);
     return withLevel(found.pair, found.guaranteed);
   };
-  const PairProximity touching = closest;  // a copy: find() asks the scene again
-  if (levelOf(touching, thresholds, before).level == ClearanceLevel::Collision)
-    return withLevel(touching, distances.of(touching));
+  if (levelOf(closest, thresholds, before).level == ClearanceLevel::Collision)
+    return withLevel(closest, distances.of(closest));
   const GuaranteedDecidingPair by_stop = nearest(thresholds.stop);
   const PairKind kind = pairs.areCandidates() ? pairs.kind() : PairKind::Any;
   const bool are_equal = thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind);

@@ -1,5 +1,6 @@
 #include "scene/uncertainty/pair_bounds.h"
 
+#include "proximity_server/narrowphase/shape/support.h"
 #include "scene/filter/given_model.h"
 #include "scene/model/body_pose.h"
 #include "scene/model/numbers.h"
@@ -7,6 +8,7 @@
 #include "scene/query/half_space.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -54,6 +56,14 @@ struct TwoLargest {
   double sum() const { return largest + second; }
 };
 
+/// [m] How far a piece of a body reaches along a unit vector in the frame of the body.
+double reachOf(const Piece& piece, const Vector3d& direction) {
+  const Vector3d in_piece = piece.body_T_piece.linear().transpose() * direction;
+  int vertex = 0;
+  return in_piece.dot(narrowphase::supportPoint(piece.shape, in_piece, vertex)) + piece.shape.margin() +
+         direction.dot(piece.body_T_piece.translation());
+}
+
 /// The motion that turns by a rotation vector about a point, and then shifts.
 Isometry3d movedFrame(const Vector3d& shift, const Vector3d& turn, const Vector3d& origin) {
   Isometry3d motion(Eigen::Translation3d(origin + shift));
@@ -72,16 +82,21 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
       chains_(kFrames, Chains(static_cast<int>(model->robot.joints.size()))),
       moved_(model->robot.bodies.size() + 2),
       closing_(model->robot.joints.size()),
-      radius_(model->robot.bodies.size()) {
+      reach_(model->robot.bodies.size()) {
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders_.push_back(robot.leaderOf(joint));
   for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
     links_have_interiors_ = links_have_interiors_ || (*volumes_)[link].has_interior;
+  placeObjects();
 }
 
 void PairBounds::assume(const Uncertainty& uncertainty) {
   uncertainty.requireValidFor(joints_.robot());
   uncertainty_ = uncertainty;
+  TwoLargest swellings;
+  for (std::size_t link = 0; link < uncertainty_.swellings.size(); ++link)
+    if (joints_.robot().hasGeometry(static_cast<int>(link))) swellings.offer(uncertainty_.swellings[link]);
+  swellings_ = swellings.sum();
   placeObjects();
 }
 
@@ -97,6 +112,7 @@ void PairBounds::use(std::shared_ptr<const Objects> objects, ObjectCarriers carr
 
 void PairBounds::takeObjects() {
   frames_.assign(joints_.objects() ? joints_.objects()->frames().size() : 0, std::nullopt);
+  likely_ = {};
   placeObjects();
 }
 
@@ -105,7 +121,13 @@ void PairBounds::placeObjects() {
   object_frames_.resize(static_cast<std::size_t>(objects ? objects->numberLimit() : 0));
   objects_lose_ = 0.0;
   TwoLargest lose;
-  objects_have_interiors_ = false;
+  objects_have_interiors_ = carries_free_objects_ = false;
+  const auto add_reach = [&](int body, const Part& part) {
+    if (!part.whole().isEmpty()) reach_[body] = std::max(reach_[body], part.whole().bounds.reach);
+  };
+  std::fill(reach_.begin(), reach_.end(), 0.0);
+  for (int link = 0; link < static_cast<int>(joints_.robot().links.size()); ++link)
+    if (joints_.robot().hasGeometry(link)) add_reach(joints_.robot().links[link].body, volumes_->part(link));
   if (!objects) return;
   for (const int number : objects->numbers()) {
     const PlacedObject& placed = *objects->placed(number);
@@ -113,6 +135,11 @@ void PairBounds::placeObjects() {
     frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, joints_.robot())};
     const Bounds& bounds = partOf(placed).whole().bounds;
     objects_have_interiors_ = objects_have_interiors_ || partOf(placed).whole().has_interior;
+    const int body = joints_.bodyOf(ShapeRef::ofObject(number));
+    if (placed.kind == PlacedObject::Kind::Attached)
+      add_reach(body, partOf(placed));
+    else
+      carries_free_objects_ = carries_free_objects_ || body >= 0;
     if (placed.isUnbounded()) continue;
     // The geometry of a fixed object is in the frame of the object itself.
     const Vector3d origin = placed.kind == PlacedObject::Kind::Fixed ? Vector3d(Vector3d::Zero()) : frame.origin;
@@ -209,8 +236,8 @@ bool PairBounds::begin(const ShapeRefPair& pair) {
   a_T_b_ = relative(a_.pose, b_.pose);
   for (Chains& chains : chains_) chains.is_placed = false;
   // A half-space has no farthest point: its frame is the only one in which all ways are bounded.
-  likely_frame_ = b_.part.isUnbounded() ? kOfB : kCommon;
-  place(likely_frame_);
+  frame_ = b_.part.isUnbounded() ? kOfB : kCommon;
+  place(frame_);
   return true;
 }
 
@@ -238,7 +265,7 @@ void PairBounds::place(int frame) {
 
 /// [m] What a lower bound loses if all points approach as far as they can; 0 if nothing is uncertain.
 double PairBounds::lossOf(double lower_bound) const {
-  const double loss = chains_[likely_frame_].of_a.travel() + chains_[likely_frame_].of_b.travel() + swelling_;
+  const double loss = chains_[frame_].of_a.travel() + chains_[frame_].of_b.travel() + swelling_;
   return loss == 0.0 ? 0.0 : (1.0 + 4.0 * kEpsilon) * loss + kEpsilon * std::abs(lower_bound);
 }
 
@@ -251,9 +278,12 @@ double PairBounds::of(const PairProximity& pair, double enough) {
   if (loss_ == 0.0) return known.lower_bound;
   double bound = known.lower_bound - loss_;
   const auto isProven = [&] { return !hasInterior() || bound + surfaces() > 0.0; };
+  constexpr double kApart = 1e-9;  // [m]
+  if (hasInterior()) enough = std::max(enough, kApart - surfaces());
   if (bound >= enough && isProven()) return bound;
-  const Vector3d normal = is_exchanged_ ? Vector3d(-known.normal) : known.normal;
-  bound = std::min(known.lower_bound, std::max(bound, ofAllPieces(normal, known.lower_bound)));
+  asked_ = pair.asked;
+  bound = std::max(bound, ofAllPieces(knownOf(known), std::min(known.lower_bound, enough)));
+  if (deciding_.leaves.areLeaves()) likely_ = {pair.asked, deciding_.leaves};
   // If surfaces may meet, one shape may also be inside of the other.
   return isProven() ? bound : std::min(bound, gapOfWholes() - loss_);
 }
@@ -292,78 +322,109 @@ PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& norm
 void PairBounds::improve(Along& best) {
   constexpr double kMuchMore = 1.05;
   if (b_.part.isUnbounded() || best.present - swelling_ - best.bound <= kMuchMore * best.loss) return;
-  const int first = likely_frame_;
-  for (int frame = 0; frame < kFrames; ++frame) {
-    if (frame == first) continue;
+  for (const int frame : {kOfA, kOfB}) {
     const Along other = along(best.where.leaves, best.where.normal, frame);
-    if (!(other.bound > best.bound)) continue;
-    best = other;
-    likely_frame_ = frame;
+    if (other.bound > best.bound) best = other;
   }
 }
 
-/// [m] A lower bound of how far two volumes are apart along a direction now.
-double PairBounds::gapAlong(const Volume& a, const Volume& b, const Vector3d& normal) const {
-  const Vector3d in_a = a_.pose.linear().transpose() * normal, in_b = b_.pose.linear().transpose() * normal;
-  const double between = (b_.pose.translation() - a_.pose.translation()).dot(normal) + in_b.dot(b.bounds.centre) -
-                         in_a.dot(a.bounds.centre);
-  return between - (a.bounds.axes.transpose() * in_a).cwiseAbs().dot(a.bounds.half) -
-         (b.bounds.axes.transpose() * in_b).cwiseAbs().dot(b.bounds.half) - PlacedRobot::rounding(a, b, a_T_b_) -
-         padding_;
+/// Takes the closest pieces of the pair now, and what their normal excludes.
+PairBounds::Known PairBounds::knownOf(const SignedDistance& result) {
+  Known known{is_exchanged_ ? Vector3d(-result.normal) : result.normal, result.lower_bound};
+  if (!known.hasNormal()) return known;
+  known.in_a = a_.pose.linear().transpose() * known.normal;
+  known.in_b = b_.pose.linear().transpose() * known.normal;
+  known.between = (b_.pose.translation() - a_.pose.translation()).dot(known.normal) -
+                  PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b_) - padding_;
+  known.loss = kInfinity;
+  if (a_.part.whole().isLeaf() && b_.part.whole().isLeaf()) return known;
+  Chains& chains = chains_[frame_];
+  known.loss = chains.of_a.largestLoss(-known.normal) + chains.of_b.largestLoss(known.normal) +
+               chains.of_a.remainder(known.normal) + chains.of_b.remainder(known.normal) + swelling_;
+  return known;
 }
 
-/// [m] A lower bound of the distance of all pieces, the closest first. `known_bound` and `known_normal` are of the
-/// closest ones now; the normal may be missing. After kMostVisits the bounds of what is left are taken as they are.
-double PairBounds::ofAllPieces(const Vector3d& known_normal, double known_bound) {
-  double lowest = kInfinity;
+/// [m] A lower bound of how far two volumes are apart along the normal now.
+double PairBounds::gapAlong(const Volume& a, const Volume& b, const Known& known) {
+  return known.between + known.in_b.dot(b.bounds.centre) - known.in_a.dot(a.bounds.centre) -
+         (a.bounds.axes.transpose() * known.in_a).cwiseAbs().dot(a.bounds.half) -
+         (b.bounds.axes.transpose() * known.in_b).cwiseAbs().dot(b.bounds.half);
+}
+
+/// [m] A lower bound of how far two pieces are apart along the normal now.
+double PairBounds::gapAlong(const LeafPair& leaves, const Known& known) const {
+  return known.between - reachOf(Leaf(a_.part, leaves.a).piece, known.in_a) -
+         reachOf(Leaf(b_.part, leaves.b).piece, -known.in_b);
+}
+
+/// [m] A lower bound of the distance of all pieces. It is not improved above `enough`.
+double PairBounds::ofAllPieces(const Known& known, double enough) {
+  double lowest = enough;
   if (b_.part.isUnbounded())
     for (std::size_t i = 0; i < b_.part.halfSpaces().size(); ++i)
       boundHalfSpace(a_.part.root, static_cast<int>(i), lowest);
   if (b_.part.whole().isEmpty()) return lowest;
-  // Along the known normal no pieces come closer by more than this.
-  Chains& chains = chains_[likely_frame_];
-  const bool has_normal = known_normal.allFinite();
-  const double loss_along =
-      has_normal ? chains.of_a.largestLoss(-known_normal) + chains.of_b.largestLoss(known_normal) +
-                       chains.of_a.remainder(known_normal) + chains.of_b.remainder(known_normal) + swelling_
-                 : kInfinity;
-  queue_.clear();
-  int visits = 0;
-  queue_.push({{a_.part.root, b_.part.root}, -kInfinity, visits++, padding_});
-  constexpr int kMostVisits = 1000;
-  while (!queue_.empty() && queue_.first().lower_bound < lowest) {
-    if (visits > kMostVisits) return queue_.first().lower_bound;
-    const Visit visit = queue_.pop();
-    const Volume &a = a_.part[visit.a], &b = b_.part[visit.b];
-    if (has_normal && gapAlong(a, b, known_normal) - loss_along >= lowest) continue;
-    if (a.isLeaf() && b.isLeaf()) {
-      boundPieces({visit.a, visit.b}, known_normal, known_bound, lowest);
-      continue;
-    }
-    const bool split_a = splitsFirst(a, b);
-    for (const int part : split_a ? a.parts : b.parts) {
-      Visit next{{split_a ? part : visit.a, split_a ? visit.b : part}, 0.0, visits++, padding_};
-      next.lower_bound = gapOf(a_.part[next.a], b_.part[next.b]) - loss_;
-      if (next.lower_bound < lowest) queue_.push(next);
-    }
-  }
+  // The pieces that decided the last time are likely to be the lowest ones, and exclude most others.
+  if (!(likely_.pair.a == asked_.a && likely_.pair.b == asked_.b)) likely_ = {asked_, {}};
+  if (likely_.leaves.areLeaves()) boundPieces(likely_.leaves, known, lowest);
+  visits_ = 0;
+  boundVolumes({a_.part.root, b_.part.root}, -kInfinity, known, lowest);
   return lowest;
 }
 
+/// [m] A lower bound of the distance of the pieces of two volumes. It is not improved above `enough`.
+double PairBounds::ofVolumes(const PartPair& volumes, const Known& known, double enough) const {
+  const Volume &a = a_.part[volumes.a], &b = b_.part[volumes.b];
+  double bound = known.hasNormal() ? gapAlong(a, b, known) - known.loss : -kInfinity;
+  if (bound < enough) bound = std::max(bound, sphereGap(a.bounds, b.bounds, a_T_b_) - padding_ - loss_);
+  if (bound < enough) bound = std::max(bound, boxGap(a.bounds, b.bounds, a_T_b_) - padding_ - loss_);
+  return bound;
+}
+
+/// Lowers the bound of all pieces to that of the pieces of two volumes, which have the bound `own`. After kMostVisits
+/// the bounds of what is left are taken as they are.
+void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest) {
+  // Below the second one the bound of the whole is the better one.
+  if (own >= lowest || lowest <= known.lower_bound - loss_) return;
+  const Volume &a = a_.part[volumes.a], &b = b_.part[volumes.b];
+  if (a.isLeaf() && b.isLeaf()) {
+    const LeafPair leaves{volumes.a, volumes.b};
+    if (leaves == likely_.leaves) return;
+    const bool is_excluded = known.hasNormal() && gapAlong(leaves, known) - known.loss >= lowest;
+    if (!is_excluded) boundPieces(leaves, known, lowest);
+    return;
+  }
+  constexpr int kMostVisits = 1000;
+  if (++visits_ > kMostVisits) {
+    lowest = own;
+    return;
+  }
+  const bool split_a = splitsFirst(a, b);
+  std::array<PartPair, 2> parts{volumes, volumes};
+  std::array<double, 2> bounds{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    (split_a ? parts[i].a : parts[i].b) = (split_a ? a : b).parts[i];
+    bounds[i] = ofVolumes(parts[i], known, lowest);
+  }
+  const std::size_t first = bounds[1] < bounds[0] ? 1 : 0;
+  boundVolumes(parts[first], bounds[first], known, lowest);
+  boundVolumes(parts[1 - first], bounds[1 - first], known, lowest);
+}
+
 /// Lowers the bound of all pieces to that of two of them.
-void PairBounds::boundPieces(const LeafPair& leaves, const Vector3d& known_normal, double known_bound, double& lowest) {
+void PairBounds::boundPieces(const LeafPair& leaves, const Known& known, double& lowest) {
   Along best{-kInfinity, -kInfinity, 0.0, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
-  if (known_normal.allFinite()) best = along(leaves, known_normal, likely_frame_);
+  if (known.hasNormal()) best = along(leaves, known.normal, frame_);
   if (best.bound >= lowest) return;
-  if (known_normal.allFinite()) improve(best);
+  if (known.hasNormal()) improve(best);
   if (best.bound >= lowest) return;
   // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
   constexpr double kAsClose = 1e-9;
-  if (best.present < known_bound - kAsClose) {
+  if (best.present < known.lower_bound - kAsClose) {
     const SignedDistance own = measured(leaves, a_T_b_, lowest + loss_);
     if (own.lower_bound - loss_ >= lowest) return;
     if (own.normal.allFinite()) {
-      Along along_own = along(leaves, a_.pose.linear() * own.normal, likely_frame_);
+      Along along_own = along(leaves, a_.pose.linear() * own.normal, frame_);
       improve(along_own);
       if (along_own.bound > best.bound) best = along_own;
     }
@@ -509,55 +570,64 @@ const ReachedState* PairBounds::reached(const PairProximity& pair, double thresh
 
 // --- all pairs
 
+/// Finds how far what each body carries can be from its origin: no farther than along the chain of origins to the
+/// geometry of any body that it carries, whatever the angles of the joints are.
+void PairBounds::findRadii() {
+  const RobotModel& robot = joints_.robot();
+  radius_ = reach_;
+  for (int body = static_cast<int>(robot.bodies.size()) - 1; body >= 0; --body) {  // parents come first
+    if (!joints_.poses()[body]) continue;
+    int parent = robot.bodies[body].parent;
+    while (parent >= 0 && !joints_.poses()[parent]) parent = robot.bodies[parent].parent;
+    if (parent < 0) continue;
+    const double between = (joints_.poses()[body]->translation() - joints_.poses()[parent]->translation()).norm();
+    radius_[parent] = std::max(radius_[parent], (1.0 + kPoseRounding) * (between + radius_[body]));
+  }
+}
+
+/// [m] How far the points move at most if each joint moves by its travel. Of slides alone: only they change the
+/// distances along the chain of origins in findRadii().
+PairBounds::Ways PairBounds::waysOf(const std::vector<double>& travel) const {
+  const RobotModel& robot = joints_.robot();
+  Ways ways;
+  for (std::size_t i = 0; i < robot.bodies.size() && !travel.empty(); ++i) {
+    const int joint = robot.bodies[i].joint;
+    if (joint < 0) continue;
+    const bool slides = robot.joints[joint].type == Joint::Type::Prismatic;
+    const double own = std::abs(leaders_[joint].multiplier) * travel[leaders_[joint].joint];
+    ways.of_all += own * (slides ? 1.0 : radius_[i]);
+    if (slides) ways.of_slides += own;
+  }
+  return ways;
+}
+
+/// [m] How much closer a half-space can come to what the robot carries by its own uncertainty, and on a way of the robot.
+double PairBounds::lossOfHalfSpaces(double way) const {
+  double largest = 0.0;
+  for (const int number : joints_.objects()->unbounded()) {
+    const PlacedObject& placed = *joints_.objects()->placed(number);
+    const ObjectFrame& frame = object_frames_[number];
+    const std::optional<Isometry3d>* moving =
+        placed.kind == PlacedObject::Kind::Moving ? &frames_[joints_.objects()->frameOf(number)] : nullptr;
+    if (frame.uncertainty.isZero() || (moving && !*moving)) continue;
+    const Vector3d origin = moving ? Vector3d(**moving * frame.origin) : frame.origin;
+    for (std::size_t body = 0; body < reach_.size(); ++body) {
+      if (!joints_.poses()[body]) continue;
+      const double radius = (joints_.poses()[body]->translation() - origin).norm() + reach_[body] + way;
+      largest = std::max(largest, frame.uncertainty.translation + frame.uncertainty.angle * radius);
+    }
+  }
+  return (1.0 + 4.0 * kPoseRounding) * largest;
+}
+
 /// A joint, a frame and a base displace at most one shape of a pair relative to the other. So the sum over all of them,
 /// each with the largest radius of all that it carries, is not less than the loss of any pair.
 double PairBounds::largestLoss(const std::vector<double>& travel) {
+  if (carries_free_objects_) return kInfinity;
   const RobotModel& robot = joints_.robot();
-  const Objects* objects = joints_.objects();
-  std::fill(radius_.begin(), radius_.end(), 0.0);
-  double half_spaces = 0.0, turns = 0.0, way = 0.0;  // turns and way: of all joints, and of half-spaces
-  bool is_known = true;
-  const auto consider = [&](const ShapeRef& ref) {
-    const int body = joints_.bodyOf(ref);
-    const Part part = volumes_->part(ref, objects);
-    if (body < 0) return;
-    if (part.isUnbounded()) is_known = false;
-    if (!joints_.poses()[body] || part.whole().isEmpty() || part.isFree()) {
-      is_known = is_known && !part.isFree();
-      return;
-    }
-    const Bounds& bounds = part.whole().bounds;
-    const Isometry3d& pose = *joints_.poses()[body];
-    const Vector3d centre = pose * bounds.centre;
-    for (int at = body; at >= 0; at = robot.bodies[at].parent) {
-      if (!joints_.poses()[at]) continue;
-      const Vector3d origin = joints_.poses()[at]->translation();
-      const double rounding = kPoseRounding * (bounds.reach + (pose.translation() - origin).norm());
-      radius_[at] =
-          std::max(radius_[at], (1.0 + kPoseRounding) * ((centre - origin).norm() + bounds.radius) + rounding);
-    }
-    if (!objects) return;
-    for (const int number : objects->unbounded()) {
-      const PlacedObject& placed = *objects->placed(number);
-      const ObjectFrame& frame = object_frames_[number];
-      const std::optional<Isometry3d>* moving =
-          placed.kind == PlacedObject::Kind::Moving ? &frames_[objects->frameOf(number)] : nullptr;
-      if (moving && !*moving) continue;
-      const Vector3d origin = moving ? Vector3d(**moving * frame.origin) : frame.origin;
-      half_spaces = std::max(half_spaces, frame.uncertainty.translation +
-                                              frame.uncertainty.angle * ((centre - origin).norm() + bounds.radius));
-      turns = std::max(turns, frame.uncertainty.angle);
-    }
-  };
-  TwoLargest swellings;
-  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link) {
-    if (!robot.hasGeometry(link)) continue;
-    consider({link});
-    swellings.offer(uncertainty_.swellings[link]);
-  }
-  if (objects)
-    for (const int number : objects->numbers()) consider(ShapeRef::ofObject(number));
-  double sum = swellings.sum() + objects_lose_ + half_spaces;
+  findRadii();
+  const Ways ways = waysOf(travel);
+  double sum = swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(ways.of_all) : 0.0);
   for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
     const Body& body = robot.bodies[i];
     const PoseUncertainty& frame = body.joint < 0 ? uncertainty_.bases[body.robot] : uncertainty_.frames[body.joint];
@@ -567,16 +637,14 @@ double PairBounds::largestLoss(const std::vector<double>& travel) {
       const double width = std::abs(leader.multiplier) * uncertainty_.positions[leader.joint];
       const bool slides = robot.joints[body.joint].type == Joint::Type::Prismatic;
       (slides ? shift : turn) += width;
-      if (!travel.empty()) way += std::abs(leader.multiplier) * travel[leader.joint] * (slides ? 1.0 : radius_[i]);
       if (slides && frame.angle > 0.0 && joints_.poses()[i] && joints_.poses()[body.parent])
         shift += frame.angle * (joints_.poses()[i]->translation() - jointOrigin(static_cast<int>(i))).norm();
     }
-    sum += turn * radius_[i] + shift;
-    turns += turn;
+    sum += turn * (radius_[i] + ways.of_slides) + shift;
   }
-  sum += turns * way;
-  // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too.
-  return is_known ? (1.0 + static_cast<double>(8 * robot.bodies.size() + 64) * kEpsilon) * sum : kInfinity;
+  // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too. Each radius
+  // is a sum over at most all bodies.
+  return (1.0 + static_cast<double>(robot.bodies.size() + 8) * 2.0 * kPoseRounding) * sum;
 }
 
 }  // namespace proximity_server::scene

@@ -7,7 +7,6 @@
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 #include "scene/derivative/placed_joints.h"
 #include "scene/parts/placed_robot.h"
-#include "scene/parts/visit_queue.h"
 #include "scene/parts/volumes.h"
 #include "scene/query/closest_pieces.h"
 #include "scene/uncertainty/displacements.h"
@@ -49,6 +48,18 @@ class PairBounds {
     Eigen::Vector3d normal, point_a, point_b;  ///< in the frame of the poses
   };
 
+  /// The closest pieces of the pair now. The normal may be missing.
+  struct Known {
+    Eigen::Vector3d normal;  ///< in the frame of the poses
+    double lower_bound;      ///< [m]
+    // Only if there is a normal:
+    Eigen::Vector3d in_a = Eigen::Vector3d::Zero(), in_b = Eigen::Vector3d::Zero();  ///< in the frames of the parts
+    double between = 0.0;  ///< [m] from the origin of a to that of b, along the normal, less padding and rounding
+    double loss = 0.0;     ///< [m] no pieces come closer by more than this along the normal; not known of single pieces
+
+    bool hasNormal() const { return normal.allFinite(); }
+  };
+
   /// The gap of two pieces along a direction, now and over all displacements [m].
   struct Along {
     double present, bound;
@@ -72,16 +83,26 @@ class PairBounds {
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
   void improve(Along& best);
-  double gapAlong(const Volume& a, const Volume& b, const Eigen::Vector3d& normal) const;
   void place(int frame);
-  double ofAllPieces(const Eigen::Vector3d& known_normal, double known_bound);
-  void boundPieces(const LeafPair& leaves, const Eigen::Vector3d& known_normal, double known_bound, double& lowest);
+  Known knownOf(const narrowphase::SignedDistance& result);
+  static double gapAlong(const Volume& a, const Volume& b, const Known& known);
+  double gapAlong(const LeafPair& leaves, const Known& known) const;
+  double ofAllPieces(const Known& known, double enough);
+  double ofVolumes(const PartPair& volumes, const Known& known, double enough) const;
+  void boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest);
+  void boundPieces(const LeafPair& leaves, const Known& known, double& lowest);
   void boundHalfSpace(int volume, int half_space, double& lowest);
   narrowphase::SignedDistance measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) const;
 
   void bringTogether(const Deciding& where);
   void displace(const Displacement& own, const Eigen::Vector3d& point, const Eigen::Vector3d& towards);
   void placeDisplaced(const ShapeRefPair& pair);
+  void findRadii();
+  struct Ways {
+    double of_all = 0.0, of_slides = 0.0;  ///< [m]
+  };
+  Ways waysOf(const std::vector<double>& travel) const;
+  double lossOfHalfSpaces(double way) const;
 
   PlacedJoints joints_;
   const std::unique_ptr<const Volumes> volumes_;
@@ -99,6 +120,8 @@ class PairBounds {
   std::vector<ObjectFrame> object_frames_;
   double objects_lose_ = 0.0;  ///< [m] two objects by their own uncertainties, without those that have half-spaces
   bool objects_have_interiors_ = false;
+  bool carries_free_objects_ = false;  ///< a body carries an object that no link holds
+  double swellings_ = 0.0;             ///< [m] the two largest
 
   // The pair that is looked at. The second shape is the first side if the first one has half-spaces.
   Side a_, b_;
@@ -115,9 +138,15 @@ class PairBounds {
     bool is_placed = false;
   };
   std::vector<Chains> chains_;
-  int likely_frame_ = kCommon;  ///< that of the last bound
-  VisitQueue queue_;
+  int frame_ = kCommon;  ///< that of the first bound of all pieces
+  int visits_ = 0;       ///< of pairs of volumes
   Deciding deciding_;
+  ShapeRefPair asked_;  ///< the pair that is looked at
+  /// The pieces that decided the last pair. They are looked at first if the pair is asked for again.
+  struct {
+    ShapeRefPair pair;
+    LeafPair leaves;
+  } likely_;
 
   /// The displacements of one place in a state.
   struct Moved {
@@ -127,6 +156,7 @@ class PairBounds {
   };
   std::vector<Moved> moved_;     ///< by body; then the objects of the two sides, if they are objects
   std::vector<double> closing_;  ///< the change of the gap by each leader, to first order
+  std::vector<double> reach_;    ///< [m] of the geometry of each body and of what its links hold, from its origin
   std::vector<double> radius_;   ///< working memory of largestLoss()
   ReachedState reached_;
 };

@@ -97,7 +97,8 @@ Config uncertain() {
 class MonitoredGantry {
  public:
   enum class With : unsigned char { LinksOnly, Objects, ObjectsAndAController, ObjectsAndUncertainty };
-  explicit MonitoredGantry(With with = With::LinksOnly) : has_controller_(with == With::ObjectsAndAController),
+  explicit MonitoredGantry(With with = With::LinksOnly)
+      : has_controller_(with == With::ObjectsAndAController),
         robot_(gantryWithLongNames(with == With::ObjectsAndUncertainty ? uncertain() : Config())) {
     if (with != With::LinksOnly) addObjects(*robot_, 0.5);
     monitor_.follow(robot_);

@@ -127,10 +127,9 @@ TEST_F(UncertainMonitor, GrowsWithTheAgeOfThePosesByVelocityAndAcceleration) {
 
 TEST_F(UncertainMonitor, IsInvalidAndNamesTheJointWhereNothingLimitsItsMotion) {
   config_.pose_latency = PoseLatency::Velocity;
-  const std::string urdf = robots::urdfOf(robots::link("base", robots::ball("0.1")) + robots::link("column") +
-                                          robots::link("arm", robots::ball("0.1")) +
-                                          robots::hinge("turn", "base", "column", "0 0 1") +
-                                          robots::hinge("elbow", "column", "arm", "0 0 1", "0.5 0 0"));
+  const std::string urdf = robots::urdfOf(
+      robots::link("base", robots::ball("0.1")) + robots::link("column") + robots::link("arm", robots::ball("0.1")) +
+      robots::hinge("turn", "base", "column", "0 0 1") + robots::hinge("elbow", "column", "arm", "0 0 1", "0.5 0 0"));
   robot_ = std::make_shared<const Robot>(urdf, "", config_);
   monitor_.follow(robot_);
   PoseSnapshot straight;
@@ -158,9 +157,10 @@ TEST_F(UncertainMonitor, NeedsTheSpeedOfAFrameThatMayMove) {
   add(ballAt(scene::Moving{"camera", Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 1.0))}));
   frames_.poses = {Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 0.0))};
   frames_.may_move = {0};
-  EXPECT_EQ(cycleAged(0.1).status.message,
-            "guaranteed distances are unknown: object 'ball' may move with frame 'camera', and object_speed does not tell "
-            "how fast");
+  EXPECT_EQ(
+      cycleAged(0.1).status.message,
+      "guaranteed distances are unknown: object 'ball' may move with frame 'camera', and object_speed does not tell "
+      "how fast");
   config_.object_speed = {0.5};
   follow("");
   add(ballAt(scene::Moving{"camera", Eigen::Isometry3d(Eigen::Translation3d(0.0, 0.0, 1.0))}));

@@ -102,8 +102,9 @@ TEST(UncertaintyOfTheParameters, IsThatOfRequestsWithoutOne) {
 TEST(UncertaintyOfTheParameters, IsRefusedByName) {
   Config config;
   config.uncertainty.joint = {scene::FileValue::Map{{"x_axs", {0.1}}}};
-  const std::string refusal = scene::errorOf(
-      [&] { AskedRobot({robotText("gantry.urdf"), robotText("gantry.srdf")}, config); });
+  const std::string refusal = scene::errorOf([&] {
+    AskedRobot({robotText("gantry.urdf"), robotText("gantry.srdf")}, config);
+  });
   EXPECT_EQ(refusal, "parameter: joint_uncertainty/x_axs: there is no joint \"x_axs\" (did you mean \"x_axis\"?)");
 }
 

@@ -295,6 +295,75 @@ TEST(GuaranteedDistances, MinimumOfASceneIsThatOfAllItsPairs) {
   }
 }
 
+TEST(GuaranteedDistances, MinimumOfListedPairsIsThatOfTheScene) {
+  Chance chance(44);
+  for (int i = 0; i < repeats(60); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-4, -1);
+    cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
+    const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
+    const PairKind kind = chance.oneOf(std::vector<PairKind>{PairKind::Any, PairKind::OfLinks, PairKind::WithObject});
+    const Pairs pairs(cell.scene.candidates(), kind);
+    const double excess = cell.distances.find(cell.scene, pairs, thresholds).excess;
+    for (const int most : {1, 3, 10}) {
+      const std::vector<PairProximity>& closest = cell.scene.closest(cell.scene.candidates(), most);
+      const double others = closest.empty() ? std::numeric_limits<double>::infinity()
+                                            : closest.back().result.lower_bound - Question().tolerance;
+      const double found = cell.distances.find(cell.scene, pairs, thresholds, {closest, others}).excess;
+      if (std::isfinite(excess)) {
+        EXPECT_NEAR(found, excess, 1e-12);
+      } else {
+        EXPECT_EQ(found, excess);
+      }
+    }
+    Question question;
+    question.threshold = chance.between(0.0, 0.5);
+    const ListedPairs below{cell.scene.below(cell.scene.candidates(), question), question.threshold};
+    const double found = cell.distances.find(cell.scene, pairs, thresholds, below).excess;
+    if (std::isfinite(excess)) {
+      EXPECT_NEAR(found, excess, 1e-12);
+    }
+  }
+}
+
+TEST(GuaranteedDistances, MinimumDoesNotDependOnTheStatesBefore) {
+  Chance chance(45);
+  for (int i = 0; i < repeats(30); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-4, -1);
+    cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
+    for (int k = 0; k < 5; ++k) {
+      const BodyPoses poses = somePoses(cell.model->robot, DegreesOfFreedom(cell.model->robot), chance);
+      cell.scene.update(poses, cell.frames);
+      cell.distances.update(poses, cell.frames);
+      GuaranteedDistances fresh(cell.model);
+      fresh.use(cell.objects);
+      fresh.assume(cell.distances.uncertainty());
+      fresh.update(poses, cell.frames);
+      EXPECT_NEAR(cell.distances.find(cell.scene, {}).excess, fresh.find(cell.scene, {}).excess, 1e-12);
+    }
+  }
+}
+
+TEST(GuaranteedDistances, BoundIsTheSameUpToWhatIsEnough) {
+  Chance chance(46);
+  int improved = 0;
+  for (int i = 0; i < repeats(60); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-3, -1);
+    cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
+    for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
+      const double bound = cell.distances.of(pair);
+      const double enough = bound + chance.between(-1.0, 1.0) * (pair.result.lower_bound - bound);
+      const double sufficient = cell.distances.of(pair, enough);
+      EXPECT_NEAR(std::min(sufficient, enough), std::min(bound, enough), 1e-12);
+      EXPECT_LE(sufficient, pair.result.lower_bound);
+      improved += enough > bound;
+    }
+  }
+  EXPECT_GT(improved, 100);
+}
+
 TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
   Chance chance(42);
   for (int i = 0; i < repeats(60); ++i) {

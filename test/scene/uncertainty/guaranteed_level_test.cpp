@@ -28,7 +28,9 @@ class GuaranteedLevel : public testing::Test {
     within.positions[0] = uncertainty;
     distances_.assume(within);
     const Pairs pairs(scene_.candidates());
-    return decidingPair(scene_, distances_, pairs, *scene_.minimum(pairs), thresholds_);
+    const PairProximity closest = *scene_.minimum(pairs);
+    const std::vector<PairProximity> listed{closest};
+    return decidingPair(scene_, distances_, pairs, closest, {listed, closest.result.lower_bound}, thresholds_);
   }
   std::string nameOfA(const GuaranteedDecidingPair& deciding) const {
     return nameOf(deciding.pair.asked.a, model_->robot);

@@ -10,8 +10,10 @@
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 
+#include <array>
 #include <limits>
 #include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 
@@ -24,6 +26,12 @@ struct GuaranteedMinimum {
   /// [m] A lower bound of the guaranteed distance minus the threshold, of every pair whose pose is known.
   double excess = std::numeric_limits<double>::infinity();
   int unknown = 0;  ///< the number of pairs without a distance: nothing is guaranteed of them
+};
+
+/// Checked pairs of a scene, among them the closest ones.
+struct ListedPairs {
+  const std::vector<PairProximity>& closest;
+  double others;  ///< [m] no other checked pair is closer
 };
 
 /// Lower bounds of the distances of pairs over all states that an Uncertainty allows, and the working memory of one
@@ -82,18 +90,27 @@ class GuaranteedDistances {
   /// The same of all checked pairs.
   GuaranteedMinimum find(Scene& scene, const PairDistances& thresholds);
 
+  /// The same answer from pairs that the scene has listed for the same poses; it asks the scene only if they do not
+  /// decide. A cycle that has asked Scene::closestBelow() anyway so pays for few bounds. All poses must be known.
+  GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, const ListedPairs& listed,
+                         const Question& question = {});
+
   /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance, as
   /// long as no surfaces meet. Infinity if that is not known.
   double largestLoss();
 
   /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:
-  /// one number for each of RobotModel::joints, those of mimic joints are ignored. On the way no point moves, relative
-  /// to any axis, by more than the sum of all travels times the present radii; so no radius grows by more.
+  /// one number for each of RobotModel::joints, those of mimic joints are ignored.
   double largestLoss(const std::vector<double>& travel);
 
  private:
+  void requireSame(const Scene& scene, const PairDistances& thresholds) const;
+  bool settle(const std::vector<PairProximity>& listed, PairKind kind, const PairDistances& thresholds, double others,
+              GuaranteedMinimum& minimum);
+
   std::unique_ptr<PairBounds> bounds_;
-  int closest_ = 2;  ///< how many pairs find() asks for
+  int closest_ = 2;                      ///< how many pairs find() asks for
+  std::array<ShapeRefPair, 3> found_{};  ///< the pair of the last minimum of each PairKind
 };
 
 }  // namespace proximity_server::scene

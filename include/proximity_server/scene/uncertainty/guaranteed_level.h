@@ -13,9 +13,11 @@ struct GuaranteedDecidingPair : DecidingPair {
 /// Finds the pair that decides by guaranteed distances: among the pairs of the worst level it is the one with the
 /// smallest guaranteed distance minus its threshold. A level of Collision is that of the state itself.
 ///
-/// `closest`, thresholds, question and `before` are those of decidingPair(). All poses must be known.
+/// `closest`, thresholds, question and `before` are those of decidingPair(). `listed` are pairs that the scene has listed
+/// for the same poses. All poses must be known.
 GuaranteedDecidingPair decidingPair(Scene& scene, GuaranteedDistances& distances, const Pairs& pairs,
-                                    const PairProximity& closest, const LevelThresholds& thresholds,
-                                    const Question& question = {}, const LevelBefore& before = {});
+                                    const PairProximity& closest, const ListedPairs& listed,
+                                    const LevelThresholds& thresholds, const Question& question = {},
+                                    const LevelBefore& before = {});
 
 }  // namespace proximity_server::scene
