@@ -307,7 +307,7 @@ class BesideAFake(unittest.TestCase):
 
     def test_wrong_parameters(self):
         children = [(Child(**{"duration": 0.4, **parameters}), words) for parameters, words in (
-                ({}, "parameter minimum or worst_level is missing"),
+                ({}, "parameter minimum, min_guaranteed or worst_level is missing"),
                 ({"minimum": "far"}, "parameter minimum: 'far' is no number"),
                 ({"minimum": 0.0, "duration": 0.0}, "parameter duration is missing, or 0"),
                 ({"minimum": 0.0, "max_invalid": -1.0}, "parameter max_invalid: -1.0 is no number of at least 0"),
