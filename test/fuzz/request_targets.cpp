@@ -11,6 +11,7 @@
 #include "node/services/motion_requests.h"
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
+#include "node/services/trajectory_requests.h"
 #include "proximity_server/MinimumDistanceRequest.h"
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -141,12 +142,16 @@ void ask(const QueryTrajectoryRequest& request) {
   const MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, kStop);
   timeBudget(arm(), request.time_budget);
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
-  const WayPoints points = wayPointsOf(arm(), request);
-  for (std::size_t i = 0; i + 1 < points.times.size(); ++i) {
-    const std::vector<double> travel = travelBetween(points.positions[i], points.positions[i + 1]);
+  const WayPoints way = wayPointsOf(arm(), request);
+  trackingErrorOf(arm(), way, request);
+  const std::vector<SplineSegment> splines = splinesOf(arm(), way);
+  for (std::size_t i = 0; i < splines.size(); ++i) {
+    const TrajectoryPoint &from = way.points[i], &to = way.points[i + 1];
+    require(splines[i].at(1.0).size() == to.positions.size(), "a spline has all joints");
+    splines[i].beyondLimits(arm().robotModel());
     search(pairs,
-           motionOfJoints(arm(), posesAt(points.positions[i]), travel, points.times[i],
-                          points.times[i + 1] - points.times[i]),
+           motionOfJoints(arm(), posesAt(way.valuesAt(from.positions)), travelBetween(from.positions, to.positions),
+                          from.time, to.time - from.time),
            question);
   }
 }

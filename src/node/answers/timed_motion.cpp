@@ -71,6 +71,13 @@ std::vector<scene::RobotMotion::Segment> segmentsOf(const Robot& robot, const Ca
   return segments;
 }
 
+Proximity inReference(const RobotAndObjects& model, const scene::BodyPoses& poses,
+                      const Eigen::Isometry3d& reference_T_poses, const scene::PairProximity& pair) {
+  Proximity message = toMessage(model, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), {});
+  message.guaranteed = kNaN;
+  return message;
+}
+
 }  // namespace
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
@@ -98,6 +105,17 @@ void carryObjects(const Robot& robot, const CarrierFrames& frames, const scene::
   motion.motion.carryObjects({motion.world, segmentsOf(robot, frames, poses)});
 }
 
+SplineMotion splineMotion(const Robot& robot, std::function<scene::BodyPoses(const scene::Positions&)> posesAt,
+                          const scene::Positions& start, const CarrierFrames& frames,
+                          const scene::FramePoses& poses_of_frames) {
+  const scene::BodyPoses at_start = posesAt(start);
+  return {[&robot, posesAt = std::move(posesAt)](const scene::Positions& positions) {
+            return inRoot(robot, posesAt(positions));
+          },
+          referenceFrom(robot, at_start),
+          {worldOf(robot, at_start), segmentsOf(robot, frames, poses_of_frames)}};
+}
+
 scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const CarrierFrames& frames,
                                                      const scene::FramePoses& poses) {
   using Motion = scene::RobotMotion;
@@ -110,10 +128,13 @@ scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const C
 Proximity toMessage(const RobotAndObjects& model, const TimedMotion& motion, double parameter,
                     const scene::PairProximity& pair) {
   const scene::BodyPoses poses = motion.motion.at(parameter);
-  const Eigen::Isometry3d reference_T_poses = motion.reference_T_poses(poses);
-  Proximity message = toMessage(model, inFrame(reference_T_poses, poses), inFrame(reference_T_poses, pair), {});
-  message.guaranteed = kNaN;
-  return message;
+  return inReference(model, poses, motion.reference_T_poses(poses), pair);
+}
+
+Proximity toMessage(const RobotAndObjects& model, const SplineMotion& motion, const scene::Positions& positions,
+                    const scene::PairProximity& pair) {
+  const scene::BodyPoses poses = motion.poses(positions);
+  return inReference(model, poses, motion.reference_T_poses(poses), pair);
 }
 
 MotionMinimum toMessage(const RobotAndObjects& model, const TimedMotion& motion, const scene::RobotMinimum& minimum) {

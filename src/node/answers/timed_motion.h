@@ -6,6 +6,7 @@
 #include "node/tf/tf_poses.h"
 #include "proximity_server/MotionMinimum.h"
 #include "proximity_server/Proximity.h"
+#include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 
@@ -57,6 +58,20 @@ TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scen
 /// of a link moves with the link. All others rest in the reference frame, because nothing tells their velocity.
 void carryObjects(const Robot& robot, const CarrierFrames& frames, const scene::FramePoses& poses, TimedMotion& motion);
 
+/// Motions along splines, for a scene.
+struct SplineMotion {
+  /// The poses of all bodies in the frame of the motion, see scene::SplineQuestion::poses.
+  std::function<scene::BodyPoses(const scene::Positions&)> poses;
+  std::function<Eigen::Isometry3d(const scene::BodyPoses&)> reference_T_poses;  ///< as in TimedMotion
+  scene::RobotMotion::ObjectFrames frames;
+};
+
+/// `posesAt` returns the poses of all bodies in the reference frame; `start` are some positions of the motion. Objects
+/// are carried as by carryObjects().
+SplineMotion splineMotion(const Robot& robot, std::function<scene::BodyPoses(const scene::Positions&)> posesAt,
+                          const scene::Positions& start, const CarrierFrames& frames,
+                          const scene::FramePoses& poses_of_frames);
+
 /// The frames that carry objects, for a motion whose poses are in the frame in which the reference frame is at the
 /// start.
 scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const CarrierFrames& frames,
@@ -75,6 +90,10 @@ void assignStops(Message& message, const Robot& robot, const TimedMotion& motion
 
 /// Converts a pair that was found at a parameter of the motion. Its points are in the reference frame at that time.
 Proximity toMessage(const RobotAndObjects& model, const TimedMotion& motion, double parameter,
+                    const scene::PairProximity& pair);
+
+/// Converts a pair that was found at some positions. Its points are in the reference frame there.
+Proximity toMessage(const RobotAndObjects& model, const SplineMotion& motion, const scene::Positions& positions,
                     const scene::PairProximity& pair);
 
 /// Converts the bounds, time and pair of a minimum. The pair is UNKNOWN if none was found.

@@ -247,9 +247,10 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->forAnotherThread(); })),
-      moving_scenes_(std::make_unique<MovingScenePool>(
-          [first = std::make_shared<const scene::MovingScene>(model_)] { return first->forAnotherThread(); })),
       guaranteed_(std::make_unique<GuaranteedPool>([model = model_] { return scene::GuaranteedDistances(model); })) {
+  const auto first = std::make_shared<const scene::MovingScene>(model_);
+  moving_scenes_ = std::make_unique<MovingScenePool>([first] { return first->forAnotherThread(); });
+  spline_scenes_ = std::make_unique<SplineScenePool>([first] { return scene::SplineScene(*first); });
   useDefaults(config.monitor);
 }
 

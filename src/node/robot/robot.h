@@ -114,6 +114,7 @@ class Robot {
   ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
   MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
   GuaranteedPool::Lease borrowGuaranteed() const { return guaranteed_->borrow(); }
+  SplineScenePool::Lease borrowSplineScene() const { return spline_scenes_->borrow(); }
 
  private:
   Config config_;
@@ -138,6 +139,7 @@ class Robot {
   std::unique_ptr<ScenePool> scenes_;
   std::unique_ptr<MovingScenePool> moving_scenes_;
   std::unique_ptr<GuaranteedPool> guaranteed_;
+  std::unique_ptr<SplineScenePool> spline_scenes_;
 };
 
 /// Gives the pairs that have no thresholds of their own those of the settings.

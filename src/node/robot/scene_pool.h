@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/spline_scene.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
@@ -50,5 +51,6 @@ class Pool {
 using ScenePool = Pool<scene::Scene>;
 using MovingScenePool = Pool<scene::MovingScene>;
 using GuaranteedPool = Pool<scene::GuaranteedDistances>;
+using SplineScenePool = Pool<scene::SplineScene>;
 
 }  // namespace proximity_server::node

@@ -74,13 +74,16 @@ JointValues completed(JointValues positions, MissingJoints missing) {
 }
 
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
-                            const std::vector<JointValues>& states, const ros::Time& stamp) {
-  const int joints = static_cast<int>(robot.robotModel().joints.size());
-  std::vector<int> missing;
+                            const std::vector<JointValues>& states, const ros::Time& stamp,
+                            const std::vector<int>& joints) {
+  const int joint_count = static_cast<int>(robot.robotModel().joints.size());
+  std::vector<int> missing = joints;
   for (const int edge : edgesTo(robot, bodies)) {
     const auto lacks_position = [&](const JointValues& state) { return !hasPosition(robot.robotModel(), edge, state); };
-    if (edge >= joints || std::any_of(states.begin(), states.end(), lacks_position)) missing.push_back(edge);
+    if (edge >= joint_count || std::any_of(states.begin(), states.end(), lacks_position)) missing.push_back(edge);
   }
+  std::sort(missing.begin(), missing.end());
+  missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
   if (!missing.empty()) return tf.awaitJoints(robot, missing, stamp);
   JointSnapshot nothing;
   nothing.joints.resize(robot.robotModel().joints.size());

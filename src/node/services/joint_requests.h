@@ -34,9 +34,10 @@ JointValues completed(JointValues positions, MissingJoints missing);
 
 /// Looks up in tf those joints that the poses of `bodies` need and that are missing in at least one of `states`, and
 /// the edges to the roots of robots. Waits at most Config::tf_timeout. If nothing is missing, tf is not asked, and the
-/// stamp is 0.
+/// stamp is 0. Those of `joints` are looked up in any case.
 JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<int>& bodies,
-                            const std::vector<JointValues>& states, const ros::Time& stamp);
+                            const std::vector<JointValues>& states, const ros::Time& stamp,
+                            const std::vector<int>& joints = {});
 
 /// Looks up in tf the needed frames that are not those of links, at the time of the joints. Waits at most
 /// Config::tf_timeout.

@@ -145,33 +145,4 @@ TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const Fi
   return motionOfTwists(robot, poses, request);
 }
 
-WayPoints wayPointsOf(const Robot& asked_robot, const QueryTrajectoryRequest& request) {
-  const scene::RobotModel& robot = asked_robot.robotModel();
-  const trajectory_msgs::JointTrajectory& trajectory = request.trajectory;
-  const MissingJoints missing = missingJoints(request.missing_joints);
-  if (trajectory.joint_names.empty()) refuse("the trajectory names no joints");
-  if (trajectory.points.size() < 2) refuse("the trajectory has fewer than two points");
-  requirePointsWithinBatch(asked_robot, trajectory.points.size());
-  WayPoints points;
-  points.joints = jointsNamed(robot, trajectory.joint_names, "trajectory");
-  for (const trajectory_msgs::JointTrajectoryPoint& point : trajectory.points) {
-    const std::string where = "point " + std::to_string(points.times.size());
-    const double time = point.time_from_start.toSec();
-    if (!points.times.empty() && !(time > points.times.back())) {
-      refuse(where + ": its time_from_start is not later than that of the point before");
-    }
-    points.positions.push_back(completed(valuesOf(robot, points.joints, point.positions, "position", where), missing));
-    points.times.push_back(time);
-  }
-  return points;
-}
-
-std::vector<double> travelBetween(const JointValues& from, const JointValues& to) {
-  std::vector<double> travel(from.size(), 0.0);
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    if (from[i] && to[i]) travel[i] = finite(*to[i] - *from[i], "the way between two points");
-  }
-  return travel;
-}
-
 }  // namespace proximity_server::node

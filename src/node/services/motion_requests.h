@@ -2,12 +2,8 @@
 
 #include "node/answers/timed_motion.h"
 #include "node/services/requests.h"
-#include "node/tf/joint_frames.h"
 #include "proximity_server/FirstContactRequest.h"
-#include "proximity_server/QueryTrajectoryRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
-
-#include <vector>
 
 // These functions read the motion of a request.
 // Failure: they throw RequestError INVALID_ARGUMENT naming the number, point, joint or link that is wrong.
@@ -25,16 +21,5 @@ double timeBudget(const Robot& robot, const ros::Duration& asked);
 
 /// The requested motion. It starts at `poses`, which are in the reference frame.
 TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request);
-
-/// The points of a trajectory.
-struct WayPoints {
-  std::vector<int> joints;             ///< the joints that the trajectory names, as indices into RobotModel::joints
-  std::vector<JointValues> positions;  ///< [rad] or [m] at each point
-  std::vector<double> times;           ///< [s] of each point
-};
-WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request);
-
-/// The change of position [rad] or [m] of every joint from one state to another; 0 if a position is not given.
-std::vector<double> travelBetween(const JointValues& from, const JointValues& to);
 
 }  // namespace proximity_server::node

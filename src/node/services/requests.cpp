@@ -322,6 +322,10 @@ MovingScenePool::Lease RequestedPairs::borrowMovingScene() const {
   return withObjects(robot_->borrowMovingScene(), objects_);
 }
 
+SplineScenePool::Lease RequestedPairs::borrowSplineScene() const {
+  return withObjects(robot_->borrowSplineScene(), objects_);
+}
+
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {
   return pairsOf(RequestContext{robot, robot.objects().get()}, a, b, filter);
 }

@@ -71,6 +71,7 @@ class RequestedPairs {
   /// Lends a scene that has the objects.
   ScenePool::Lease borrowScene() const;
   MovingScenePool::Lease borrowMovingScene() const;
+  SplineScenePool::Lease borrowSplineScene() const;
 
  private:
   const Robot* robot_;

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/spline_scene.h"
 
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/filter/given_model.h"
 #include "scene/model/numbers.h"
 #include "scene/motion/joint_deviations.h"
@@ -99,7 +100,8 @@ SegmentSearch::Straight SegmentSearch::along(const SplineSegment::Chord& chord, 
     travel[i] = chord.to[i] - chord.from[i];
     most[i] = chord.deviation[i] + tube[i];
   }
-  Straight straight{RobotMotion::between(robot_, chord.from, chord.to), jointDeviations(robot_, travel, most)};
+  const BodyPoses start = question_.poses ? question_.poses(chord.from) : forwardKinematics(robot_, chord.from);
+  Straight straight{RobotMotion::ofTravel(robot_, start, travel), jointDeviations(robot_, travel, most)};
   straight.motion.carryObjects(question_.frames);
   return straight;
 }
@@ -308,6 +310,8 @@ void SegmentSearch::touchInTube(SplineContact& contact) {
 
 SplineScene::SplineScene(const std::shared_ptr<const SceneModel>& model)
     : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(given(model).robot))) {}
+SplineScene::SplineScene(const MovingScene& other)
+    : search_(std::make_unique<MotionSearch>(other.search_->model(), other.search_->volumes())) {}
 SplineScene::SplineScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
 SplineScene::~SplineScene() = default;
 SplineScene::SplineScene(SplineScene&&) noexcept = default;

@@ -595,4 +595,313 @@ TEST_F(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
   EXPECT_TRUE(saysNothing(response.segments[1]));
 }
 
+// ---- splines and tracking errors
+
+/// A point of a spline; without accelerations or velocities their list is empty.
+struct SplinePoint {
+  double time;
+  std::vector<double> positions, velocities{}, accelerations{};
+};
+
+QueryTrajectoryRequest alongSpline(std::uint8_t interpolation, const std::vector<std::string>& joints,
+                                   const std::vector<SplinePoint>& points) {
+  QueryTrajectoryRequest request = along(joints, {});
+  request.interpolation = interpolation;
+  for (const SplinePoint& point : points) {
+    trajectory_msgs::JointTrajectoryPoint message;
+    message.positions = point.positions;
+    message.velocities = point.velocities;
+    message.accelerations = point.accelerations;
+    message.time_from_start = ros::Duration(point.time);
+    request.trajectory.points.push_back(message);
+  }
+  return request;
+}
+
+constexpr std::uint8_t kCubic = QueryTrajectoryRequest::CUBIC, kQuintic = QueryTrajectoryRequest::QUINTIC;
+
+/// From x = 0.6 back to 0.6 in 2 s, with velocities of -v and v: x(t) = 0.6 - v t + v t^2 / 2, lowest at 1 s with
+/// 0.6 - v / 2.
+QueryTrajectoryRequest dipping(double v) {
+  return alongSpline(kCubic, {"x_axis", "y_axis"}, {{0.0, {0.6, 0.0}, {-v, 0.0}}, {2.0, {0.6, 0.0}, {v, 0.0}}});
+}
+
+using Spline = AskedGantry;
+
+TEST_F(Spline, OvershootsWhereTheStraightLineDoesNot) {
+  auto request = dipping(0.4);
+  const auto cubic = ask(request);
+  ASSERT_TRUE(cubic.success) << cubic.status.message;
+  expectMinimum(cubic.segments.at(0), 0.4 - 0.2);
+  EXPECT_NEAR(cubic.segments[0].time, 1.0, 5e-3);  // off by s s it is 0.2 s^2 farther
+  EXPECT_NEAR(cubic.segments[0].pair.point_b.x, 0.4 - 0.1, 1e-5);
+  EXPECT_EQ(cubic.certified, "the cubic splines of joint_trajectory_controller");
+  EXPECT_FALSE(cubic.contact || cubic.may_touch);
+  EXPECT_EQ(cubic.t_free, 2.0);
+  request.interpolation = QueryTrajectoryRequest::LINEAR;
+  const auto linear = ask(request);
+  expectMinimum(linear.segments.at(0), 0.4);
+  EXPECT_EQ(linear.certified, "the joints at constant velocity between the points");
+}
+
+TEST_F(Spline, FindsTheFirstContactItsSegmentAndState) {
+  auto request = dipping(1.0);  // touches at x = 0.2: 0.6 - t + t^2 / 2 = 0.2
+  const double paper = 1.0 - std::sqrt(0.2), speed = 1.0 - paper;
+  const auto response = ask(request);
+  expectContact(response, paper, speed);
+  EXPECT_EQ(response.segment, 0);
+  EXPECT_EQ(response.state.name, (std::vector<std::string>{"x_axis", "y_axis"}));
+  ASSERT_EQ(response.state.position.size(), 2u);
+  EXPECT_NEAR(response.state.position[0], 0.2, 1.01 * kMotionTolerance);
+  expectNear(response.pair.point_b, 0.1, 0.0, 0.0, 1e-5);
+  EXPECT_EQ(response.pair.b.link, "ball");
+}
+
+TEST_F(Spline, OfDegreeFiveTakesTheAccelerations) {
+  // x(t) = 1 - t^2 / 4 from rest at x = 1 with an acceleration of -0.5 at both ends.
+  const auto request =
+      alongSpline(kQuintic, {"x_axis", "y_axis"},
+                  {{0.0, {1.0, 0.0}, {0.0, 0.0}, {-0.5, 0.0}}, {2.0, {0.0, 0.0}, {-1.0, 0.0}, {-0.5, 0.0}}});
+  const double paper = 2.0 * std::sqrt(0.8);
+  const auto response = ask(request);
+  expectContact(response, paper, 0.5 * paper);
+  EXPECT_EQ(response.certified, "the quintic splines of joint_trajectory_controller");
+}
+
+TEST_F(Spline, IsOfTheLowerDegreeWhereAPointLacksData) {
+  const auto request = alongSpline(kQuintic, {"x_axis", "y_axis"},
+                                   {{0.0, {0.6, 0.0}},
+                                    {1.0, {0.6, 0.0}, {-0.4, 0.0}},
+                                    {3.0, {0.6, 0.0}, {0.4, 0.0}, {0.0, 0.0}},
+                                    {4.0, {0.6, 0.0}, {-0.4, 0.0}, {0.0, 0.0}}});
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  expectMinimum(response.segments.at(0), 0.4);
+  expectMinimum(response.segments.at(1), 0.2);
+  EXPECT_EQ(response.certified,
+            "the quintic splines of joint_trajectory_controller, where 1 of 3 segments are linear, as a point has no "
+            "velocities, where 1 of 3 segments are cubic, as a point has no accelerations");
+}
+
+TEST_F(Spline, BeyondLimitsIsToldWithTimeAndJoint) {
+  // From 1.9 to 1.9, x(t) = 1.9 + 0.4 t - 0.2 t^2: 2.1 after a second, beyond its limit of 2.
+  auto request =
+      alongSpline(kCubic, {"x_axis", "y_axis"}, {{0.0, {1.9, 0.0}, {0.4, 0.0}}, {2.0, {1.9, 0.0}, {-0.4, 0.0}}});
+  const auto beyond = ask(request);
+  ASSERT_TRUE(beyond.success) << beyond.status.message;
+  EXPECT_EQ(beyond.status.message,
+            "segment 0 is the first beyond a limit: at 1 s joint 'x_axis' is at 2.1, its upper limit is 2");
+  request.trajectory.points[0].velocities[0] = 0.1;
+  request.trajectory.points[1].velocities[0] = -0.1;
+  EXPECT_EQ(ask(request).status.message, "");
+}
+
+TEST_F(Spline, LeavesJointsThatItDoesNotNameAsInTf) {
+  auto request = alongSpline(kCubic, {"y_axis"}, {{0.0, {-1.0}, {0.0}}, {2.0, {1.0}, {0.0}}});
+  request.stamp = moveTo({0.5, 0.0, 0.0});
+  const auto beside = ask(request);
+  ASSERT_TRUE(beside.success) << beside.status.message;
+  EXPECT_EQ(beside.header.stamp, request.stamp);
+  EXPECT_FALSE(beside.contact);
+  expectMinimum(beside.segments.at(0), 0.3);
+  request.missing_joints = QueryTrajectoryRequest::ZERO;
+  EXPECT_TRUE(ask(request).contact);
+}
+
+TEST_F(Spline, SeesFixedObjects) {
+  ASSERT_TRUE(ask(requestOf({addBall("part", poseAt(0.2, 0, 0))})).success);
+  auto request = dipping(0.4);
+  request.a = shape("part");
+  request.b = shape("ball");
+  expectMinimum(ask(request).segments.at(0), 0.4 - 0.2 - 0.1 - 0.1);
+}
+
+TEST_F(ReferenceFrameOfMotion, OfALinkIsThatOfTheContactOnASpline) {
+  const auto response = ask(dipping(1.0));
+  ASSERT_TRUE(response.contact) << response.status.message;
+  EXPECT_EQ(response.header.frame_id, "ball");
+  expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);  // towards the base is +y in the turned frame
+  expectNear(response.pair.normal, 0.0, -1.0, 0.0, 1e-5);
+}
+
+TEST_F(ReferenceFrameOfMotion, OfALinkCarriesFixedObjectsAlongASpline) {
+  ASSERT_TRUE(ask(requestOf({addBall("part", poseAt(0, 0.3, 0))})).success);
+  auto request = dipping(0.6);  // touches at x = 0.5: 0.6 - 0.6 t + 0.3 t^2 = 0.5
+  request.b = shape("part");
+  const double paper = 1.0 - std::sqrt(2.0 / 3.0);
+  const auto response = ask(request);
+  expectContact(response, paper, 0.6 * (1.0 - paper));
+}
+
+using TrackingError = AskedGantry;
+
+TEST_F(TrackingError, IsTakenOffTheDistance) {
+  auto request = dipping(0.4);
+  request.tracking_error = {0.05, 0.0};
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  expectMinimum(response.segments.at(0), 0.2 - 0.05);
+  EXPECT_EQ(
+      response.certified,
+      "the cubic splines of joint_trajectory_controller, and all motions about them with \"x_axis\" off by at most "
+      "0.05 m, \"y_axis\" off by at most 0 m");
+  request.tracking_error = {0.01};  // of both; the ball is beside a face, so that only x counts at the nearest state
+  const MotionMinimum of_both = ask(request).segments.at(0);
+  EXPECT_LE(of_both.lower_bound, 0.19);
+  EXPECT_GE(of_both.lower_bound, 0.18 - kMotionTolerance);
+}
+
+TEST_F(TrackingError, OfALinearMotionIsTakenOffToo) {
+  auto request = along({"x_axis", "y_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {0.6, 0.0}}});
+  request.tracking_error = {0.1, 0.0};
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  expectMinimum(response.segments.at(0), 0.3);
+  request.tracking_error = {0.0, 0.0};
+  EXPECT_EQ(ask(request).certified, "the joints at constant velocity between the points");
+}
+
+TEST_F(TrackingError, EndsTheProofWhereAStateOfTheTubeTouches) {
+  auto request = dipping(0.6);  // down to x = 0.3, and with 0.15 off to 0.15
+  request.tracking_error = {0.15, 0.0};
+  const auto response = ask(request);
+  const double paper = 1.0 - std::sqrt(1.0 / 6.0);  // 0.6 - 0.6 t + 0.3 t^2 = 0.35
+  expectContact(response, paper, 0.6 * (1.0 - paper));
+  EXPECT_NEAR(response.state.position.at(0), 0.2, 1.01 * kMotionTolerance);
+  EXPECT_NEAR(response.pair.distance, 0.0, 1.01 * kMotionTolerance);
+}
+
+// The tube of both joints is a box, and the bound of the distance adds what each joint can do: near the edge of the
+// base no corner is as near as the sum.
+TEST_F(TrackingError, ThatMayTouchWithoutAKnownStateIsToldAsUndecided) {
+  auto request = along({"x_axis", "y_axis"}, {{0.0, {0.23, -0.05}}, {1.0, {0.23, 0.05}}});
+  request.tracking_error = {0.02, 0.02};
+  const auto response = ask(request);
+  expectRefusal(response, QueryStatus::NOT_CONVERGED, "there may be a contact");
+  EXPECT_TRUE(response.may_touch);
+  EXPECT_FALSE(response.contact);
+  EXPECT_TRUE(std::isnan(response.t_contact));
+  EXPECT_EQ(response.t_free, 0.0);
+  EXPECT_EQ(response.segment, -1);
+  EXPECT_TRUE(response.state.name.empty());
+  EXPECT_EQ(links(response.pair), (std::set<std::string>{"base", "ball"}));
+  EXPECT_NEAR(response.pair.distance, 0.03, 1e-6);
+}
+
+// ---- from the present state
+
+using PresentState = AskedGantry;
+
+TEST_F(PresentState, IsWhereTheMotionBegins) {
+  auto request = along({"x_axis", "y_axis"}, {{-1.0, {5.0, 5.0}}, {0.0, {3.0, 3.0}}, {2.0, {0.6, 0.0}}});
+  request.from_present_state = true;
+  request.contact_distance = 0.6;
+  request.stamp = moveTo({1.0, 0.0, 0.0});
+  const auto response = ask(request);
+  expectContact(response, 1.0, 0.2);  // at x = 0.8
+  EXPECT_EQ(response.header.stamp, request.stamp);
+  EXPECT_EQ(response.segment, 0);
+  EXPECT_EQ(response.segments.size(), 1u);
+  EXPECT_EQ(response.certified, "the joints at constant velocity between the points, from the present state on");
+}
+
+TEST_F(PresentState, HasTheVelocitiesOfTheRequestOrRests) {
+  auto request = alongSpline(kCubic, {"x_axis", "y_axis"}, {{2.0, {0.6, 0.0}, {0.4, 0.0}}});
+  request.from_present_state = true;
+  request.stamp = moveTo({0.6, 0.0, 0.0});
+  request.present_velocities = {-0.4, 0.0};
+  expectMinimum(ask(request).segments.at(0), 0.2);
+  request.present_velocities.clear();
+  // x(t) = 0.6 + 0.8 (s^3 - s^2) with s = t / 2, lowest at s = 2 / 3.
+  expectMinimum(ask(request).segments.at(0), 0.4 - 0.8 * 4.0 / 27.0);
+}
+
+TEST_F(PresentState, NeedsTheJointsOfTheTrajectoryInTf) {
+  auto request = along({"x_axis", "y_axis"}, {{2.0, {0.6, 0.0}}});
+  request.from_present_state = true;
+  expectFailure(ask(request), QueryStatus::TF_UNAVAILABLE, "_axis'");
+}
+
+// At 6 rad tf shows 6 - 2 pi = -0.28, which is within the limits of -6.25 and 6.25 as well.
+TEST_F(JointLimits, TellTheTurnOfThePresentState) {
+  QueryTrajectoryRequest request = node::between<QueryTrajectoryRequest>("pin", "hand", moveLimitedTo(1.0, 6.0));
+  request.trajectory.joint_names = {"turn"};
+  request.trajectory.points.resize(1);
+  request.trajectory.points[0].time_from_start = ros::Duration(1.0);
+  request.from_present_state = true;
+  request.skip_minimum = true;
+  request.contact_distance = 3.0;  // in contact from the start on: `state` is the present state
+  const auto startsAt = [&](double next) {
+    request.trajectory.points[0].positions = {next};
+    const auto response = limited_.ask(request);
+    return response.state.position.empty() ? kNaN : response.state.position[0];
+  };
+  EXPECT_NEAR(startsAt(6.2), 6.0, 1e-9);
+  EXPECT_NEAR(startsAt(1.0), 6.0 - 2.0 * M_PI, 1e-9);
+  EXPECT_NEAR(startsAt(-6.2), 6.0 - 2.0 * M_PI, 1e-9) << "6 - 4 pi is nearer, but beyond the limit";
+}
+
+using BadSpline = AskedGantry;
+
+TEST_F(BadSpline, FieldsAndPointsAreNamed) {
+  const int invalid = QueryStatus::INVALID_ARGUMENT;
+  const auto good = dipping(0.4);
+  const auto with = [&](const auto& change) {
+    auto request = good;
+    change(request);
+    return ask(request);
+  };
+  using Request = QueryTrajectoryRequest&;
+  expectFailure(with([](Request r) { r.interpolation = 7; }), invalid, "interpolation 7 does not exist");
+  expectFailure(with([](Request r) { r.trajectory.points[1].velocities = {0.4}; }), invalid,
+                "point 1: joint 'y_axis' has no velocity");
+  expectFailure(with([](Request r) {
+                  r.trajectory.points[0].velocities = {0.4, 0.0, 0.0};
+                }),
+                invalid, "point 0: one velocity too many");
+  expectFailure(with([](Request r) { r.trajectory.points[1].velocities[0] = kNaN; }), invalid,
+                "point 1: the velocity of joint 'x_axis' is not finite");
+  expectFailure(with([](Request r) { r.trajectory.points[1].velocities[0] = 1e308; }), invalid,
+                "joint 'x_axis' is too fast");
+  expectFailure(with([](Request r) {
+                  r.interpolation = QueryTrajectoryRequest::QUINTIC;
+                  r.trajectory.points[1].accelerations = {kNaN, 0.0};
+                }),
+                invalid, "point 1: the acceleration of joint 'x_axis' is not finite");
+  for (const std::vector<double>& errors : {std::vector<double>{0.1, -0.1}, {0.1, kNaN}})
+    expectFailure(with([&](Request r) { r.tracking_error = errors; }), invalid,
+                  "tracking_error 1, of joint 'y_axis', is not a number from 0 on");
+  expectFailure(with([](Request r) { r.tracking_error = {-0.1}; }), invalid, "tracking_error 0 is not");
+  expectFailure(with([](Request r) {
+                  r.tracking_error = {0.1, 0.1, 0.1};
+                }),
+                invalid, "tracking_error: there are 3 numbers for 2 joints");
+  expectFailure(with([](Request r) { r.present_velocities = {0.1, 0.1}; }), invalid, "without from_present_state");
+}
+
+TEST_F(BadSpline, PresentStateNeedsALaterPoint) {
+  const int invalid = QueryStatus::INVALID_ARGUMENT;
+  auto request = dipping(0.4);
+  request.stamp = moveTo({0.6, 0.0, 0.0});
+  request.from_present_state = true;
+  request.present_velocities = {0.1};
+  expectFailure(ask(request), invalid, "present_velocities: joint 'y_axis' has no velocity");
+  request.present_velocities.clear();
+  request.trajectory.points[1].time_from_start = ros::Duration(0.0);
+  request.trajectory.points.erase(request.trajectory.points.begin());
+  expectFailure(ask(request), invalid, "no point of the trajectory is later than the present state");
+  request.trajectory.points.clear();
+  expectFailure(ask(request), invalid, "the trajectory has no points");
+}
+
+TEST_F(TimeBudget, ThatEndsOnASplineLeavesItOpen) {
+  auto request = dipping(1.0);
+  request.time_budget = ros::Duration(0, 1);
+  const auto response = ask(request);
+  expectRefusal(response, QueryStatus::OVER_BUDGET, "time budget");
+  EXPECT_FALSE(response.contact);
+  EXPECT_TRUE(response.may_touch);
+  EXPECT_LE(response.t_free, 1.0 - std::sqrt(0.2));
+}
+
 }  // namespace proximity_server::node::motion_queries_test

@@ -55,6 +55,7 @@ class MovingScene {
   RobotMinimum minimum(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
 
  private:
+  friend class SplineScene;
   explicit MovingScene(std::unique_ptr<MotionSearch> search);
 
   std::unique_ptr<MotionSearch> search_;

@@ -2,10 +2,12 @@
 
 #include "proximity_server/scene/motion/joint_spline.h"
 #include "proximity_server/scene/motion/motion_question.h"
+#include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pairs.h"
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -20,6 +22,9 @@ struct SplineQuestion {
   std::vector<double> tracking_error{};
   /// The frames of the objects, see RobotMotion::ObjectFrames. Each frame must rest relative to its parent.
   RobotMotion::ObjectFrames frames{};
+  /// The poses of all bodies at the given positions; empty: forwardKinematics(). A joint whose position changes along
+  /// the segment must move as there, by the difference of its positions; all others may stand anywhere.
+  std::function<BodyPoses(const Positions&)> poses{};
 };
 
 /// The smallest distance along a segment. Without a tube the bounds are those of RobotMinimum. With one the lower bound
@@ -57,6 +62,8 @@ class SplineScene {
  public:
   /// Throws std::invalid_argument without a model.
   explicit SplineScene(const std::shared_ptr<const SceneModel>& model);
+  /// Shares with another scene all data of the model that never change. The new one has no objects.
+  explicit SplineScene(const MovingScene& other);
   ~SplineScene();
   SplineScene(SplineScene&&) noexcept;
   SplineScene& operator=(SplineScene&&) noexcept;
