@@ -11,16 +11,6 @@ namespace py = pybind11;
 
 std::string textOf(const py::handle& object) { return py::str(object).cast<std::string>(); }
 
-py::array checkedArray(const py::object& q, const scene::RobotModel& robot, const std::string& name) {
-  const py::array array = float64Array(q, name);
-  const auto joints = static_cast<py::ssize_t>(robot.joints.size());
-  if (array.ndim() > 0 && array.shape(array.ndim() - 1) == joints) return array;
-  const std::string count = std::to_string(joints);
-  throw std::invalid_argument(name + " has the shape " + shapeText(array) + ", but it must be (..., " + count +
-                              "): the robot has " + count + " joints" + (joints > 0 ? ": " : "") +
-                              scene::listed(scene::namesOf(robot.joints)));
-}
-
 /// Returns whether Eigen can use the array in place. For Eigen a stride of 0 means the default stride, and negative
 /// strides are not allowed.
 bool hasUsableStrides(const py::array& q) {
@@ -47,10 +37,20 @@ py::array float64Array(const py::object& argument, const std::string& name) {
   return py::array(given.attr("astype")(wanted));
 }
 
+py::array jointArray(const py::object& q, const scene::RobotModel& robot, const std::string& name) {
+  const py::array array = float64Array(q, name);
+  const auto joints = static_cast<py::ssize_t>(robot.joints.size());
+  if (array.ndim() > 0 && array.shape(array.ndim() - 1) == joints) return array;
+  const std::string count = std::to_string(joints);
+  throw std::invalid_argument(name + " has the shape " + shapeText(array) + ", but it must be (..., " + count +
+                              "): the robot has " + count + " joints" + (joints > 0 ? ": " : "") +
+                              scene::listed(scene::namesOf(robot.joints)));
+}
+
 std::string shapeText(const py::array& array) { return textOf(array.attr("shape")); }
 
 JointPositions::JointPositions(const py::object& q, const scene::RobotModel& robot, const std::string& name)
-    : JointPositions(checkedArray(q, robot, name)) {}
+    : JointPositions(jointArray(q, robot, name)) {}
 
 JointPositions::JointPositions(const py::array& checked)
     : shape_(checked.shape(), checked.shape() + checked.ndim() - 1),
@@ -68,16 +68,31 @@ JointPositions::JointPositions(const py::array& checked)
 JointPositions::Edges JointPositions::edges(const py::object& start, const py::object& goal,
                                             const scene::RobotModel& robot, const std::string& start_name,
                                             const std::string& goal_name) {
-  const py::array from = checkedArray(start, robot, start_name), to = checkedArray(goal, robot, goal_name);
-  py::object both;
+  const std::vector<JointPositions> both =
+      broadcast({{start_name, jointArray(start, robot, start_name)}, {goal_name, jointArray(goal, robot, goal_name)}});
+  return {both[0], both[1]};
+}
+
+std::vector<JointPositions> JointPositions::broadcast(const std::vector<Named>& arrays) {
+  py::list given;
+  std::string shapes;
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    given.append(arrays[i].array);
+    const char* const between = i + 1 < arrays.size() ? ", " : ", and ";
+    shapes +=
+        (i == 0 ? "" : between) + arrays[i].name + (i == 0 ? " has the shape " : " ") + shapeText(arrays[i].array);
+  }
+  py::list all;
   try {
-    both = py::module_::import("numpy").attr("broadcast_arrays")(from, to);
+    all = py::list(py::module_::import("numpy").attr("broadcast_arrays")(*given));
   } catch (const py::error_already_set& error) {
     if (!error.matches(PyExc_ValueError)) throw;
-    throw std::invalid_argument(start_name + " has the shape " + shapeText(from) + ", and " + goal_name + " " +
-                                shapeText(to) + ": these do not broadcast to one shape");
+    throw std::invalid_argument(shapes + ": these do not broadcast to one shape");
   }
-  return {JointPositions(py::array(both[py::int_(0)])), JointPositions(py::array(both[py::int_(1)]))};
+  std::vector<JointPositions> positions;
+  for (const py::handle& array : all)
+    positions.push_back(JointPositions(py::array(py::reinterpret_borrow<py::object>(array))));
+  return positions;
 }
 
 JointPositions::Block JointPositions::block(Eigen::Index first, Eigen::Index count) const {

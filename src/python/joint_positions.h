@@ -17,6 +17,10 @@ namespace proximity_server::python {
 ///          as numpy does if the argument cannot be converted into an array.
 pybind11::array float64Array(const pybind11::object& argument, const std::string& name);
 
+/// The same for an array with a number for each joint in its last dimension. Throws std::invalid_argument for a wrong
+/// shape, naming the right one, too.
+pybind11::array jointArray(const pybind11::object& argument, const scene::RobotModel& robot, const std::string& name);
+
 /// The shape of an array as text: "(2, 3)".
 std::string shapeText(const pybind11::array& array);
 
@@ -37,7 +41,15 @@ class JointPositions {
   /// Failure: throws as the constructor does, and std::invalid_argument if they do not broadcast to one shape.
   struct Edges;
   static Edges edges(const pybind11::object& start, const pybind11::object& goal, const scene::RobotModel& robot,
-                     const std::string& start_name = "start", const std::string& goal_name = "goal");
+                     const std::string& start_name, const std::string& goal_name);
+
+  /// Arrays of joints, all with the shape to which numpy broadcasts them.
+  /// Failure: throws std::invalid_argument with the names if they do not broadcast to one shape.
+  struct Named {
+    std::string name;
+    pybind11::array array;
+  };
+  static std::vector<JointPositions> broadcast(const std::vector<Named>& arrays);
 
   /// The shape of the states: () for one state.
   const std::vector<pybind11::ssize_t>& shape() const { return shape_; }

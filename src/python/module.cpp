@@ -434,19 +434,28 @@ coordinates of the link into the root link. A state with a position that is not 
 constexpr char kFirstContactDoc[] = R"(When anything first comes to a signed distance [m] on the way from start to goal.
 
 All joints move at once, each at constant speed; the time is 0 at the start and 1 at the goal. start and goal are arrays
-as q, of shapes that broadcast to one.
+as q, of shapes that broadcast to one. With velocities the way is the cubic spline that joint_trajectory_controller
+drives, with accelerations too the quintic one; a row is then about one segment of a trajectory.
 Returns rows of the dtype CONTACT, of the shape of the edges; for one edge one row. Nothing is missed between samples:
 until t_free every pair is proven to be farther than the distance.
-tolerance  [m] of the distance at which a contact is found
-Raises ValueError if distance or tolerance is NaN.)";
+tolerance       [m] of the distance at which a contact is found
+velocities      a pair of arrays as start and goal, [rad/s] or [m/s]: at the start and at the goal; they broadcast too
+accelerations   the same by second squared; only with velocities
+duration        [s] of an edge, a number or an array of the shape of the edges; needed for velocities only
+tracking_error  [rad] or [m], a number, or one for each joint: how far each joint may be off the way at any time. t_free
+                then holds for every motion within it. A contact is a state within it; without a known state the status
+                is DEGENERATE from t_free on
+Raises ValueError if distance or tolerance is NaN, for a duration that is not positive, a tracking_error that is
+negative or not finite, and accelerations without velocities.)";
 
 constexpr char kMinimumBetweenDoc[] = R"(The smallest signed distance on the way from start to goal.
 
-The way is that of first_contact.
+The way is that of first_contact, with the same keywords.
 Returns rows of the dtype EDGE_MINIMUM, of the shape of the edges; for one edge one row. lower and upper are proven for
-the whole way, and upper is the distance of the pair at the time.
+the whole way, and upper is the distance of the pair at the time. With a tracking_error lower is proven for every motion
+within it, and upper is the distance of a state within it; the two may be farther apart than the tolerance.
 tolerance  [m] between lower and upper
-Raises ValueError if tolerance is NaN.)";
+Raises ValueError as first_contact.)";
 
 constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object; one of the same name is replaced.
 
@@ -629,10 +638,24 @@ void declareQuestions(py::class_<Robot>& robot) {
   robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),
             "influence_distance"_a = 0.2);
   robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
-  robot.def("first_contact", &Robot::firstContact, kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0,
-            py::kw_only(), "tolerance"_a = 1e-6);
-  robot.def("minimum_between", &Robot::minimumBetween, kMinimumBetweenDoc, "start"_a, "goal"_a, py::kw_only(),
-            "tolerance"_a = 1e-6);
+  robot.def(
+      "first_contact",
+      [](Robot& self, const py::object& start, const py::object& goal, double distance, double tolerance,
+         const py::object& velocities, const py::object& accelerations, const py::object& duration,
+         const py::object& tracking_error) {
+        return self.firstContact(start, goal, distance, tolerance,
+                                 {velocities, accelerations, duration, tracking_error});
+      },
+      kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0, py::kw_only(), "tolerance"_a = 1e-6,
+      "velocities"_a = py::none(), "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none());
+  robot.def(
+      "minimum_between",
+      [](Robot& self, const py::object& start, const py::object& goal, double tolerance, const py::object& velocities,
+         const py::object& accelerations, const py::object& duration, const py::object& tracking_error) {
+        return self.minimumBetween(start, goal, tolerance, {velocities, accelerations, duration, tracking_error});
+      },
+      kMinimumBetweenDoc, "start"_a, "goal"_a, py::kw_only(), "tolerance"_a = 1e-6, "velocities"_a = py::none(),
+      "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "proximity_server/scene/motion/spline_scene.h"
 #include "python/signal_watch.h"
 #include "system/pipeline.h"
 
@@ -630,45 +631,54 @@ py::object Robot::linkPoses(const py::object& q) {
 }
 
 template <typename Ask>
-py::object Robot::answerEdges(const py::object& start, const py::object& goal, const py::dtype& type, const Ask& ask) {
-  const JointPositions::Edges edges = JointPositions::edges(start, goal, model().robot);
-  RowTable rows(newArray(type, edges.start, {}));
+py::object Robot::answerEdges(const DrivenEdges& edges, const scene::MotionQuestion& question, const py::dtype& type,
+                              const Ask& ask) {
+  RowTable rows(newArray(type, edges.start(), {}));
   constexpr Eigen::Index kEdgesInBlock = 16;  // fewer than states, because an edge takes much longer
-  answerBlocks(edges.start.count(), kEdgesInBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
-    const JointPositions::Block from = edges.start.block(first, count), to = edges.goal.block(first, count);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      scene::MovingScene fresh =
-          scratch.freshMovingScene().forAnotherThread();  // no edge depends on the edges before it
-      decltype(ask(fresh, std::declval<scene::RobotMotion>())) answer;
-      if ((to.row(i) - from.row(i)).allFinite()) {
-        positionsOf(from, i, scratch.positions);
-        positionsOf(to, i, scratch.goal);
-        auto motion = scene::RobotMotion::between(model().robot, scratch.positions, scratch.goal);
-        motion.carryObjects(scene::framesOnLinks(*objects_));
-        answer = ask(fresh, motion);
+  const scene::RobotModel& robot = model().robot;
+  const scene::RobotMotion::ObjectFrames frames = scene::framesOnLinks(*objects_);
+  const scene::SplineQuestion spline_question{question, edges.trackingError(), frames};
+  answerBlocks(edges.start().count(), kEdgesInBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+    for (Eigen::Index i = first; i < first + count; ++i) {
+      const DrivenEdges::Edge edge = edges.at(i);
+      // No edge depends on the edges before it.
+      scene::MovingScene fresh = scratch.freshMovingScene().forAnotherThread();
+      if (!edge.is_finite) {
+        rows.write(i, rowOf(i, decltype(ask(fresh, std::declval<scene::RobotMotion>(), question))(), pairs()));
+      } else if (edges.areSplines()) {
+        scene::SplineScene splines(fresh);
+        splines.use(objects_);
+        rows.write(
+            i, rowOf(i, ask(splines, scene::SplineSegment(robot, edge.start, edge.goal), spline_question), pairs()));
+      } else {
+        auto motion = scene::RobotMotion::between(robot, edge.start.positions, edge.goal.positions);
+        motion.carryObjects(frames);
+        rows.write(i, rowOf(i, ask(fresh, motion, question), pairs()));
       }
-      rows.write(first + i, rowOf(first + i, answer, pairs()));
     }
   });
   return scalarIfSingle(rows.array());
 }
 
-py::object Robot::firstContact(const py::object& start, const py::object& goal, double distance, double tolerance) {
+py::object Robot::firstContact(const py::object& start, const py::object& goal, double distance, double tolerance,
+                               const EdgeMotion& motion) {
   scene::MotionQuestion question;
   question.contact_distance = requireNumber(distance, "distance");
   question.tolerance = requireNumber(tolerance, "tolerance");
-  return answerEdges(start, goal, py::dtype::of<ContactRow>(),
-                     [&](scene::MovingScene& scene, const scene::RobotMotion& motion) {
-                       return scene.timeOfContact(loaded_->batch.candidates(), motion, question);
+  return answerEdges(DrivenEdges(start, goal, motion, model().robot), question, py::dtype::of<ContactRow>(),
+                     [&](auto& scene, const auto& along, const auto& asked) {
+                       return scene.timeOfContact(loaded_->batch.candidates(), along, asked);
                      });
 }
 
-py::object Robot::minimumBetween(const py::object& start, const py::object& goal, double tolerance) {
+py::object Robot::minimumBetween(const py::object& start, const py::object& goal, double tolerance,
+                                 const EdgeMotion& motion) {
   scene::MotionQuestion question;
   question.tolerance = requireNumber(tolerance, "tolerance");
-  return answerEdges(start, goal, minimumType(), [&](scene::MovingScene& scene, const scene::RobotMotion& motion) {
-    return scene.minimum(loaded_->batch.candidates(), motion, question);
-  });
+  return answerEdges(DrivenEdges(start, goal, motion, model().robot), question, minimumType(),
+                     [&](auto& scene, const auto& along, const auto& asked) {
+                       return scene.minimum(loaded_->batch.candidates(), along, asked);
+                     });
 }
 
 }  // namespace proximity_server::python

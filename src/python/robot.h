@@ -3,6 +3,7 @@
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "python/driven_edges.h"
 #include "python/joint_positions.h"
 #include "python/loading.h"
 #include "python/pair_numbers.h"
@@ -88,8 +89,9 @@ class Robot {
                              double influence_distance);
   pybind11::object linkPoses(const pybind11::object& q);
   pybind11::object firstContact(const pybind11::object& start, const pybind11::object& goal, double distance,
-                                double tolerance);
-  pybind11::object minimumBetween(const pybind11::object& start, const pybind11::object& goal, double tolerance);
+                                double tolerance, const EdgeMotion& motion);
+  pybind11::object minimumBetween(const pybind11::object& start, const pybind11::object& goal, double tolerance,
+                                  const EdgeMotion& motion);
 
  private:
   Robot(std::shared_ptr<const LoadedRobot> loaded, std::shared_ptr<const scene::Objects> objects,
@@ -120,10 +122,11 @@ class Robot {
   void answerFreeMotions(const JointPositions& positions, double distance, double influence_distance,
                          const Write& write);
 
-  /// Returns the row of each edge about the result of `ask(scene, motion)`.
+  /// Returns the row of each edge about the result of `ask(scene, motion, question)`: a MovingScene with a RobotMotion
+  /// and a MotionQuestion, or a SplineScene with a SplineSegment and a SplineQuestion.
   template <typename Ask>
-  pybind11::object answerEdges(const pybind11::object& start, const pybind11::object& goal, const pybind11::dtype& type,
-                               const Ask& ask);
+  pybind11::object answerEdges(const DrivenEdges& edges, const scene::MotionQuestion& question,
+                               const pybind11::dtype& type, const Ask& ask);
 
   const scene::LevelThresholds* thresholds() const;
 

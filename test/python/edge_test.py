@@ -80,6 +80,77 @@ class OnPaper(unittest.TestCase):
             self.robot.minimum_between([0, 0, 0], numpy.ma.masked_array([0.0, 0, 0], [1, 0, 0]))
 
 
+class Splines(unittest.TestCase):
+    """The arm of OnPaper. With velocities of -v and v by second it swings out and back within 2 s: 2 - v t + v t^2 / 2, at most v / 2."""
+
+    SWING = dict(velocities=([-2.0, 0, 0], [2.0, 0, 0]), duration=2.0)
+
+    def setUp(self):
+        self.robot = balls(only_pairs=ARM_AND_BASE)
+
+    @staticmethod
+    def distance(turn):
+        return math.sqrt(5.0 - 4.0 * math.cos(turn)) - 0.3
+
+    def test_a_cubic_swings_out_where_the_straight_way_rests(self):
+        row = self.robot.minimum_between([2.0, 0, 0], [2.0, 0, 0], **self.SWING)
+        self.assertTrue(row["lower"] <= self.distance(1.0) + 1e-12 and self.distance(1.0) - 1e-12 <= row["upper"] <= row["lower"] + 1e-6)
+        self.assertAlmostEqual(0.5, row["time"], delta=2e-3)
+        self.assertAlmostEqual(self.distance(2.0), self.robot.minimum_between([2.0, 0, 0], [2.0, 0, 0])["lower"], delta=1e-6)
+
+    def test_the_first_contact_of_a_cubic_is_where_the_distance_is_reached(self):
+        row = self.robot.first_contact([2.0, 0, 0], [2.0, 0, 0], self.distance(1.5), **self.SWING)
+        time = (1.0 - math.sqrt(0.5)) / 2.0
+        self.assertTrue(row["contact"])
+        self.assertAlmostEqual(time, row["t_contact"], delta=1e-5)
+        self.assertLessEqual(row["t_free"], time + 1e-12)
+        nearest = self.robot.first_contact([2.0, 0, 0], [2.0, 0, 0], self.distance(0.99), **self.SWING)
+        self.assertEqual((False, 1.0), (nearest["contact"], nearest["t_free"]))
+
+    def test_a_quintic_takes_the_accelerations(self):
+        # From rest at 2 rad with -1 rad/s^2 all the way: 2 - t^2 / 2, at 1 rad after sqrt(2) s.
+        end = math.sqrt(2.0)
+        row = self.robot.first_contact([2.0, 0, 0], [1.0, 0, 0], self.distance(1.5), velocities=([0.0, 0, 0], [-end, 0, 0]),
+                                       accelerations=([-1.0, 0, 0], [-1.0, 0, 0]), duration=end)
+        self.assertAlmostEqual(1.0 / end, row["t_contact"], delta=1e-5)
+
+    def test_a_tracking_error_is_taken_off(self):
+        row = self.robot.minimum_between([2.0, 0, 0], [1.5, 0, 0], tracking_error=[0.1, 0.0, 0.0])
+        self.assertLessEqual(row["lower"], self.distance(1.4) + 1e-12)
+        self.assertGreater(row["lower"], self.distance(1.5) - 0.1 * 2.3)  # the far side of the arm is 2.3 m from the axis
+        self.assertAlmostEqual(self.distance(1.4), row["upper"], delta=1e-6)
+        contact = self.robot.first_contact([2.0, 0, 0], [1.0, 0, 0], self.distance(1.5), tracking_error=0.1)
+        self.assertLessEqual(contact["t_free"], 0.4 + 1e-12)
+
+    def test_duration_and_velocities_are_those_of_each_edge(self):
+        start, goal = [2.0, 0, 0], [[2.0, 0, 0], [2.0, 0, 0]]
+        rows = self.robot.minimum_between(start, goal, velocities=([-2.0, 0, 0], [[2.0, 0, 0], [2.0, 0, 0]]), duration=[2.0, 1.0])
+        self.assertEqual((2,), rows.shape)
+        self.assertAlmostEqual(self.distance(1.0), rows["lower"][0], delta=1e-6)
+        self.assertAlmostEqual(self.distance(1.5), rows["lower"][1], delta=1e-6)
+
+    def test_what_is_no_spline_is_refused_or_has_no_answer(self):
+        def ask(**keywords):
+            return self.robot.minimum_between([2.0, 0, 0], [1.0, 0, 0], **keywords)
+
+        zero = [0.0, 0, 0]
+        for text, keywords in (("velocities has 3 entries", dict(velocities=[1.0, 2.0, 3.0])),
+                               ("velocities is not a pair", dict(velocities=1.0)),
+                               (r"velocities\[1\] has the shape \(2,\)", dict(velocities=(zero, [0.0, 0]))),
+                               ("accelerations need velocities", dict(accelerations=(zero, zero))),
+                               ("duration is not a positive", dict(velocities=(zero, zero), duration=0.0)),
+                               ("duration is not a positive", dict(velocities=(zero, zero), duration=math.nan)),
+                               (r"tracking_error has the shape \(2,\)", dict(tracking_error=[0.1, 0.1])),
+                               ("tracking_error has a number that is negative", dict(tracking_error=-0.1)),
+                               ("tracking_error has a number that is negative", dict(tracking_error=math.nan)),
+                               ("too fast", dict(velocities=([1e308, 0, 0], [-1e308, 0, 0]), duration=10.0)),
+                               ("do not broadcast", dict(velocities=(zero, zero), duration=[1.0, 2.0, 3.0], start=numpy.zeros((2, 3))))):
+            with self.assertRaisesRegex(ValueError, text):
+                self.robot.minimum_between(keywords.pop("start", [2.0, 0, 0]), [1.0, 0, 0], **keywords)
+        self.assertEqual(Status.UNKNOWN, ask(velocities=([math.nan, 0, 0], zero))["status"])
+        self.assertEqual(ask(tracking_error=0.0).tobytes(), ask().tobytes())
+
+
 class BesideSamples(unittest.TestCase):
     """Random edges of whole robots, each sampled: a sample lies never below what is proven, and what was found is there."""
 

@@ -6,7 +6,7 @@
     robot.pairs[answer["pair"][0]] # the two links that are closest in the first state
 
     cell = robot.with_object("table", proximity.Box((1.0, 0.6, 0.05)), (0.7, 0.0, 0.4))  # a robot with the table
-    contact = cell.first_contact(start, goal)    # on the straight way in joint space
+    contact = cell.first_contact(start, goal)    # on the straight way in joint space, or with velocities on a spline
 
 Every question is a method of Robot, and answers with a structured array of numpy, one row for each state, pair or edge.
 A q of shape (joints,) is one state, and its answer one row; more dimensions are those of the answer too. Lengths are in
@@ -39,7 +39,7 @@ The fields of CONTACT, the dtype of Robot.first_contact:
     contact               True: there is a contact
     unique, representation, pair, distance, lower, upper, point_a, point_b, normal   as in PAIR, at the contact
     t_free                until this time every pair is proven to be farther than the distance of the question; 1: the
-                          whole edge
+                          whole edge. With a tracking_error that holds for every motion within it
     t_contact             time at which the pair is proven to be at this distance, up to the tolerance; NaN without a
                           contact
 

@@ -9,6 +9,7 @@ import numpy.typing
 from proximity._shapes import Object
 
 _Path = Union[str, os.PathLike[str]]
+_PairOfArrays = Union[tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike], Sequence[numpy.typing.ArrayLike], numpy.typing.NDArray[Any]]
 
 __version__: str
 CONTACT: numpy.dtype[numpy.void]
@@ -146,7 +147,19 @@ class Robot:
         distance: float = 0.0,
         *,
         tolerance: float = 1e-6,
+        velocities: Optional[_PairOfArrays] = None,
+        accelerations: Optional[_PairOfArrays] = None,
+        duration: numpy.typing.ArrayLike = 1.0,
+        tracking_error: Optional[numpy.typing.ArrayLike] = None,
     ) -> Any: ...
     def minimum_between(
-        self, start: numpy.typing.ArrayLike, goal: numpy.typing.ArrayLike, *, tolerance: float = 1e-6
+        self,
+        start: numpy.typing.ArrayLike,
+        goal: numpy.typing.ArrayLike,
+        *,
+        tolerance: float = 1e-6,
+        velocities: Optional[_PairOfArrays] = None,
+        accelerations: Optional[_PairOfArrays] = None,
+        duration: numpy.typing.ArrayLike = 1.0,
+        tracking_error: Optional[numpy.typing.ArrayLike] = None,
     ) -> Any: ...
