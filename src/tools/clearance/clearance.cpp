@@ -7,6 +7,7 @@
 #include "tools/clearance/clearance_options.h"
 #include "tools/clearance/clearance_question.h"
 #include "tools/clearance/clearance_rows.h"
+#include "tools/clearance/driven_motion.h"
 #include "tools/clearance/object_schedule.h"
 #include "tools/clearance/state_sweep.h"
 #include "tools/clearance/sweep_files.h"
@@ -88,6 +89,12 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
   printWarningsOf(*question.model, options.robot.warnings);
   question.thresholds = thresholdsOf(options, question.model->robot);
   question.uncertainty = uncertaintyOf(options, question.model->robot);
+  if (!question.tracking_error_text.empty()) {
+    TrackingError error = trackingErrorFrom(question.tracking_error_text, question.model->robot);
+    printWarnings(error.warnings, options.robot.warnings);
+    question.tracking_error = std::move(error.of_joints);
+  }
+  if (!question.start_text.empty()) question.start = startFrom(question.start_text, question.model->robot);
   question.pairs = checkedPairs(*question.model, question.filter);
   question.objects = scheduleOf(options, question.model);
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);

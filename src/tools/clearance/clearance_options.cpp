@@ -23,10 +23,17 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
                "JOINT.velocity, or quintic with JOINT.acceleration too (default: linear)")
       .needs = "--trajectory";
   program
-      .addRead(
-          "--tracking-error", "NUMBER", options.question.tracking_error,
-          [](const std::string& text) { return readLength(text, 0.0); },
-          "in radians or metres: each joint may be off by this; what holds then holds for the whole tube (default: 0)")
+      .addText(
+          "--tracking-error", "NUMBER|FILE", options.question.tracking_error_text,
+          "how far each joint may be off, in radians or metres, or in degrees (0.5deg); or YAML with a number for each "
+          "joint, or with the constraints of joint_trajectory_controller. What holds then holds for the whole tube "
+          "(default: 0)")
+      .needs = "--trajectory";
+  program
+      .addText(
+          "--start", "FILE|STATE", options.question.start_text,
+          "the state in which the controller is at time 0, from where it drives to the first way point after: a file "
+          "with one state, or JOINT=POSITION,... (default: at the first way point)")
       .needs = "--trajectory";
   addLength(program, "--contact-distance", options.question.motion.contact_distance, 0.0,
             "what counts as contact (default: 0)")

@@ -60,12 +60,14 @@ struct ClearanceQuestion {
   std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for segments
   /// nullopt: the states are exact. For states and the filter's pairs; not with levels, accuracy and Kind::Any.
   std::optional<scene::Uncertainty> uncertainty;
-  std::string objects_file, thresholds_file, uncertainty_text;  ///< "": none
-  PairSelection selection;                                      ///< for states
-  scene::Skipping skipping = scene::Skipping::On;               ///< for states
-  scene::MotionQuestion motion;                                 ///< for segments
-  Interpolation interpolation = Interpolation::Linear;          ///< for segments
-  double tracking_error = 0.0;                                  ///< [rad] or [m] of each joint, for segments
+  /// "": none
+  std::string objects_file, thresholds_file, uncertainty_text, tracking_error_text, start_text;
+  PairSelection selection;                              ///< for states
+  scene::Skipping skipping = scene::Skipping::On;       ///< for states
+  scene::MotionQuestion motion;                         ///< for segments
+  Interpolation interpolation = Interpolation::Linear;  ///< for segments
+  std::vector<double> tracking_error;                   ///< [rad] or [m] of each joint, for segments; empty: none
+  std::optional<scene::TrajectoryPoint> start;  ///< of the controller, for segments; nullopt: the first way point
   int threads = 1;
 };
 

@@ -95,9 +95,10 @@ bool TrajectorySegments::next(TrajectorySegment& segment) {
 }
 
 bool TrajectorySegments::nextWhole(TrajectorySegment& segment) {
+  if (start_) beginAtStart();
   if (!last_) last_ = readWayPoint();
-  std::optional<scene::TrajectoryPoint> way_point = last_ ? readWayPoint() : std::nullopt;
-  if (!way_point && way_points_ == 0) {
+  std::optional<scene::TrajectoryPoint> way_point = last_ ? nextWayPoint() : std::nullopt;
+  if (!way_point && count_ == 0) {
     throw std::invalid_argument(states_.source() + ": a trajectory has at least two way points, this one has " +
                                 (last_ ? "1" : "none"));
   }
@@ -108,6 +109,30 @@ bool TrajectorySegments::nextWhole(TrajectorySegment& segment) {
     segment.spline = naming(states_.place(), [&] { return scene::SplineSegment(states_.robot(), *last_, *way_point); });
   last_ = std::move(way_point);
   return true;
+}
+
+std::optional<scene::TrajectoryPoint> TrajectorySegments::nextWayPoint() {
+  return next_ ? std::exchange(next_, std::nullopt) : readWayPoint();
+}
+
+/// Passes the way points that the controller drops, and finds the full turns that it adds to all others.
+void TrajectorySegments::beginAtStart() {
+  std::optional<scene::TrajectoryPoint> first = readWayPoint();
+  --way_points_;  // the segment begins before way point 0
+  for (; first && !(first->time > 0.0); ++way_points_) {
+    last_ = std::move(first);
+    first = readWayPoint();
+  }
+  if (!first) throw std::invalid_argument(states_.source() + ": no way point is later than --start, at time 0");
+  const std::vector<scene::TrajectoryPoint> driven = scene::drivenFrom(states_.robot(), *start_, {*first});
+  offsets_ = driven[1].positions;
+  for (std::size_t i = 0; i < offsets_.size(); ++i) offsets_[i] -= first->positions[i];
+  last_ = driven[0];
+  if (first->velocities.empty()) last_->velocities.clear();
+  if (first->accelerations.empty()) last_->accelerations.clear();
+  next_ = driven[1];
+  start_.reset();
+  check(*last_, *next_);
 }
 
 /// Cuts the segment where objects change next, and keeps the rest of it.
@@ -147,6 +172,7 @@ std::optional<scene::TrajectoryPoint> TrajectorySegments::readWayPoint() {
   way_point.time = states_.time().value_or(last_ ? last_->time + 1.0 : 0.0);
   if (interpolation_ && *interpolation_ != Interpolation::Linear) way_point.velocities = states_.velocities();
   if (interpolation_ == Interpolation::Quintic) way_point.accelerations = states_.accelerations();
+  for (std::size_t i = 0; i < offsets_.size(); ++i) way_point.positions[i] += offsets_[i];
   if (last_) check(*last_, way_point);
   return way_point;
 }
@@ -167,10 +193,10 @@ void TrajectorySegments::check(const scene::TrajectoryPoint& from, const scene::
 std::string answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
   const scene::RobotModel& robot = question.model->robot;
   TrajectorySegments segments(states, question.objects.get());
-  const bool has_splines = question.interpolation != Interpolation::Linear || question.tracking_error > 0.0;
+  if (question.start) segments.startFrom(*question.start);
+  const bool has_splines = question.interpolation != Interpolation::Linear || !question.tracking_error.empty();
   if (has_splines) segments.interpolate(question.interpolation);
-  const scene::SplineQuestion spline{question.motion,
-                                     std::vector<double>(robot.joints.size(), question.tracking_error)};
+  const scene::SplineQuestion spline{question.motion, question.tracking_error};
   SplineLimits limits(robot);
   const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
   const auto answerWith = [&](const auto& fresh, const auto& answerOne) {

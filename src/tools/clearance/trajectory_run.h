@@ -25,6 +25,10 @@ class TrajectorySegments {
   /// Failure: throws std::invalid_argument naming a missing column of velocities or accelerations.
   void interpolate(Interpolation interpolation);
 
+  /// The first segment begins in this state at time 0, as scene::drivenFrom() has it: it leads to the first way point
+  /// after time 0.
+  void startFrom(const scene::TrajectoryPoint& start) { start_ = start; }
+
   /// False at the end. Makes the changes that are due at the begin of the segment.
   bool next(TrajectorySegment& segment);
 
@@ -32,13 +36,17 @@ class TrajectorySegments {
   bool nextWhole(TrajectorySegment& segment);
   void divide(TrajectorySegment& segment);
   std::optional<scene::TrajectoryPoint> readWayPoint();
+  std::optional<scene::TrajectoryPoint> nextWayPoint();
+  void beginAtStart();
   void check(const scene::TrajectoryPoint& from, const scene::TrajectoryPoint& to) const;
 
   StateSource& states_;
   ObjectSchedule* objects_;
-  std::optional<Interpolation> interpolation_;  ///< nullopt: segments have no spline
-  std::optional<scene::TrajectoryPoint> last_;
-  long way_points_ = 0;                    ///< that were left behind
+  std::optional<Interpolation> interpolation_;   ///< nullopt: segments have no spline
+  std::optional<scene::TrajectoryPoint> start_;  ///< nullopt: none, or it was taken
+  std::optional<scene::TrajectoryPoint> last_, next_;
+  scene::Positions offsets_;               ///< [rad] full turns that the positions of way points get; empty: none
+  long way_points_ = 0;                    ///< that were left behind; one less with startFrom()
   std::optional<TrajectorySegment> rest_;  ///< the rest of the segment that was divided
   long count_ = 0;
 };

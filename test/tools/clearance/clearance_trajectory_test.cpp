@@ -307,6 +307,101 @@ TEST_F(ClearanceTrajectory, TubesAreProvenToTheirBorder) {
   EXPECT_EQ(run("slide\n0\n0\n", "--trajectory --tracking-error 0.1 --assert-above 2.2").exit_code, 2);
 }
 
+TEST_F(ClearanceTrajectory, TrackingErrorsAreThoseOfAFile) {
+  const auto lower = [&](const std::string& error) {
+    return number(segments("slide\n0\n0\n", "--tracking-error " + error).at(0), "lower");
+  };
+  const double of_slide = lower("0.1");
+  EXPECT_LT(of_slide, 2.2);
+  EXPECT_EQ(lower(files_.write("some.yaml", "slide: 0.1\n")), of_slide);
+  EXPECT_EQ(lower(files_.write("all.yaml", "{'*': 0.1}\n")), of_slide);
+  EXPECT_EQ(lower(files_.write("none.yaml", "{slide: 0, '*': 0.1}\n")), lower("0"));
+  const std::string constraints =
+      "constraints: {goal_time: 0.6, stopped_velocity_tolerance: 0.05, "
+      "slide: {trajectory: 0.1, goal: 0.05}}";
+  EXPECT_EQ(lower(files_.write("controller.yaml", "arm_controller: {" + constraints + "}\n")), of_slide);
+  EXPECT_EQ(lower(files_.write("constraints.yaml", constraints + "\n")), of_slide);
+}
+
+TEST_F(ClearanceTrajectory, TrackingErrorsInDegreesAreThoseOfJointsThatTurn) {
+  const CommandResult result = run("slide\n0\n0\n", "--trajectory --tracking-error 0.5deg");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(says(result.errors, "joint \"slide\" is prismatic and taken to be exact")) << result.errors;
+  const std::string arguments = crossingSliders();
+  const std::string rest = "time,spin,approach\n0,0,2\n1,0,2\n";
+  const auto lower = [&](const std::string& error) {
+    return number(segments(rest, arguments + " --tracking-error " + error).at(0), "lower");
+  };
+  EXPECT_EQ(lower("30deg"), lower(files_.write("spin.yaml", "spin: " + shortest(std::acos(-1.0) / 6.0) + "\n")));
+  EXPECT_EQ(lower("30deg"), lower(files_.write("degrees.yaml", "spin: 30deg\n")));
+  EXPECT_LT(lower("30deg"), lower("0"));
+}
+
+TEST_F(ClearanceTrajectory, BadTrackingErrorsAreNamed) {
+  const auto expectRefusal = [&](const std::string& error, const std::string& text) {
+    const CommandResult result = run("slide\n0\n0\n", "--trajectory --tracking-error " + error);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(says(result.errors, text)) << result.errors;
+  };
+  const auto file = [&](const std::string& yaml) { return files_.write("bad.yaml", yaml + "\n"); };
+  expectRefusal("-0.1", "'-0.1' is not a number from 0 on");
+  expectRefusal("nan", "'nan' is not a number from 0 on");
+  expectRefusal("no.yaml", "no.yaml");
+  expectRefusal(file("slide: -1"), "bad.yaml: line 1: \"slide\": not a number from 0 on");
+  expectRefusal(file("slid: 1"), "did you mean \"slide\"?");
+  expectRefusal(file("follow: 1"), "\"follow\" follows \"slide\"");
+  expectRefusal(file("slide: 1deg"), "\"slide\" is prismatic");
+  expectRefusal(file("constraints: {slide: {goal: 0.1}}"), "the controller does not limit its error");
+  expectRefusal(file("constraints: {slide: {trajectory: 0.0}}"), "the controller does not limit its error");
+  expectRefusal(file("constraints: {slide: 0.1}"), "\"slide\" is not a map");
+}
+
+TEST_F(ClearanceTrajectory, BeginsInTheStateOfTheController) {
+  const std::string states = "time,slide\n-1,5\n0,4\n2,0\n3,-0.5\n";
+  const std::vector<Row> rows = segments(states, "--start slide=0.5");
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].at("t_begin") + " " + rows[0].at("t_end") + " " + rows[1].at("t_end"), "0 2 3");
+  EXPECT_NEAR(number(rows[0], "lower"), 2.25, kTolerance);
+  EXPECT_NEAR(number(rows[1], "lower"), 1.75, kTolerance);
+  EXPECT_EQ(segments(states, "--start " + files_.write("start.csv", "slide\n0.5\n")).at(0), rows[0]);
+  EXPECT_EQ(segments("slide\n7\n0\n", "--start slide=0.5").size(), 1U) << "one way point suffices";
+}
+
+TEST_F(ClearanceTrajectory, BeginsWithTheVelocityOfTheStart) {
+  const std::string states = "time,slide,slide.velocity\n2,0,1\n", cubic = "--interpolation cubic --start ";
+  EXPECT_NEAR(
+      number(segments(states, cubic + files_.write("moves.csv", "slide,slide.velocity\n0,-1\n")).at(0), "lower"), 1.75,
+      kTolerance);
+  // At rest: 2 (s^3 - s^2) with s = t / 2, lowest at s = 2 / 3.
+  EXPECT_NEAR(number(segments(states, cubic + "slide=0").at(0), "lower"), 2.25 - 8.0 / 27.0, kTolerance);
+}
+
+TEST_F(ClearanceTrajectory, StartTakesTheShorterWayOfAContinuousJoint) {
+  const std::string arguments = crossingSliders();
+  const double corner = 1.0 - kCorner - 0.25;
+  EXPECT_NEAR(number(segments("time,spin,approach\n0,6,2\n1,0.2,2\n2,6,2\n", arguments).at(0), "lower"), corner, 1e-5);
+  const std::vector<Row> rows =
+      segments("time,spin,approach\n1,0.2,2\n2,6,2\n3,6,2\n", arguments + " --start spin=6,approach=2");
+  EXPECT_GT(number(rows.at(0), "lower"), corner + 0.005);
+  EXPECT_NEAR(number(rows.at(1), "lower"), corner, 1e-5) << "between way points it goes as they say";
+}
+
+TEST_F(ClearanceTrajectory, BadStartsAreNamed) {
+  const auto expectRefusal = [&](const std::string& start, const std::string& text) {
+    const CommandResult result = run("slide\n0\n0\n", "--trajectory --start " + start);
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_TRUE(says(result.errors, text)) << result.errors;
+  };
+  expectRefusal("slid=1", "did you mean");
+  expectRefusal("slide=1,2", "'2' is not JOINT=POSITION");
+  expectRefusal("slide=x", "--start slide=x");
+  expectRefusal("no.csv", "no.csv");
+  expectRefusal(files_.write("two.csv", "slide\n0\n1\n"), "there is more than one state");
+  const CommandResult late = run("time,slide\n-2,0\n0,0\n", "--trajectory --start slide=1");
+  EXPECT_EQ(late.exit_code, 1);
+  EXPECT_TRUE(says(late.errors, "no way point is later than --start")) << late.errors;
+}
+
 TEST_F(ClearanceTrajectory, SplinesBeyondALimitAreNamed) {
   const CommandResult beyond = run(swing(3.0), "--trajectory --interpolation cubic");
   EXPECT_EQ(beyond.exit_code, 0) << beyond.errors;
