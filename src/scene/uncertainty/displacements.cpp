@@ -202,6 +202,12 @@ Displacements::Lowest Displacements::lowest(const Piece& piece, const Vector3d& 
   return {lowest.present + offset, lowest.displaced + offset, lowest.loss, origin + rotation * lowest.point};
 }
 
+double Displacements::displacedHeight(const Vector3d& point, const Vector3d& n, const Vector3d& from) {
+  const Vector3d n_body = body_.linear().transpose() * n;
+  findChanges(body_.linear(), Vector3d::Zero(), n_body);
+  return n_body.dot(point) - lossAt(point, n_body, 0.0) + n.dot(body_.translation() - from);
+}
+
 double Displacements::largestLoss(const Vector3d& n) {
   const Matrix3d rotation = body_.linear() * bounds_->axes;
   const Vector3d n_box = rotation.transpose() * n;

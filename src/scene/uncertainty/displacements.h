@@ -77,6 +77,10 @@ class Displacements {
   /// coordinates are relative to `from`.
   Lowest lowest(const Piece& piece, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
 
+  /// [m] A lower bound, up to the remainder, of the coordinate of a point of the geometry over all displacements. The
+  /// point is in the frame of the body, and the coordinate is relative to `from`.
+  double displacedHeight(const Eigen::Vector3d& point, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
+
   /// [m] To first order, no point of the geometry comes down along the unit vector n by more than this.
   double largestLoss(const Eigen::Vector3d& n);
 

@@ -52,21 +52,16 @@ void GuaranteedDistances::requireSame(const Scene& scene, const PairDistances& t
   if (!thresholds.areFinite()) throw std::invalid_argument("the thresholds must be finite");
 }
 
-/// Lowers the minimum to that of the listed pairs of this kind. Returns whether no other pair can be below it, if their
-/// distances minus their thresholds are at least `others` [m].
-bool GuaranteedDistances::settle(const std::vector<PairProximity>& listed, PairKind kind,
-                                 const PairDistances& thresholds, double others, GuaranteedMinimum& minimum) {
+/// Lowers the minimum to that of the listed pairs of this kind. Returns whether no other pair can be below it. `others`
+/// of the list is here a distance minus a threshold.
+bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds,
+                                 GuaranteedMinimum& minimum) {
   const double loss = largestLoss();
-  // True if pairs with this lower bound cannot have a smaller result. Where surfaces may meet, interiors count.
-  const auto isSettled = [&](double excess, double threshold) {
-    return excess - loss >= minimum.excess && (!bounds_->haveInteriors() || excess + threshold - loss > 0.0);
-  };
   int needed = 0;
   const auto consider = [&](const PairProximity& pair) {
     const double threshold = thresholds.of(pair.asked);
-    if (!isOf(kind, pair.asked) ||
-        isSettled(std::min(pair.result.distance, pair.result.lower_bound) - threshold, threshold))
-      return;
+    const double excess = std::min(pair.result.distance, pair.result.lower_bound) - threshold;
+    if (!isOf(kind, pair.asked) || excess - loss >= minimum.excess) return;
     ++needed;
     const double guaranteed = of(pair, minimum.excess + threshold);
     if (std::isnan(guaranteed)) {
@@ -79,13 +74,13 @@ bool GuaranteedDistances::settle(const std::vector<PairProximity>& listed, PairK
   };
   // The pair of the last minimum is likely to be that of this one, and then excludes most others by cheap bounds.
   ShapeRefPair& found = found_[static_cast<std::size_t>(kind)];
-  const auto likely =
-      std::find_if(listed.begin(), listed.end(), [&](const PairProximity& pair) { return pair.asked.isSameAs(found); });
-  if (likely != listed.end()) consider(*likely);
-  for (auto pair = listed.begin(); pair != listed.end(); ++pair)
+  const PairProximity* const likely =
+      std::find_if(listed.begin, listed.end, [&](const PairProximity& pair) { return pair.asked.isSameAs(found); });
+  if (likely != listed.end) consider(*likely);
+  for (const PairProximity* pair = listed.begin; pair != listed.end; ++pair)
     if (pair != likely) consider(*pair);
-  const bool are_all = others == kInfinity;
-  if (!are_all && !isSettled(others, thresholds.range(kind).smallest)) return false;
+  const bool are_all = listed.others == kInfinity;
+  if (!are_all && !(listed.others - loss >= minimum.excess)) return false;
   found = minimum.pair.asked;
   closest_ = std::max(2, needed + 1);
   return true;
@@ -109,7 +104,8 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
       const PairProximity& last = closest.back();
       others = std::min(last.result.distance, last.result.lower_bound) - thresholds.of(last.asked) - question.tolerance;
     }
-    if (settle(closest, kindOf(pairs), thresholds, others, minimum)) return minimum;
+    const ListedPairs listed{closest.data(), closest.data() + closest.size(), others};
+    if (settle(listed, kindOf(pairs), thresholds, minimum)) return minimum;
   }
 }
 
@@ -117,9 +113,15 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
                                             const ListedPairs& listed, const Question& question) {
   requireSame(scene, thresholds);
   GuaranteedMinimum minimum;
-  const double others = listed.others - thresholds.range(kindOf(pairs)).largest;
-  return settle(listed.closest, kindOf(pairs), thresholds, others, minimum) ? minimum
-                                                                            : find(scene, pairs, thresholds, question);
+  const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(kindOf(pairs)).largest};
+  return settle(with_excess, kindOf(pairs), thresholds, minimum) ? minimum : find(scene, pairs, thresholds, question);
+}
+
+GuaranteedMinimum GuaranteedDistances::find(const ListedPairs& listed, const PairDistances& thresholds) {
+  GuaranteedMinimum minimum;
+  const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(PairKind::Any).largest};
+  if (!settle(with_excess, PairKind::Any, thresholds, minimum)) minimum.unknown = 1;
+  return minimum;
 }
 
 }  // namespace proximity_server::scene

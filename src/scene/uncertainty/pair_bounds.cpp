@@ -56,6 +56,12 @@ struct TwoLargest {
   double sum() const { return largest + second; }
 };
 
+template <class Visit>
+void forEachLeaf(const Part& part, int volume, const Visit& visit) {
+  if (part[volume].isLeaf()) return visit(part[volume]);
+  for (const int each : part[volume].parts) forEachLeaf(part, each, visit);
+}
+
 /// [m] How far a piece of a body reaches along a unit vector in the frame of the body.
 double reachOf(const Piece& piece, const Vector3d& direction) {
   const Vector3d in_piece = piece.body_T_piece.linear().transpose() * direction;
@@ -85,8 +91,6 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
       reach_(model->robot.bodies.size()) {
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders_.push_back(robot.leaderOf(joint));
-  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
-    links_have_interiors_ = links_have_interiors_ || (*volumes_)[link].has_interior;
   placeObjects();
 }
 
@@ -121,7 +125,7 @@ void PairBounds::placeObjects() {
   object_frames_.resize(static_cast<std::size_t>(objects ? objects->numberLimit() : 0));
   objects_lose_ = 0.0;
   TwoLargest lose;
-  objects_have_interiors_ = carries_free_objects_ = false;
+  carries_free_objects_ = false;
   const auto add_reach = [&](int body, const Part& part) {
     if (!part.whole().isEmpty()) reach_[body] = std::max(reach_[body], part.whole().bounds.reach);
   };
@@ -134,7 +138,6 @@ void PairBounds::placeObjects() {
     ObjectFrame& frame = object_frames_[number];
     frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, joints_.robot())};
     const Bounds& bounds = partOf(placed).whole().bounds;
-    objects_have_interiors_ = objects_have_interiors_ || partOf(placed).whole().has_interior;
     const int body = joints_.bodyOf(ShapeRef::ofObject(number));
     if (placed.kind == PlacedObject::Kind::Attached)
       add_reach(body, partOf(placed));
@@ -276,32 +279,20 @@ double PairBounds::of(const PairProximity& pair, double enough) {
   deciding_.leaves = {};
   loss_ = lossOf(known.lower_bound);
   if (loss_ == 0.0) return known.lower_bound;
-  double bound = known.lower_bound - loss_;
-  const auto isProven = [&] { return !hasInterior() || bound + surfaces() > 0.0; };
-  constexpr double kApart = 1e-9;  // [m]
-  if (hasInterior()) enough = std::max(enough, kApart - surfaces());
-  if (bound >= enough && isProven()) return bound;
+  const double cheap = known.lower_bound - loss_;
+  if (cheap >= enough) return cheap;
   asked_ = pair.asked;
-  bound = std::max(bound, ofAllPieces(knownOf(known), std::min(known.lower_bound, enough)));
+  // Where surfaces may meet, one shape may also be inside of the other.
+  constexpr double kApart = 1e-9;  // [m]
+  const double apart = hasInterior() ? kApart - surfaces() : -kInfinity;
+  const Known closest = knownOf(known);
+  double bound = ofAllPieces(closest, std::min(known.lower_bound, std::max(enough, apart)));
   if (deciding_.leaves.areLeaves()) likely_ = {pair.asked, deciding_.leaves};
-  // If surfaces may meet, one shape may also be inside of the other.
-  return isProven() ? bound : std::min(bound, gapOfWholes() - loss_);
+  if (bound < apart) bound = std::min(bound, ofInteriors(closest));
+  return std::max(cheap, bound);
 }
 
 // --- pieces
-
-double PairBounds::gapOf(const Volume& a, const Volume& b) const {
-  return std::max(sphereGap(a.bounds, b.bounds, a_T_b_), boxGap(a.bounds, b.bounds, a_T_b_)) - padding_;
-}
-
-double PairBounds::gapOfWholes() const {
-  const Volume &a = a_.part.whole(), &b = b_.part.whole();
-  double gap = b.isEmpty() ? kInfinity : gapOf(a, b);
-  if (!b_.part.isUnbounded()) return gap;
-  for (const PlacedHalfSpace& half_space : b_.part.halfSpaces())
-    gap = std::min(gap, halfSpaceGap(a, half_space, a_T_b_, PlacedRobot::rounding(a, b, a_T_b_)) - padding_);
-  return gap;
-}
 
 PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& normal, int frame) {
   place(frame);
@@ -409,6 +400,37 @@ void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& 
   const std::size_t first = bounds[1] < bounds[0] ? 1 : 0;
   boundVolumes(parts[first], bounds[first], known, lowest);
   boundVolumes(parts[1 - first], bounds[1 - first], known, lowest);
+}
+
+/// [m] A lower bound of the distance of what the interior of one part adds: that of the balls of the representatives of
+/// the other part, see findInteriorDepths(), along the normal. An interior is in the convex hull of the pieces.
+double PairBounds::ofInteriors(const Known& known) {
+  if (!known.hasNormal() || b_.part.isUnbounded()) return -kInfinity;
+  Chains& chains = chains_[frame_];
+  const Vector3d from = a_.pose.translation();
+  const double margins = chains.of_a.remainder(known.normal) + chains.of_b.remainder(known.normal) + surfaces() +
+                         4.0 * PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b_);
+  const auto lowest = [&](Displacements& of, const Part& part, const Vector3d& n, const auto& heightOf) {
+    double height = kInfinity;
+    forEachLeaf(part, part.root,
+                [&](const Volume& leaf) { height = std::min(height, heightOf(of, leaf, part.pieces[leaf.piece], n)); });
+    return height;
+  };
+  const auto solid = [&](Displacements& of, const Volume&, const Piece& piece, const Vector3d& n) {
+    return of.lowest(piece, n, from).displaced;
+  };
+  const auto ball = [&](Displacements& of, const Volume& leaf, const Piece& piece, const Vector3d& n) {
+    const double radius = std::max(0.0, piece.shape.innerRadius()) + piece.shape.margin();
+    return leaf.has_representative ? of.displacedHeight(piece.body_T_piece * piece.shape.centre(), n, from) - radius
+                                   : kInfinity;
+  };
+  double bound = kInfinity;
+  if (b_.part.whole().has_interior)
+    bound = lowest(chains.of_a, a_.part, -known.normal, ball) + lowest(chains.of_b, b_.part, known.normal, solid);
+  if (a_.part.whole().has_interior)
+    bound = std::min(
+        bound, lowest(chains.of_a, a_.part, -known.normal, solid) + lowest(chains.of_b, b_.part, known.normal, ball));
+  return bound - margins;
 }
 
 /// Lowers the bound of all pieces to that of two of them.

@@ -33,7 +33,6 @@ class PairBounds {
   double of(const PairProximity& pair, double enough);
   const ReachedState* reached(const PairProximity& pair, double threshold);
   double largestLoss(const std::vector<double>& travel);
-  bool haveInteriors() const { return links_have_interiors_ || objects_have_interiors_; }
 
  private:
   struct Side {
@@ -78,8 +77,6 @@ class PairBounds {
   double surfaces() const { return padding_ + swelling_; }
   double lossOf(double lower_bound) const;
   bool hasInterior() const { return a_.part.whole().has_interior || b_.part.whole().has_interior; }
-  double gapOf(const Volume& a, const Volume& b) const;
-  double gapOfWholes() const;
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
   void improve(Along& best);
@@ -88,6 +85,7 @@ class PairBounds {
   static double gapAlong(const Volume& a, const Volume& b, const Known& known);
   double gapAlong(const LeafPair& leaves, const Known& known) const;
   double ofAllPieces(const Known& known, double enough);
+  double ofInteriors(const Known& known);
   double ofVolumes(const PartPair& volumes, const Known& known, double enough) const;
   void boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest);
   void boundPieces(const LeafPair& leaves, const Known& known, double& lowest);
@@ -109,7 +107,6 @@ class PairBounds {
   const PairDistances paddings_;
   Uncertainty uncertainty_;
   std::vector<Joint::Mimic> leaders_;  ///< by joint
-  bool links_have_interiors_ = false;
   FramePoses frames_;
 
   /// The place of an object by its number: its uncertainty, and its origin in the frame of what carries it.
@@ -119,7 +116,6 @@ class PairBounds {
   };
   std::vector<ObjectFrame> object_frames_;
   double objects_lose_ = 0.0;  ///< [m] two objects by their own uncertainties, without those that have half-spaces
-  bool objects_have_interiors_ = false;
   bool carries_free_objects_ = false;  ///< a body carries an object that no link holds
   double swellings_ = 0.0;             ///< [m] the two largest
 

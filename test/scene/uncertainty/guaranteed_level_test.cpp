@@ -29,8 +29,8 @@ class GuaranteedLevel : public testing::Test {
     distances_.assume(within);
     const Pairs pairs(scene_.candidates());
     const PairProximity closest = *scene_.minimum(pairs);
-    const std::vector<PairProximity> listed{closest};
-    return decidingPair(scene_, distances_, pairs, closest, {listed, closest.result.lower_bound}, thresholds_);
+    const ListedPairs listed{&closest, &closest + 1, closest.result.lower_bound};
+    return decidingPair(scene_, distances_, pairs, closest, listed, thresholds_);
   }
   std::string nameOfA(const GuaranteedDecidingPair& deciding) const {
     return nameOf(deciding.pair.asked.a, model_->robot);

@@ -28,9 +28,9 @@ struct GuaranteedMinimum {
   int unknown = 0;  ///< the number of pairs without a distance: nothing is guaranteed of them
 };
 
-/// Checked pairs of a scene, among them the closest ones.
+/// Checked pairs, among them the closest ones.
 struct ListedPairs {
-  const std::vector<PairProximity>& closest;
+  const PairProximity *begin, *end;
   double others;  ///< [m] no other checked pair is closer
 };
 
@@ -70,7 +70,6 @@ class GuaranteedDistances {
   /// [m] A lower bound of the signed distance of a pair over all states; never above the lower bound of the answer.
   /// `enough` [m]: once the bound is above this, it is not improved.
   ///
-  /// If surfaces may meet where one of the two has an interior, bounding volumes stand for the shapes.
   /// Failure: NaN if the pair is Unknown, or if a pose between the two is missing. Throws std::invalid_argument for a
   ///          link, <collision> or object that does not exist.
   double of(const PairProximity& pair, double enough = std::numeric_limits<double>::infinity());
@@ -95,8 +94,13 @@ class GuaranteedDistances {
   GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, const ListedPairs& listed,
                          const Question& question = {});
 
-  /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance, as
-  /// long as no surfaces meet. Infinity if that is not known.
+  /// The same of listed pairs alone, if these are all that can decide: every pair that is not farther apart than the
+  /// closest one by more than largestLoss().
+  /// Failure: `unknown` is 1 if they do not decide.
+  GuaranteedMinimum find(const ListedPairs& listed, const PairDistances& thresholds = {});
+
+  /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance.
+  /// Infinity if that is not known.
   double largestLoss();
 
   /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:
@@ -105,8 +109,7 @@ class GuaranteedDistances {
 
  private:
   void requireSame(const Scene& scene, const PairDistances& thresholds) const;
-  bool settle(const std::vector<PairProximity>& listed, PairKind kind, const PairDistances& thresholds, double others,
-              GuaranteedMinimum& minimum);
+  bool settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds, GuaranteedMinimum& minimum);
 
   std::unique_ptr<PairBounds> bounds_;
   int closest_ = 2;                      ///< how many pairs find() asks for
