@@ -426,6 +426,16 @@ distance, as far as free_motion() can tell; it takes each pair by itself, and so
 there. first_contact() searches, and finds all. Columns of motion that q ignores are ignored. NaN for a state or a motion
 that is not finite.)";
 
+constexpr char kGuaranteedDoc[] = R"(The smallest distance that is guaranteed where the state is not known exactly.
+
+uncertainty  how far all may be off: a number, [rad] or [m] of the position of every joint; or a dict, or YAML, with the
+             names of the node's parameters: {"joint_uncertainty": {"*": 0.001, "lift": 0.002}, "object_uncertainty":
+             0.003}; see config/README.md
+Returns (rows, guaranteed): the pair that decides as a row of the dtype PAIR, with its distance in q itself, and a lower
+bound [m] of the distance of every pair over all states within the uncertainty. Both have the shape of the states; NaN
+for a state without an answer. The bound is proven, with rounding, and may be lower than any state within gives.
+Raises ValueError for an uncertainty that makes no sense, naming the field.)";
+
 constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
 
 Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps
@@ -633,6 +643,14 @@ void declareQuestions(py::class_<Robot>& robot) {
   robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a);
   robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a);
   robot.def("gradient", &Robot::gradient, kGradientDoc, "q"_a, "k"_a = py::none());
+  robot.def(
+      "guaranteed",
+      [](Robot& self, const py::object& q, const py::object& uncertainty) {
+        const bool is_text = py::isinstance<py::str>(uncertainty);
+        const py::object text = is_text ? uncertainty : py::module_::import("json").attr("dumps")(uncertainty);
+        return self.guaranteed(q, text.cast<std::string>());
+      },
+      kGuaranteedDoc, "q"_a, "uncertainty"_a);
   robot.def("free_motion", &Robot::freeMotion, kFreeMotionDoc, "q"_a, "distance"_a = 0.0, py::kw_only(),
             "influence_distance"_a = 0.2);
   robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),

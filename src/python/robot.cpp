@@ -6,6 +6,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "python/signal_watch.h"
 #include "system/pipeline.h"
 
@@ -77,6 +78,7 @@ struct Scratch {
   std::optional<scene::MovingScene> moving_scene;
   std::optional<scene::Derivatives> derivatives;
   std::optional<scene::FreeMotion> free_motion;
+  std::optional<scene::GuaranteedDistances> guaranteed;
   std::vector<double> positions, goal;  ///< of one state, or of an edge
   Eigen::VectorXd by_degrees;           ///< a gradient or a motion with respect to the degrees of freedom
 };
@@ -268,6 +270,28 @@ void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Sc
   positionsOf(block, state, scratch.positions);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
   scratch.derivatives->update(poses, scene::framePoses(objects, poses));
+}
+
+/// The guaranteed distances in a state of the block.
+scene::GuaranteedDistances& placeGuaranteed(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
+  positionsOf(block, state, scratch.positions);
+  const scene::BodyPoses poses = scene::forwardKinematics(scratch.loaded->model->robot, scratch.positions);
+  scratch.guaranteed->update(poses, scene::framePoses(*scratch.objects, poses));
+  return *scratch.guaranteed;
+}
+
+/// [m] In each state of the block the smallest guaranteed distance is that of a pair that is not farther apart.
+double reachOfGuarantees(const std::vector<scene::PairProximity>& closest, const JointPositions::Block& block,
+                         Scratch& scratch) {
+  constexpr double kSlack = 1e-6;  // [m] more than the tolerance of a distance and all rounding
+  double reach = 0.0;
+  for (Eigen::Index i = 0; i < block.rows(); ++i) {
+    const narrowphase::SignedDistance& result = closest[static_cast<std::size_t>(i)].result;
+    if (result.status == narrowphase::Status::Unknown) continue;
+    const double loss = placeGuaranteed(block, i, scratch).largestLoss();
+    reach = std::max(reach, result.upper_bound + loss + kSlack);
+  }
+  return reach;
 }
 
 /// The free motion from a state of the block, of whose pairs all up to the influence distance are given.
@@ -528,6 +552,34 @@ py::tuple Robot::gradient(const py::object& q, std::optional<long> k) {
     answerRows(positions, 1, kMinimum, rows, gradients.mutable_data());
   }
   return py::make_tuple(scalarIfSingle(rows.array()), gradients);
+}
+
+py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty) {
+  const scene::Uncertainty within = scene::uncertaintyFrom(uncertainty, "uncertainty", model().robot);
+  const JointPositions positions(q, model().robot);
+  RowTable rows(newArray(rowType(thresholds()), positions, {}));
+  py::array_t<double> guaranteed = newArray<double>(positions, {});
+  double* const out = guaranteed.mutable_data();
+  answerStates(positions, [&](scene::SceneBatch& batch, Scratch& scratch, const JointPositions::Block& block,
+                              Eigen::Index first) {
+    if (!scratch.guaranteed) {
+      scratch.guaranteed.emplace(scratch.loaded->model);
+      scratch.guaranteed->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
+    }
+    scratch.guaranteed->assume(within);
+    const double reach = reachOfGuarantees(batch.minimum(block), block, scratch);
+    const scene::StatePairs& near = batch.below(block, reach);
+    for (Eigen::Index i = 0; i < block.rows(); ++i) {
+      scene::GuaranteedMinimum found;
+      const AnsweredPairs listed = pairsOf(near, i);
+      const bool is_known = near.unknown[static_cast<std::size_t>(i)] == 0;
+      if (is_known)
+        found = placeGuaranteed(block, i, scratch).find({listed.first, listed.first + listed.count, reach});
+      rows.write(first + i, rowOf(first + i, found.pair, pairs(), thresholds()));
+      out[first + i] = is_known && found.unknown == 0 ? found.guaranteed : kNaN;
+    }
+  });
+  return py::make_tuple(scalarIfSingle(rows.array()), scalarIfSingle(guaranteed));
 }
 
 py::object Robot::below(const py::object& q, double distance) {

@@ -82,6 +82,8 @@ class Robot {
   pybind11::object closest(const pybind11::object& q, long k);
   /// Returns the rows and gradients of minimum(), or of closest() if k has a value.
   pybind11::tuple gradient(const pybind11::object& q, std::optional<long> k);
+  /// Returns the pair of each state with the smallest guaranteed distance, and this distance.
+  pybind11::tuple guaranteed(const pybind11::object& q, const std::string& uncertainty);
   pybind11::object below(const pybind11::object& q, double distance);
   pybind11::object pairsBelow(const pybind11::object& q, double distance);
   pybind11::object freeMotion(const pybind11::object& q, double distance, double influence_distance);
