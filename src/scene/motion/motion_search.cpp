@@ -19,6 +19,9 @@ constexpr int kMaxLevels = 6;  // levels of halved intervals; the narrowphase di
 constexpr int kMaxInteriorLevels = 23;
 constexpr int kMaxInteriorIntervals = 1000;
 
+// So many pairs with the fixed objects below one node of the tree are listed one by one.
+constexpr std::size_t kMaxOpenObjects = 64;
+
 /// Two upper bounds [m] of the distance of the pair are known. The smaller one is also an upper bound of the minimum.
 void takeUpperBound(double of_pair, RobotMinimum& answer) {
   double& upper_bound = answer.pair.result.upper_bound;
@@ -61,12 +64,21 @@ MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_
   for (int root = 0; root < volumes_->rootCount(); ++root) links_have_interiors_ |= (*volumes_)[root].has_interior;
 }
 
-std::vector<ShapeRefPair> MotionSearch::examined() {
-  std::vector<ShapeRefPair> examined;
-  for (int i = 0; i < pairs_.size(); ++i)
-    if (pairs_[i].is_examined && (i == 0 || pairs_[i].number != pairs_[i - 1].number))
-      examined.push_back(pairs_[i].asked);
-  return examined;
+std::optional<std::vector<MotionSearch::OpenPair>> MotionSearch::openPairs() {
+  if (!are_open_pairs_known_) return std::nullopt;
+  std::vector<OpenPair> open;
+  int last = -1;  // the number of the last pair in the question
+  for (int i = 0; i < pairs_.size(); ++i) {
+    const PairInMotion& moving = pairs_[i];
+    if (!moving.isOfShapes() || !(moving.is_examined || moving.nearest < kInfinity)) continue;
+    const double lower_bound = hasInterior(moving) ? -kInfinity : moving.nearest;
+    if (moving.number == last)
+      open.back().lower_bound = std::min(open.back().lower_bound, lower_bound);
+    else
+      open.push_back({moving.asked, lower_bound});
+    last = moving.number;
+  }
+  return open;
 }
 
 void MotionSearch::use(std::shared_ptr<const Objects> objects) {
@@ -83,6 +95,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const Jo
                          const MotionQuestion* contact, MotionCounts& counts) {
   order_ = contact ? Order::Earliest : Order::Nearest;
   queue_.clear();
+  settled_nodes_.clear();
   pairs_.begin(pairs, motion, deviations, contact);
   std::int64_t total = pairs.includeLinks() ? static_cast<std::int64_t>(pairs.size()) : 0;
   std::int64_t unknown = pairs_.unknownOfList();
@@ -149,7 +162,42 @@ bool MotionSearch::isLeaf(const IntervalVisit& visit) {
 void MotionSearch::enter(IntervalVisit visit, double limit) {
   visit = withSpheres(visit);
   if (!isSettled(visit, limit)) visit = withBoxes(visit);
-  if (!isSettled(visit, limit)) push(visit);
+  isSettled(visit, limit) ? settle(visit) : push(visit);
+}
+
+/// Takes note of the lower bound of a visit that is not searched further.
+void MotionSearch::settle(const IntervalVisit& visit) {
+  if (order_ != Order::Nearest) return;
+  PairInMotion& moving = movingPairOf(visit);
+  if (!moving.isOfShapes()) return settled_nodes_.push_back(visit);
+  moving.nearest = std::min(moving.nearest, visit.lower_bound);
+}
+
+/// Takes note of all pairs with the fixed objects below a node. False: they are too many.
+bool MotionSearch::openObjectsBelow(const IntervalVisit& visit) {
+  std::vector<int> nodes{visit.b};
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const BoxTree::Node& node = pairs_.tree()[nodes[i]];
+    if (nodes.size() > 2 * kMaxOpenObjects) return false;
+    if (!node.isLeaf()) {
+      nodes.insert(nodes.end(), node.parts.begin(), node.parts.end());
+      continue;
+    }
+    IntervalVisit leaf = visit;
+    leaf.pair = pairs_.pairAt(visit.pair, node);
+    if (leaf.pair >= 0) settle(leaf);
+  }
+  return true;
+}
+
+/// Takes note of what the search of the minimum has left in the queue.
+void MotionSearch::noteQueue(double limit) {
+  are_open_pairs_known_ = true;
+  for (const IntervalVisit& visit : queue_.all()) settle(visit);
+  const std::vector<IntervalVisit> nodes = std::move(settled_nodes_);
+  settled_nodes_.clear();
+  for (const IntervalVisit& node : nodes)
+    if (!(node.lower_bound > limit)) are_open_pairs_known_ &= openObjectsBelow(node);
 }
 
 void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
@@ -422,7 +470,8 @@ RobotMinimum MotionSearch::minimumBelow(double limit, const Pairs& pairs, const 
 
 /// Searches the pairs that can be nearer than the upper bound of the answer.
 void MotionSearch::searchMinimum(States at_start, const MotionQuestion& question, RobotMinimum& answer) {
-  enterAll(answer.upper_bound);
+  const double limit = answer.upper_bound;
+  enterAll(limit);
   answer.status = narrowphase::Status::Converged;
   const double proven = searchPieces(question, answer);
   answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
@@ -432,6 +481,7 @@ void MotionSearch::searchMinimum(States at_start, const MotionQuestion& question
   }
   const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
   answer.lower_bound = std::min({proven, open, answer.upper_bound});
+  if (at_start == States::NotSeen) noteQueue(limit);
   // Without the state at the start, what is inside from the start on has not been seen.
   if (at_start == States::NotSeen || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
   leaveOpenIfWide(answer.pair, question);
@@ -456,6 +506,8 @@ double MotionSearch::searchPieces(const MotionQuestion& question, RobotMinimum& 
     const narrowphase::MinimumOverMotion pieces = minimumOf(visit, question, answer.upper_bound);
     answer.counts.queries += pieces.queries;
     proven = std::min(proven, pieces.lower_bound);
+    PairInMotion& moving = movingPairOf(visit);
+    moving.nearest = std::min(moving.nearest, pieces.lower_bound);
     if (pieces.status != narrowphase::Status::Threshold) answer.status = lessComplete(answer.status, pieces.status);
     if (!(pieces.upper_bound < answer.upper_bound)) continue;
     answer.upper_bound = pieces.upper_bound;

@@ -12,6 +12,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -58,8 +59,14 @@ class MotionSearch {
   RobotMinimum minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
                             const JointDeviations& deviations, const MotionQuestion& question);
 
-  /// The pairs of the last question about a list of pairs that one bound for the whole motion did not settle.
-  std::vector<ShapeRefPair> examined();
+  /// A pair that may be the nearest one during a motion.
+  struct OpenPair {
+    ShapeRefPair pair;
+    double lower_bound;  ///< [m] of its smaller distances
+  };
+  /// The pairs of the last minimumBelow(). Those that are left out are farther apart than its limit during the whole
+  /// motion. nullopt: the last search had too many of them with fixed objects.
+  std::optional<std::vector<OpenPair>> openPairs();
 
  private:
   /// Two volumes during an interval of time, see MovingBodies::Interval; or a volume and a node of the tree.
@@ -103,6 +110,9 @@ class MotionSearch {
   }
 
   void push(IntervalVisit visit);
+  void settle(const IntervalVisit& visit);
+  bool openObjectsBelow(const IntervalVisit& visit);
+  void noteQueue(double limit);
 
   IntervalVisit withSpheres(IntervalVisit visit);
   IntervalVisit withBoxes(IntervalVisit visit);
@@ -140,7 +150,9 @@ class MotionSearch {
   PairRanking states_;  ///< answers questions about the state at one time
   MovingPairs pairs_;
   bool found_pieces_ = false;  ///< true if the last pair was measured by two of several pieces
+  bool are_open_pairs_known_ = false;
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
+  std::vector<IntervalVisit> settled_nodes_;  ///< those of the tree of fixed objects that enter() left out
   Order order_ = Order::Nearest;
   Heap<IntervalVisit> queue_;
 };

@@ -40,6 +40,8 @@ struct PairInMotion {
   double deviation = 0.0;         ///< [m] see distanceDeviation()
   bool is_compound = false;       ///< one of the two has several pieces or half-spaces
   bool is_examined = false;       ///< one bound for the whole motion did not settle it
+  /// [m] the smallest lower bound, minus the allowance, of all parts that a search of the minimum has settled or left
+  double nearest = std::numeric_limits<double>::infinity();
 
   bool isOfShapes() const { return kind != Kind::FixedObjects; }
 

@@ -61,7 +61,7 @@ class SegmentSearch {
     JointDeviations deviations;
   };
   /// The pairs that may have the smallest distance during a part of the segment; nullptr: all.
-  using PairList = std::shared_ptr<const std::vector<ShapeRefPair>>;
+  using PairList = std::shared_ptr<const std::vector<MotionSearch::OpenPair>>;
   struct Part {
     double begin, end;
     double lower_bound;  ///< [m] of the smallest guaranteed distance
@@ -74,6 +74,7 @@ class SegmentSearch {
   Straight atRest(const Positions& state, const std::vector<double>& tube) const;
   MotionQuestion within(double tolerance) const;
   void considerState(double time, const Pairs& pairs);
+  std::vector<ShapeRefPair> openPairsOf(const std::vector<MotionSearch::OpenPair>& list) const;
   void search(const Part& part);
   void nearestInTube();
   Positions nearestCorner(const Positions& state, const ShapeRefPair& pair);
@@ -135,25 +136,42 @@ void SegmentSearch::considerState(double time, const Pairs& pairs) {
   best_.time = time;
 }
 
-/// Searches one part, and halves it if the smallest distance may be there. A pair that one bound settles for the part is
-/// farther apart than the upper bound, and is left out of the halves.
+/// The pairs that may come as near as the upper bound.
+std::vector<ShapeRefPair> SegmentSearch::openPairsOf(const std::vector<MotionSearch::OpenPair>& list) const {
+  std::vector<ShapeRefPair> open;
+  for (const MotionSearch::OpenPair& pair : list)
+    if (!(pair.lower_bound > best_.upper_bound)) open.push_back(pair.pair);
+  return open;
+}
+
+/// Searches one part, and halves it if the smallest distance may be there. The halves are searched for the pairs that
+/// the bounds of the whole part leave open.
 void SegmentSearch::search(const Part& part) {
   const double tolerance = narrowphase::usableTolerance(question_.motion.tolerance);
-  const Pairs pairs = part.pairs ? Pairs(*part.pairs) : pairs_;
+  std::vector<ShapeRefPair> listed;
+  if (part.pairs) listed = openPairsOf(*part.pairs);
+  if (part.pairs && listed.empty()) {
+    proven_ = std::min(proven_, best_.upper_bound);
+    return;
+  }
+  const Pairs pairs = part.pairs ? Pairs(listed) : pairs_;
   const SplineSegment::Chord chord = segment_.chord(part.begin, part.end);
   const Straight straight = along(chord, tube_);
   // More exact than the deviations, if 1 rad moves a point by a metre, the bound need not be.
   const double deviation = *std::max_element(chord.deviation.begin(), chord.deviation.end());
   const RobotMinimum found = search_.minimumBelow(best_.upper_bound, pairs, straight.motion, straight.deviations,
                                                   within(0.25 * std::max(tolerance, deviation)));
-  PairList rest = part.pairs;
-  if (!pairs.includeObjects(search_.objects().get()))
-    rest = std::make_shared<const std::vector<ShapeRefPair>>(search_.examined());
   add(found.counts, best_.counts);
+  PairList rest = part.pairs;
+  if (auto open = search_.openPairs())
+    rest = std::make_shared<const std::vector<MotionSearch::OpenPair>>(std::move(*open));
   const double lower_bound = std::max(part.lower_bound, found.lower_bound);
   const double middle = 0.5 * (part.begin + part.end);
-  if (best_.upper_bound - lower_bound > tolerance)
-    considerState(found.time >= 0.0 ? part.begin + found.time * (part.end - part.begin) : middle, pairs);
+  if (best_.upper_bound - lower_bound > tolerance) {
+    const std::vector<ShapeRefPair> near = rest ? openPairsOf(*rest) : std::vector<ShapeRefPair>();
+    considerState(found.time >= 0.0 ? part.begin + found.time * (part.end - part.begin) : middle,
+                  rest ? Pairs(near) : pairs_);
+  }
   const bool is_short = !(middle > part.begin && middle < part.end);
   if (is_short || !(best_.upper_bound - lower_bound > tolerance)) {
     proven_ = std::min(proven_, lower_bound);
