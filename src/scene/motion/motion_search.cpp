@@ -468,6 +468,16 @@ RobotMinimum MotionSearch::minimumBelow(double limit, const Pairs& pairs, const 
   return answer;
 }
 
+std::optional<PairProximity> MotionSearch::closestAtStart(const Pairs& pairs, const RobotMotion& motion) {
+  const std::vector<ShapeRefPair> none;
+  pairs_.begin(none, motion);
+  if (objects() && !objects()->empty() && !isInWorld()) return std::nullopt;
+  placeStates(0.0);
+  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
+  if (closest.empty() || closest.front().result.status == narrowphase::Status::Unknown) return std::nullopt;
+  return inPosesFrame(closest.front(), 0.0);
+}
+
 /// Searches the pairs that can be nearer than the upper bound of the answer.
 void MotionSearch::searchMinimum(States at_start, const MotionQuestion& question, RobotMinimum& answer) {
   const double limit = answer.upper_bound;

@@ -59,6 +59,9 @@ class MotionSearch {
   RobotMinimum minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
                             const JointDeviations& deviations, const MotionQuestion& question);
 
+  /// The closest pair at the start of a motion. nullopt: none is known, or the pose of the world is not.
+  std::optional<PairProximity> closestAtStart(const Pairs& pairs, const RobotMotion& motion);
+
   /// A pair that may be the nearest one during a motion.
   struct OpenPair {
     ShapeRefPair pair;

@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -74,8 +76,11 @@ class SegmentSearch {
   Straight atRest(const Positions& state, const std::vector<double>& tube) const;
   MotionQuestion within(double tolerance) const;
   void considerState(double time, const Pairs& pairs);
+  void considerClosest(double time);
+  bool isPromising(const RobotMinimum& found, const SplineSegment::Chord& chord) const;
   std::vector<ShapeRefPair> openPairsOf(const std::vector<MotionSearch::OpenPair>& list) const;
   void search(const Part& part);
+  RobotMinimum minimumIn(const Positions& state, const Pairs& pairs);
   void nearestInTube();
   Positions nearestCorner(const Positions& state, const ShapeRefPair& pair);
   MotionQuestion nearly() const;
@@ -136,6 +141,26 @@ void SegmentSearch::considerState(double time, const Pairs& pairs) {
   best_.time = time;
 }
 
+/// Takes the guaranteed distance of the pair that is closest at one state of the spline.
+void SegmentSearch::considerClosest(double time) {
+  const Straight rest = atRest(segment_.at(time), tube_);
+  const std::optional<PairProximity> closest = search_.closestAtStart(pairs_, rest.motion);
+  if (!closest) return considerState(time, pairs_);
+  considerState(time, std::vector<ShapeRefPair>{closest->asked});
+}
+
+/// True if the state of the spline, at the time at which the straight motion of a part is nearest, is probably nearer
+/// than those before. The deviations of the pair without the tube are taken to be the same share as those of all joints
+/// together. If they approach 0, and no state is promising, then the bounds of the part approach the upper bound.
+bool SegmentSearch::isPromising(const RobotMinimum& found, const SplineSegment::Chord& chord) const {
+  if (!(found.time >= 0.0)) return false;
+  const double of_chord = std::accumulate(chord.deviation.begin(), chord.deviation.end(), 0.0);
+  const double of_tube = std::accumulate(tube_.begin(), tube_.end(), 0.0);
+  const double deviation = std::max(0.0, found.pair.result.upper_bound - found.upper_bound);
+  const double share = of_chord > 0.0 ? of_chord / (of_chord + of_tube) : 0.0;
+  return found.upper_bound + share * deviation < best_.upper_bound;
+}
+
 /// The pairs that may come as near as the upper bound.
 std::vector<ShapeRefPair> SegmentSearch::openPairsOf(const std::vector<MotionSearch::OpenPair>& list) const {
   std::vector<ShapeRefPair> open;
@@ -167,10 +192,9 @@ void SegmentSearch::search(const Part& part) {
     rest = std::make_shared<const std::vector<MotionSearch::OpenPair>>(std::move(*open));
   const double lower_bound = std::max(part.lower_bound, found.lower_bound);
   const double middle = 0.5 * (part.begin + part.end);
-  if (best_.upper_bound - lower_bound > tolerance) {
+  if (best_.upper_bound - lower_bound > tolerance && isPromising(found, chord)) {
     const std::vector<ShapeRefPair> near = rest ? openPairsOf(*rest) : std::vector<ShapeRefPair>();
-    considerState(found.time >= 0.0 ? part.begin + found.time * (part.end - part.begin) : middle,
-                  rest ? Pairs(near) : pairs_);
+    considerState(part.begin + found.time * (part.end - part.begin), rest ? Pairs(near) : pairs_);
   }
   const bool is_short = !(middle > part.begin && middle < part.end);
   if (is_short || !(best_.upper_bound - lower_bound > tolerance)) {
@@ -183,7 +207,7 @@ void SegmentSearch::search(const Part& part) {
 
 SplineMinimum SegmentSearch::minimum() {
   const double tolerance = narrowphase::usableTolerance(question_.motion.tolerance);
-  for (const double time : {0.0, 0.5, 1.0}) considerState(time, pairs_);
+  for (const double time : {0.0, 0.5, 1.0}) considerClosest(time);
   if (best_.status == Status::Unknown) return best_;
   parts_.push({0.0, 1.0, -kInfinity, nullptr});
   int count = 0;
@@ -201,14 +225,23 @@ SplineMinimum SegmentSearch::minimum() {
   return best_;
 }
 
+/// The smallest distance in one state.
+RobotMinimum SegmentSearch::minimumIn(const Positions& state, const Pairs& pairs) {
+  const Straight rest = atRest(state, std::vector<double>(tube_.size(), 0.0));
+  const std::optional<PairProximity> closest = search_.closestAtStart(pairs, rest.motion);
+  if (!closest)
+    return search_.minimumBelow(kInfinity, pairs, rest.motion, rest.deviations, within(question_.motion.tolerance));
+  RobotMinimum minimum;
+  minimum.upper_bound = closest->result.upper_bound;
+  minimum.pair = *closest;
+  return minimum;
+}
+
 /// Replaces the guaranteed distance in the upper bound by the distance of a state of the tube.
 void SegmentSearch::nearestInTube() {
-  const std::vector<double> nowhere(tube_.size(), 0.0);
   best_.upper_bound = kInfinity;
   for (const Positions& state : {best_.state, nearestCorner(best_.state, best_.pair.asked)}) {
-    const Straight rest = atRest(state, nowhere);
-    const RobotMinimum here =
-        search_.minimumBelow(best_.upper_bound, pairs_, rest.motion, rest.deviations, within(0.0));
+    const RobotMinimum here = minimumIn(state, pairs_);
     if (!(here.upper_bound < best_.upper_bound)) continue;
     best_.upper_bound = here.upper_bound;
     best_.pair = here.pair;
@@ -219,18 +252,13 @@ void SegmentSearch::nearestInTube() {
 /// The corner of the tube to which each joint by itself leads a pair nearer.
 Positions SegmentSearch::nearestCorner(const Positions& state, const ShapeRefPair& pair) {
   const std::vector<ShapeRefPair> only{pair};
-  const std::vector<double> nowhere(tube_.size(), 0.0);
-  const auto distanceAt = [&](const Positions& positions) {
-    const Straight rest = atRest(positions, nowhere);
-    return search_.minimumBelow(kInfinity, only, rest.motion, rest.deviations, within(1e-9)).upper_bound;
-  };
   Positions corner = state;
   for (std::size_t i = 0; i < tube_.size(); ++i) {
     if (!(tube_[i] > 0.0)) continue;
     Positions more = state, less = state;
     more[i] += tube_[i];
     less[i] -= tube_[i];
-    corner[i] = distanceAt(more) < distanceAt(less) ? more[i] : less[i];
+    corner[i] = minimumIn(more, only).upper_bound < minimumIn(less, only).upper_bound ? more[i] : less[i];
   }
   return corner;
 }

@@ -272,6 +272,28 @@ TEST(RandomSplines, AmongObjectsAgreeWithTheirStates) {
   }
 }
 
+// More fixed objects below a node of their tree than are listed one by one, and a few that matter.
+TEST(RandomSplines, AmongManyObjectsAgreeWithTheirStates) {
+  using namespace narrowphase;
+  const std::shared_ptr<const SceneModel> model = arm();
+  const Objects none(model);
+  Chance chance(9);
+  std::vector<ObjectChange> changes;
+  for (int i = 0; i < 300; ++i) {
+    const double x = chance.between(-1.2, 1.2), y = chance.between(-1.2, 1.2), z = chance.between(-1.0, 1.6);
+    if (std::hypot(x, y) > 0.45 || i % 30 == 0)
+      changes.emplace_back(
+          AddObject{makeObject("ball" + std::to_string(i), {{Shape(Sphere{0.01})}}, Fixed{at(x, y, z)})});
+  }
+  const auto objects = std::make_shared<const Objects>(none.changed(changes));
+  const Counts exact = compareWithStates(model, objects, 0.0, repeats(15), 10);
+  compareWithStates(model, objects, 0.01, repeats(10), 11);
+  if (!kIsSanitized) {
+    EXPECT_GT(exact.contacts, 3);
+    EXPECT_GT(exact.free, 2);
+  }
+}
+
 TEST(RandomSplines, OfPandaAgreeWithTheirStates) {
   const MeshResolver resolve = exampleRobotsResolver();
   if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
