@@ -1,0 +1,34 @@
+#pragma once
+
+#include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/robot_model.h"
+
+#include <string>
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// A box of joint positions: an interval for each joint that has one position and follows no other one. The two ends of
+/// an interval may be equal; then the joint is fixed. Mimic joints follow their leader, whatever their own limits are.
+/// jointRanges() is the box of all positions that the URDF allows.
+using JointBox = std::vector<JointRange>;
+
+/// The interval of a joint; nullptr if the box has none.
+const JointRange* intervalOf(const JointBox& box, int joint);
+
+/// The positions of the box that differ from `state` [rad] or [m] by at most `radius` [rad] or [m] in each joint.
+/// Throws std::invalid_argument, naming the joint, if there are none, for a state of the wrong size or that is not
+/// finite, and for a radius that is negative or not finite.
+JointBox boxAbout(const RobotModel& robot, const JointBox& box, const Positions& state, double radius);
+
+/// Reads YAML with an interval, or one position, for each joint that it names; all others have those of `box`:
+///
+///   elbow: [-0.5, 1.2]
+///   lift: 0.3
+///
+/// Failure: throws std::invalid_argument with `source`, the line, the joint and the reason: a joint that does not
+///          exist, that has no single position or that follows another one, a lower end above the upper one, no finite
+///          number.
+JointBox jointBoxFrom(const std::string& yaml, const std::string& source, const RobotModel& robot, JointBox box);
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,72 @@
+#include "proximity_server/scene/proof/joint_box.h"
+
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/file_value.h"
+#include "scene/object_files/field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace proximity_server::scene {
+namespace {
+
+JointRange& intervalIn(JointBox& box, int joint) {
+  const auto found =
+      std::find_if(box.begin(), box.end(), [&](const JointRange& interval) { return interval.joint == joint; });
+  return found != box.end() ? *found : box.emplace_back(JointRange{joint, 0.0, 0.0});
+}
+
+/// The joint of a member; refuses one that has no interval of its own.
+int jointNamed(const std::string& name, const Field& field, const RobotModel& robot) {
+  const int joint = findNamed(robot.joints, name);
+  if (joint < 0) field.refuse("there is no movable joint " + unknownName(name, namesOf(robot.joints)));
+  const Joint& found = robot.joints[joint];
+  if (!hasOnePosition(found)) field.refuse(std::string("the joint is ") + toString(found.type));
+  if (found.mimic) field.refuse("the joint follows " + quoted(robot.joints[found.mimic->joint].name));
+  return joint;
+}
+
+}  // namespace
+
+const JointRange* intervalOf(const JointBox& box, int joint) {
+  for (const JointRange& interval : box)
+    if (interval.joint == joint) return &interval;
+  return nullptr;
+}
+
+JointBox boxAbout(const RobotModel& robot, const JointBox& box, const Positions& state, double radius) {
+  if (state.size() != robot.joints.size())
+    throw std::invalid_argument("the robot has " + std::to_string(robot.joints.size()) +
+                                " movable joints, but there are " + std::to_string(state.size()) + " positions");
+  if (!(radius >= 0.0) || !std::isfinite(radius))
+    throw std::invalid_argument("the radius is " + shortest(radius) + ", but must be finite and not negative");
+  JointBox about;
+  for (const JointRange& interval : box) {
+    const double position = state[interval.joint];
+    const JointRange cut{interval.joint, std::max(interval.lower, position - radius),
+                         std::min(interval.upper, position + radius)};
+    if (!std::isfinite(position) || cut.lower > cut.upper)
+      throw std::invalid_argument("joint " + quoted(robot.joints[interval.joint].name) + " is at " +
+                                  shortest(position) + ", which is not from " + shortest(interval.lower) + " to " +
+                                  shortest(interval.upper));
+    about.push_back(cut);
+  }
+  return about;
+}
+
+JointBox jointBoxFrom(const std::string& yaml, const std::string& source, const RobotModel& robot, JointBox box) {
+  const FileValue value = readYaml(yaml, source);
+  const Field file(value, source);
+  for (const std::string& name : file.members()) {
+    const Field member = file.member(name);
+    JointRange& interval = intervalIn(box, jointNamed(name, member, robot));
+    const std::vector<double> ends = member.isList() ? member.numbers() : std::vector<double>(2, member.number());
+    if (ends.size() != 2 || ends[0] > ends[1]) member.refuse("is neither a position nor [lower, upper]");
+    interval.lower = ends[0];
+    interval.upper = ends[1];
+  }
+  return box;
+}
+
+}  // namespace proximity_server::scene

@@ -1,0 +1,68 @@
+#include "proximity_server/scene/proof/joint_box.h"
+
+#include "scene/small_robots.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace proximity_server::scene::joint_box_test {
+
+const std::string kRobot =
+    urdfOf(link("base") + link("arm") + link("tool") + link("twin") + link("cart") +
+           joint("turn", "revolute", "base", "arm", axis("0 0 1") + limits("-1", "2")) +
+           joint("roll", "continuous", "arm", "tool", axis("1 0 0")) +
+           joint("follow", "revolute", "base", "twin", axis("0 0 1") + limits("-1", "1") + mimic("turn", "0.5")) +
+           joint("drive", "planar", "base", "cart", axis("0 0 1")));
+
+void expectRefused(const std::string& yaml, const std::string& reason) {
+  const RobotModel robot = robotOf(kRobot);
+  try {
+    jointBoxFrom(yaml, "box.yaml", robot, jointRanges(robot));
+    ADD_FAILURE() << yaml;
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
+  }
+}
+
+TEST(JointBox, NamedJointsGetTheirIntervals) {
+  const RobotModel robot = robotOf(kRobot);
+  const JointBox box = jointBoxFrom("turn: [-0.5, 0.25]\n", "box.yaml", robot, jointRanges(robot));
+  ASSERT_EQ(box.size(), 2U);
+  EXPECT_EQ(box[0].lower, -0.5);
+  EXPECT_EQ(box[0].upper, 0.25);
+  EXPECT_EQ(box[1].lower, -M_PI);
+  const JointBox fixed = jointBoxFrom("roll: 3", "box.yaml", robot, jointRanges(robot));
+  EXPECT_EQ(fixed[1].lower, 3.0);
+  EXPECT_EQ(fixed[1].upper, 3.0);
+}
+
+TEST(JointBox, WrongFilesAreRefusedByName) {
+  expectRefused("turn: 1\nrol: 1", "box.yaml, line 2: rol: there is no movable joint \"rol\" (did you mean \"roll\"?)");
+  expectRefused("turn: [1, 0]", "box.yaml, line 1: turn: is neither a position nor [lower, upper]");
+  expectRefused("turn: [1, 2, 3]", "neither a position");
+  expectRefused("turn: wide", "line 1: turn");
+  expectRefused("turn: .inf", "line 1: turn");
+  expectRefused("drive: 1", "drive: the joint is planar");
+  expectRefused("follow: 1", "follow: the joint follows \"turn\"");
+  expectRefused("- 1", "box.yaml");
+}
+
+TEST(JointBox, TheBoxAboutAStateIsCutAtTheLimits) {
+  const RobotModel robot = robotOf(kRobot);
+  const JointBox box = boxAbout(robot, jointRanges(robot), byJoint(robot, {{"turn", 1.5}, {"roll", 1.0}}), 0.75);
+  EXPECT_EQ(box[0].lower, 0.75);
+  EXPECT_EQ(box[0].upper, 2.0);
+  EXPECT_EQ(box[1].lower, 0.25);
+  EXPECT_EQ(box[1].upper, 1.75);
+}
+
+TEST(JointBox, StatesBeyondTheLimitsHaveNoBox) {
+  const RobotModel robot = robotOf(kRobot);
+  EXPECT_THROW(boxAbout(robot, jointRanges(robot), byJoint(robot, {{"turn", 2.5}}), 0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, jointRanges(robot), byJoint(robot, {{"turn", NAN}}), 0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, jointRanges(robot), byJoint(robot, {}), -0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, jointRanges(robot), {0.0}, 0.4), std::invalid_argument);
+}
+
+}  // namespace proximity_server::scene::joint_box_test
