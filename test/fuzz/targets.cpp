@@ -10,7 +10,7 @@
 #include "proximity_server/scene/query/scene.h"
 #include "robots/robots.h"
 #include "scene/files.h"
-#include "tools/clearance/object_schedule.h"
+#include "tools/robot/object_schedule.h"
 #include "tools/states/csv_states.h"
 #include "tools/states/numpy_states.h"
 

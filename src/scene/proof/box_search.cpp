@@ -56,6 +56,7 @@ BoxSearch::BoxSearch(const SceneModel& model, const ShapeRefPair& pair, const Jo
       positions_(model.robot.joints.size(), 0.0),
       settled_bound_(kInfinity) {
   proof_.pair = pair;
+  proof_.box = whole_.joints;
   for (const JointRange& interval : box) positions_[interval.joint] = 0.5 * (interval.lower + interval.upper);
   Box all{{}, {}, -kInfinity, 1.0, made_++, 0};
   for (const JointRange& interval : whole_.joints) {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 namespace proximity_server::scene {
@@ -35,21 +36,32 @@ const JointRange* intervalOf(const JointBox& box, int joint) {
   return nullptr;
 }
 
-JointBox boxAbout(const RobotModel& robot, const JointBox& box, const Positions& state, double radius) {
+JointBox knownRanges(const RobotModel& robot) {
+  std::set<int> unknown;
+  for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint)
+    if (!hasKnownRange(robot, joint)) unknown.insert(robot.leaderOf(joint).joint);
+  JointBox box = jointRanges(robot);
+  box.erase(std::remove_if(box.begin(), box.end(),
+                           [&](const JointRange& interval) { return unknown.count(interval.joint) > 0; }),
+            box.end());
+  return box;
+}
+
+JointBox boxAbout(const RobotModel& robot, const Positions& state, double radius) {
   if (state.size() != robot.joints.size())
     throw std::invalid_argument("the robot has " + std::to_string(robot.joints.size()) +
                                 " movable joints, but there are " + std::to_string(state.size()) + " positions");
   if (!(radius >= 0.0) || !std::isfinite(radius))
     throw std::invalid_argument("the radius is " + shortest(radius) + ", but must be finite and not negative");
   JointBox about;
-  for (const JointRange& interval : box) {
-    const double position = state[interval.joint];
-    const JointRange cut{interval.joint, std::max(interval.lower, position - radius),
-                         std::min(interval.upper, position + radius)};
+  for (const JointRange& range : jointRanges(robot)) {
+    const Joint& joint = robot.joints[range.joint];
+    const double position = state[range.joint];
+    const JointRange cut{range.joint, std::max(joint.lower, position - radius),
+                         std::min(joint.upper, position + radius)};
     if (!std::isfinite(position) || cut.lower > cut.upper)
-      throw std::invalid_argument("joint " + quoted(robot.joints[interval.joint].name) + " is at " +
-                                  shortest(position) + ", which is not from " + shortest(interval.lower) + " to " +
-                                  shortest(interval.upper));
+      throw std::invalid_argument("joint " + quoted(joint.name) + " is at " + shortest(position) +
+                                  ", and its limits are " + shortest(joint.lower) + " and " + shortest(joint.upper));
     about.push_back(cut);
   }
   return about;

@@ -96,10 +96,4 @@ std::vector<PairProof> proveApart(const std::shared_ptr<const SceneModel>& model
   return Proofs(model, pairs, box, question).run();
 }
 
-std::vector<ShapeRefPair> checkedPairs(const SceneModel& model, const Objects* objects) {
-  std::vector<ShapeRefPair> pairs = Candidates(model.pairs).list();
-  if (objects) objects->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) { pairs.push_back({a, b}); });
-  return pairs;
-}
-
 }  // namespace proximity_server::scene

@@ -1,14 +1,10 @@
 // How close a robot is to itself and to objects in recorded or planned states, without a ROS master.
 #include "proximity_server/scene/levels/level_thresholds.h"
-#include "proximity_server/scene/mesh/mesh_resolver.h"
-#include "proximity_server/scene/object_files/object_file.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_options.h"
 #include "tools/clearance/clearance_question.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/driven_motion.h"
-#include "tools/clearance/object_schedule.h"
 #include "tools/clearance/state_sweep.h"
 #include "tools/clearance/sweep_files.h"
 #include "tools/clearance/trajectory_run.h"
@@ -16,6 +12,7 @@
 #include "tools/program/plot_script.h"
 #include "tools/program/progress.h"
 #include "tools/program/tool_main.h"
+#include "tools/robot/object_schedule.h"
 #include "tools/robot/robot_files.h"
 #include "tools/robot/robot_text.h"
 #include "tools/second_opinion/second_opinion.h"
@@ -38,18 +35,6 @@
 
 namespace proximity_server::tools {
 namespace {
-
-std::shared_ptr<ObjectSchedule> scheduleOf(const ClearanceOptions& options,
-                                           const std::shared_ptr<const scene::SceneModel>& model) {
-  if (options.question.objects_file.empty()) return nullptr;
-  scene::ObjectOptions how;
-  how.resolve = scene::packageResolver(scene::rosPackagePath());
-  if (options.robot.mesh_tolerance) how.meshes.tolerance = *options.robot.mesh_tolerance;
-  how.meshes.cache = scene::userMeshCache();
-  auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(options.question.objects_file), how);
-  printWarnings(schedule->warnings(), options.robot.warnings);
-  return schedule;
-}
 
 std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& options, const scene::RobotModel& robot) {
   const std::string& path = options.question.thresholds_file;
@@ -96,7 +81,7 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
   }
   if (!question.start_text.empty()) question.start = startFrom(question.start_text, question.model->robot);
   question.pairs = checkedPairs(*question.model, question.filter);
-  question.objects = scheduleOf(options, question.model);
+  question.objects = loadObjects(options.question.objects_file, options.robot, question.model);
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
   if (question.pairs.empty() && !question.objects)
     throw std::invalid_argument(options.robot.urdf + ": no pair of links is checked");

@@ -8,7 +8,7 @@
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
-#include "tools/clearance/object_schedule.h"
+#include "tools/robot/object_schedule.h"
 
 #include <limits>
 #include <memory>

@@ -4,12 +4,10 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "tools/states/csv_states.h"
-#include "tools/text/csv.h"
 
 #include <limits>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -26,32 +24,6 @@ int linkOf(const RobotModel& robot, const std::string& urdf, const std::string& 
     throw std::invalid_argument(urdf + ": no link " + scene::unknownName(name, scene::namesOf(robot.links)));
   if (!robot.hasGeometry(link)) throw std::invalid_argument(urdf + ": link \"" + name + "\" has no collision geometry");
   return link;
-}
-
-/// The positions of "joint=position ...", read as a table of states is.
-std::vector<double> positionsOf(const RobotModel& robot, const std::string& state, Warnings warnings) {
-  std::istringstream words(state);
-  std::string names, values;
-  bool is_first = true;
-  for (std::string word; words >> word;) {
-    const std::size_t equals = word.rfind('=');
-    if (equals == std::string::npos || equals == 0 || equals + 1 == word.size()) {
-      throw std::invalid_argument("--state: '" + word + "' is not joint=position");
-    }
-    const char* separator = is_first ? "" : ",";
-    is_first = false;
-    names += separator + csvField(word.substr(0, equals));
-    values += separator + word.substr(equals + 1);
-  }
-  if (is_first) throw std::invalid_argument("--state: no positions");
-  std::istringstream table(names + "\n" + values + "\n");
-  CsvStates states(table, "--state", robot);
-  if (states.hasTimes()) throw std::invalid_argument("--state: \"time\" is no joint");
-  std::vector<double> positions;
-  if (!states.next(positions)) throw std::invalid_argument("--state: no positions");
-  printWarnings(states.warnings(), warnings);
-  printWarnings({states.limitWarning()}, warnings);
-  return positions;
 }
 
 struct NamedPiece {
@@ -95,7 +67,7 @@ ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, 
   const int a = linkOf(robot, files.urdf, link_a), b = linkOf(robot, files.urdf, link_b);
   if (a == b) throw std::invalid_argument(files.urdf + ": the two links are the same, \"" + link_a + '"');
   const std::vector<double> positions =
-      state ? positionsOf(robot, *state, files.warnings) : std::vector<double>(robot.joints.size(), 0.0);
+      state ? readState("--state", *state, robot, files.warnings) : std::vector<double>(robot.joints.size(), 0.0);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
   const std::vector<NamedPiece> of_a = piecesOf(robot, a, poses), of_b = piecesOf(robot, b, poses);
   const NamedPiece *closest_a = nullptr, *closest_b = nullptr;

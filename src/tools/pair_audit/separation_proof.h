@@ -2,14 +2,11 @@
 
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/query/scene.h"
+#include "tools/robot/robot_text.h"
 
 #include <optional>
 
 namespace proximity_server::tools {
-
-/// [m] Two links count as in contact up to this distance: faces that are flush in the URDF are apart or overlap by the
-/// rounding of its numbers (single precision in most meshes), which says nothing about the robot.
-constexpr double kContactDistance = 1e-6;
 
 /// The result of a search over all positions of the joints between two links.
 struct SeparationProof {

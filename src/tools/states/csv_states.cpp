@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <ios>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <streambuf>
 #include <utility>
@@ -106,5 +107,31 @@ bool CsvStates::nextFields() {
 }
 
 std::string CsvStates::place() const { return source() + ", line " + std::to_string(line_); }
+
+scene::Positions readState(const std::string& option, const std::string& text, const scene::RobotModel& robot,
+                           Warnings warnings) {
+  std::istringstream words(text);
+  std::string names, values;
+  bool is_first = true;
+  for (std::string word; words >> word;) {
+    const std::size_t equals = word.rfind('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == word.size()) {
+      throw std::invalid_argument(option + ": '" + word + "' is not joint=position");
+    }
+    const std::string separator = is_first ? "" : ",";
+    is_first = false;
+    names += separator + csvField(word.substr(0, equals));
+    values += separator + word.substr(equals + 1);
+  }
+  if (is_first) throw std::invalid_argument(option + ": no positions");
+  std::istringstream table(names + "\n" + values + "\n");
+  CsvStates states(table, option, robot);
+  if (states.hasTimes()) throw std::invalid_argument(option + ": \"time\" is no joint");
+  scene::Positions positions;
+  if (!states.next(positions)) throw std::invalid_argument(option + ": no positions");
+  printWarnings(states.warnings(), warnings);
+  printWarnings({states.limitWarning()}, warnings);
+  return positions;
+}
 
 }  // namespace proximity_server::tools

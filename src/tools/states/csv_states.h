@@ -1,5 +1,6 @@
 #pragma once
 
+#include "tools/robot/robot_files.h"
 #include "tools/states/state_source.h"
 
 #include <fstream>
@@ -45,5 +46,10 @@ class CsvStates : public StateSource {
   std::vector<std::string> fields_;  ///< the fields of the current line
   std::vector<double> numbers_;      ///< their numbers
 };
+
+/// Reads "joint=position ..." as a table with one state; the other joints are at 0. It prints the warnings about it.
+/// Failure: throws std::invalid_argument naming the option, as CsvStates does.
+scene::Positions readState(const std::string& option, const std::string& text, const scene::RobotModel& robot,
+                           Warnings warnings);
 
 }  // namespace proximity_server::tools

@@ -1,9 +1,11 @@
 #include "proximity_server/scene/proof/joint_box.h"
 
+#include "proximity_server/scene/model/names.h"
 #include "scene/small_robots.h"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <stdexcept>
 
 namespace proximity_server::scene::joint_box_test {
@@ -50,19 +52,31 @@ TEST(JointBox, WrongFilesAreRefusedByName) {
 
 TEST(JointBox, TheBoxAboutAStateIsCutAtTheLimits) {
   const RobotModel robot = robotOf(kRobot);
-  const JointBox box = boxAbout(robot, jointRanges(robot), byJoint(robot, {{"turn", 1.5}, {"roll", 1.0}}), 0.75);
+  const JointBox box = boxAbout(robot, byJoint(robot, {{"turn", 1.5}, {"roll", 3.0}}), 0.75);
   EXPECT_EQ(box[0].lower, 0.75);
   EXPECT_EQ(box[0].upper, 2.0);
-  EXPECT_EQ(box[1].lower, 0.25);
-  EXPECT_EQ(box[1].upper, 1.75);
+  EXPECT_EQ(box[1].lower, 2.25);
+  EXPECT_EQ(box[1].upper, 3.75) << "no limit";
+}
+
+TEST(JointBox, JointsWithoutAKnownRangeHaveNoInterval) {
+  RobotModel robot = robotOf(urdfOf(link("a") + link("b") + link("c") + link("d") + link("e") +
+                                    joint("slide", "prismatic", "a", "b", axis("1 0 0") + limits("-1", "1")) +
+                                    joint("turn", "continuous", "a", "c", axis("0 0 1")) +
+                                    joint("half", "continuous", "a", "d", axis("0 0 1") + mimic("turn", "0.5")) +
+                                    joint("roll", "continuous", "a", "e", axis("1 0 0"))));
+  robot.joints[findNamed(robot.joints, "slide")].lower = -INFINITY;
+  const JointBox box = knownRanges(robot);
+  ASSERT_EQ(box.size(), 1U);
+  EXPECT_EQ(robot.joints[box[0].joint].name, "roll");
 }
 
 TEST(JointBox, StatesBeyondTheLimitsHaveNoBox) {
   const RobotModel robot = robotOf(kRobot);
-  EXPECT_THROW(boxAbout(robot, jointRanges(robot), byJoint(robot, {{"turn", 2.5}}), 0.4), std::invalid_argument);
-  EXPECT_THROW(boxAbout(robot, jointRanges(robot), byJoint(robot, {{"turn", NAN}}), 0.4), std::invalid_argument);
-  EXPECT_THROW(boxAbout(robot, jointRanges(robot), byJoint(robot, {}), -0.4), std::invalid_argument);
-  EXPECT_THROW(boxAbout(robot, jointRanges(robot), {0.0}, 0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, byJoint(robot, {{"turn", 2.5}}), 0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, byJoint(robot, {{"turn", NAN}}), 0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, byJoint(robot, {}), -0.4), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, {0.0}, 0.4), std::invalid_argument);
 }
 
 }  // namespace proximity_server::scene::joint_box_test

@@ -190,6 +190,12 @@ TEST(ProveApart, WrongQuestionsAreRefused) {
 
 // --- laws
 
+std::vector<ShapeRefPair> checkedPairs(const SceneModel& model, const Objects* objects) {
+  std::vector<ShapeRefPair> pairs = Candidates(model.pairs).list();
+  if (objects) objects->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) { pairs.push_back({a, b}); });
+  return pairs;
+}
+
 /// Random intervals within the limits.
 JointBox someBox(const RobotModel& robot, Chance& chance) {
   JointBox box = jointRanges(robot);

@@ -10,16 +10,20 @@ namespace proximity_server::scene {
 
 /// A box of joint positions: an interval for each joint that has one position and follows no other one. The two ends of
 /// an interval may be equal; then the joint is fixed. Mimic joints follow their leader, whatever their own limits are.
-/// jointRanges() is the box of all positions that the URDF allows.
 using JointBox = std::vector<JointRange>;
 
 /// The interval of a joint; nullptr if the box has none.
 const JointRange* intervalOf(const JointBox& box, int joint);
 
-/// The positions of the box that differ from `state` [rad] or [m] by at most `radius` [rad] or [m] in each joint.
+/// The box of all states that the URDF allows: jointRanges() without the joints whose range is not known, and without
+/// those that a joint follows whose range is not known, see hasKnownRange().
+JointBox knownRanges(const RobotModel& robot);
+
+/// The positions within the limits that differ from `state` [rad] or [m] by at most `radius` [rad] or [m] in each
+/// joint. Joints without limits are not cut, and a continuous joint may go beyond a turn.
 /// Throws std::invalid_argument, naming the joint, if there are none, for a state of the wrong size or that is not
 /// finite, and for a radius that is negative or not finite.
-JointBox boxAbout(const RobotModel& robot, const JointBox& box, const Positions& state, double radius);
+JointBox boxAbout(const RobotModel& robot, const Positions& state, double radius);
 
 /// Reads YAML with an interval, or one position, for each joint that it names; all others have those of `box`:
 ///

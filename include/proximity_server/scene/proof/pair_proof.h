@@ -22,6 +22,7 @@ const char* toString(ProofOutcome outcome);
 /// The answer about one pair and a box of joint positions.
 struct PairProof {
   ShapeRefPair pair;
+  JointBox box;  ///< the joints that move the two relative to each other, without mimic joints
   ProofOutcome outcome = ProofOutcome::Undecided;
   /// [m] A lower bound of the signed distance in all states of the box, whatever the outcome is.
   double lower_bound = -std::numeric_limits<double>::infinity();

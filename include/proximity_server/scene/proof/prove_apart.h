@@ -17,8 +17,8 @@ namespace proximity_server::scene {
 /// 3. The lower bound of the box is that of GuaranteedDistances with the half widths as the uncertainty of the
 ///    positions, minus what rounding can do to the kinematics.
 /// 4. The box with the smallest bound is halved, along the joint that moves the points of the two the most. (Weighing
-///    joints by the derivative of the distance left more pairs undecided.) It ends when all boxes have a bound above the
-///    contact distance.
+///    joints by the derivative of the distance left more pairs undecided.) It ends when all boxes have a bound above
+///    the contact distance.
 /// 5. With Goal::Shares a box is in contact everywhere if the upper bound at its centre plus the largest travel of all
 ///    points (FreeMotion::weights()) is.
 ///
@@ -38,8 +38,5 @@ namespace proximity_server::scene {
 std::vector<PairProof> proveApart(const std::shared_ptr<const SceneModel>& model,
                                   const std::vector<ShapeRefPair>& pairs, const JointBox& box,
                                   const ProofQuestion& question = {});
-
-/// The pairs that the filter and the rules of the objects leave; `objects` may be nullptr.
-std::vector<ShapeRefPair> checkedPairs(const SceneModel& model, const Objects* objects);
 
 }  // namespace proximity_server::scene

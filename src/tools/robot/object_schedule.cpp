@@ -1,7 +1,9 @@
-#include "tools/clearance/object_schedule.h"
+#include "tools/robot/object_schedule.h"
 
+#include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "tools/text/naming.h"
 
 #include <stdexcept>
@@ -98,6 +100,18 @@ void ObjectSchedule::makeGeometry(scene::ObjectEdit& edit) {
   edit.shapes.clear();
   for (const std::string& warning : scene::warningsOf(all_.back()))
     warnings_.push_back("object " + scene::quoted(edit.id) + ": " + warning);
+}
+
+std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const RobotFiles& robot,
+                                            const std::shared_ptr<const scene::SceneModel>& model) {
+  if (path.empty()) return nullptr;
+  scene::ObjectOptions how;
+  how.resolve = scene::packageResolver(scene::rosPackagePath());
+  if (robot.mesh_tolerance) how.meshes.tolerance = *robot.mesh_tolerance;
+  how.meshes.cache = scene::userMeshCache();
+  auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(path), how);
+  printWarnings(schedule->warnings(), robot.warnings);
+  return schedule;
 }
 
 }  // namespace proximity_server::tools

@@ -5,6 +5,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "tools/robot/robot_files.h"
 
 #include <cstddef>
 #include <memory>
@@ -57,5 +58,11 @@ class ObjectSchedule {
   std::vector<scene::Object> all_;
   std::vector<std::string> warnings_;
 };
+
+/// Reads the objects of a file, with the meshes as those of the robot, and prints their warnings. nullptr if the name
+/// of the file is "".
+/// Failure: throws std::invalid_argument as readObjectFile() and ObjectSchedule do.
+std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const RobotFiles& robot,
+                                            const std::shared_ptr<const scene::SceneModel>& model);
 
 }  // namespace proximity_server::tools

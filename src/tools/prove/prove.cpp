@@ -1,0 +1,207 @@
+// Which pairs of a robot's links and objects cannot come into contact, whatever its joints do within their intervals.
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/proof/prove_apart.h"
+#include "tools/program/options.h"
+#include "tools/program/progress.h"
+#include "tools/program/tool_main.h"
+#include "tools/prove/proof_report.h"
+#include "tools/robot/object_schedule.h"
+#include "tools/robot/robot_files.h"
+#include "tools/robot/robot_text.h"
+#include "tools/states/csv_states.h"
+#include "tools/text/naming.h"
+#include "tools/text/output_file.h"
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace proximity_server::tools {
+namespace {
+
+enum class ProofFormat : unsigned char { Text, Json };
+enum class ProofPairs : unsigned char { Checked, Disabled, All };
+
+struct ProveArguments {
+  RobotFiles robot;
+  std::string objects, box, about, refuting;
+  double radius = 0.0;
+  ProofPairs pairs = ProofPairs::Checked;
+  std::vector<std::string> only;
+  std::optional<double> time_budget;  ///< [s]
+  ProofFormat format = ProofFormat::Text;
+  scene::ProofQuestion question;
+};
+
+template <typename Value>
+auto oneOf(const std::vector<std::pair<std::string, Value>>& values) {
+  return [values](const std::string& text) {
+    std::string names;
+    for (const auto& [name, value] : values) {
+      if (name == text) return value;
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    throw std::invalid_argument("'" + text + "' is none of " + names);
+  };
+}
+
+void declareBox(ProgramOptions& program, ProveArguments& arguments) {
+  program.addText(
+      "--box", "FILE", arguments.box,
+      "intervals of joints: YAML with JOINT: [lower, upper] or JOINT: position; all others have their limits "
+      "(default: the limits of the URDF)");
+  program.addText("--about", "\"JOINT=POSITION ...\"", arguments.about,
+                  "all states that differ from this one by at most --radius in each joint, within the limits; the "
+                  "joints that are not named are at 0");
+  program
+      .addRead(
+          "--radius", "NUMBER", arguments.radius, [](const std::string& text) { return readLength(text, 0.0); },
+          "in radians or metres")
+      .needs = "--about";
+  program["--about"].needs = "--radius";
+  program.atMostOneOf({"--box", "--about"});
+}
+
+void declare(ProgramOptions& program, ProveArguments& arguments) {
+  scene::ProofQuestion& question = arguments.question;
+  question.most_boxes = 100000;
+  question.contact_distance = kContactDistance;
+  program.addText("robot", "FILE", arguments.robot.urdf, "the URDF").is_required = true;
+  program.addText("--srdf", "FILE", arguments.robot.srdf, "which pairs not to check");
+  program.addText("--objects", "FILE", arguments.objects,
+                  "what the robot holds and what stands around it: YAML, or a .scene of MoveIt");
+  declareBox(program, arguments);
+  addLength(
+      program, "--clearance", question.contact_distance, 0.0,
+      "how far apart the pairs have to stay (default: 1e-6: no contact, and faces that are flush are in contact)");
+  program.addRead(
+      "--pairs", "NAME", arguments.pairs,
+      oneOf<ProofPairs>(
+          {{"checked", ProofPairs::Checked}, {"disabled", ProofPairs::Disabled}, {"all", ProofPairs::All}}),
+      "checked: those that the node checks; disabled: those that the SRDF disables; all: every pair of links "
+      "with geometry that are not one body, and checked ones with objects (default: checked)");
+  program
+      .add("--only", "NAME", "only pairs with this link or object; if several are given, only pairs of these",
+           [&](const std::string& text) { arguments.only.push_back(text); })
+      .is_repeatable = true;
+  program.addFlag("--shares", question.goal, scene::ProofQuestion::Goal::Shares,
+                  "go on where contact was found, and tell in which share of the box the pairs are in contact");
+  addPositive(program, "--boxes", question.most_boxes, "most parts of the box that are examined for each pair");
+  program.addRead(
+      "--tightness", "NUMBER", question.tightness, [](const std::string& text) { return readLength(text, 0.0); },
+      "from 0 to below 1: improve each bound until it has come this share of the way to the smallest distance that was "
+      "found (default: 0: what is proven is enough)");
+  program.addRead("--time-budget", "SECONDS", arguments.time_budget, readPositive,
+                  "end after this time with what is proven then, which depends on the computer");
+  program.addRead("--format", "NAME", arguments.format,
+                  oneOf<ProofFormat>({{"text", ProofFormat::Text}, {"json", ProofFormat::Json}}),
+                  "text or json (default: text)");
+  program.addText("--refuting", "FILE", arguments.refuting,
+                  "write the states in which refuted pairs are in contact: CSV, for clearance --states");
+  addRobotOptions(program, arguments.robot);
+  addQuiet(program, arguments.robot.warnings);
+  addThreads(program, question.threads);
+  program.setFooter(
+      "Exit codes: 0: all pairs are proven to stay apart; 1: bad input, or memory, threads or disk did not\n"
+      "suffice; 2: a pair is refuted or undecided.");
+}
+
+scene::JointBox boxOf(const ProveArguments& arguments, const scene::RobotModel& robot) {
+  if (!arguments.about.empty())
+    return naming("--about", [&] {
+      const scene::Positions state = readState("--about", arguments.about, robot, arguments.robot.warnings);
+      return scene::boxAbout(robot, state, arguments.radius);
+    });
+  if (arguments.box.empty()) return scene::knownRanges(robot);
+  return scene::jointBoxFrom(readTextFile(arguments.box), arguments.box, robot, scene::knownRanges(robot));
+}
+
+std::shared_ptr<const scene::Objects> objectsOf(const ProveArguments& arguments,
+                                                const std::shared_ptr<const scene::SceneModel>& model) {
+  const std::shared_ptr<ObjectSchedule> schedule = loadObjects(arguments.objects, arguments.robot, model);
+  if (!schedule) return nullptr;
+  if (!schedule->leftOver().empty())
+    throw std::invalid_argument(arguments.objects + ": there are changes of objects, and a proof is about one set");
+  return schedule->now();
+}
+
+bool isWanted(scene::PairReason reason, ProofPairs pairs) {
+  switch (pairs) {
+    case ProofPairs::Checked:
+      return reason == scene::PairReason::Checked;
+    case ProofPairs::Disabled:
+      return reason == scene::PairReason::SrdfDisabled;
+    case ProofPairs::All:
+      break;
+  }
+  return reason != scene::PairReason::SameBody;
+}
+
+/// Throws std::invalid_argument for a name that is neither a link nor an object.
+void requireNames(const std::vector<std::string>& names, const scene::RobotModel& robot,
+                  const scene::Objects* objects) {
+  for (const std::string& name : names)
+    if (robot.findLink(name) < 0 && !(objects && objects->find(name) >= 0))
+      throw std::invalid_argument("--only: there is no link or object " +
+                                  scene::unknownName(name, scene::namesOf(robot.links)));
+}
+
+std::vector<scene::ShapeRefPair> pairsOf(const ProveArguments& arguments, const scene::SceneModel& model,
+                                         const scene::Objects* objects) {
+  requireNames(arguments.only, model.robot, objects);
+  std::vector<scene::ShapeRefPair> pairs;
+  const auto offer = [&](const scene::ShapeRef& a, const scene::ShapeRef& b) {
+    const auto isNamed = [&](const scene::ShapeRef& ref) {
+      return std::count(arguments.only.begin(), arguments.only.end(), nameOf(ref, model.robot, objects)) > 0;
+    };
+    const bool is_named = arguments.only.size() > 1 ? isNamed(a) && isNamed(b) : isNamed(a) || isNamed(b);
+    if (arguments.only.empty() || is_named) pairs.push_back({a, b});
+  };
+  for (const scene::LinkPair& pair : model.pairs.pairs)
+    if (isWanted(pair.reason, arguments.pairs)) offer(pair.link_a, pair.link_b);
+  if (objects && arguments.pairs != ProofPairs::Disabled) objects->forEachCheckedPair(offer);
+  return pairs;
+}
+
+ExitCode run(const ProveArguments& arguments) {
+  if (!arguments.refuting.empty()) requireWritable(arguments.refuting);
+  ProofReport report{loadSceneModel(arguments.robot), {}, arguments.question, {}};
+  printWarningsOf(*report.model, arguments.robot.warnings);
+  report.box = boxOf(arguments, report.model->robot);
+  report.question.objects = objectsOf(arguments, report.model);
+  const std::vector<scene::ShapeRefPair> pairs = pairsOf(arguments, *report.model, report.question.objects.get());
+  if (pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": there is no pair to prove apart");
+  if (arguments.time_budget) {
+    using Clock = std::chrono::steady_clock;
+    constexpr double kLongest = 1e8;  // [s] years
+    report.question.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
+                                                  std::min(*arguments.time_budget, kLongest)));
+  }
+  {
+    ProgressBar bar;
+    report.question.progress = [&](double settled) { bar.show("volume settled", settled); };
+    report.proofs = scene::proveApart(report.model, pairs, report.box, report.question);
+  }
+  const bool is_text = arguments.format == ProofFormat::Text;
+  writeTo(std::cout, "standard output", is_text ? proofText(report) : proofJson(report));
+  flushTo(std::cout, "standard output");
+  if (!arguments.refuting.empty()) writeFile(arguments.refuting, refutingStates(report));
+  return report.isProven() ? ExitCode::Done : ExitCode::AssertionFails;
+}
+
+}  // namespace
+}  // namespace proximity_server::tools
+
+int main(int argc, char** argv) {
+  proximity_server::tools::ProgramOptions program(
+      "prove", "Which pairs of links and objects stay apart in all states of a box of joint positions, with proof");
+  proximity_server::tools::ProveArguments arguments;
+  proximity_server::tools::declare(program, arguments);
+  return proximity_server::tools::runTool(program, argc, argv, [&] { return proximity_server::tools::run(arguments); });
+}
