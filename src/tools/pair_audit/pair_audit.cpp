@@ -59,7 +59,10 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
 PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options) {
   ProgressBar bar;
   return studyPairs(model, options, [&](StudyStage stage, double done) {
-    bar.show(stage == StudyStage::Sampling ? "random states" : "searches and proofs", done);
+    bar.show(stage == StudyStage::Sampling    ? "random states"
+             : stage == StudyStage::Searching ? "searches"
+                                              : "proofs",
+             done);
   });
 }
 

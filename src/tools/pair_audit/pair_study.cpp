@@ -1,6 +1,7 @@
 #include "tools/pair_audit/pair_study.h"
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/proof/prove_apart.h"
 #include "system/pipeline.h"
 
 #include <algorithm>
@@ -144,36 +145,20 @@ class DistanceSearch {
   double best_;
 };
 
-/// Tries to prove that a pair without contact never has any, or, if it was never near, that it never is.
-void prove(scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence) {
-  const SeparationProof proof =
-      proveSeparation(scene, ranges, evidence.pair, evidence.within ? kContactDistance : evidence.near);
-  if (proof.lower_bound > kContactDistance) evidence.proven = proof.lower_bound;
-  if (!proof.near) return;
-  scene.update(scene::forwardKinematics(scene.model().robot, *proof.near));
-  add(scene.proximity(evidence.pair).result, *proof.near, evidence);
-}
-
-/// Searches for the kinds of states that were not seen, and tries a proof if no contact is found.
-void refine(scene::Scene& scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence& evidence) {
+/// Searches for the kinds of states that were not seen.
+PairEvidence searched(scene::Scene scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence evidence) {
   using Goal = DistanceSearch::Goal;
   const std::vector<scene::JointRange> ranges =
       scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link(), evidence.pair.b.link());
   const bool always_near = evidence.largest <= evidence.measured;
   if (!evidence.contact) DistanceSearch(Goal::Contact, scene, ranges, evidence).run();
   if (always_near) DistanceSearch(Goal::Distance, scene, ranges, evidence).run();
-  if (!evidence.contact && evidence.has_known_ranges) prove(scene, ranges, evidence);
+  return evidence;
 }
 
 double depthAt(scene::Scene& scene, const scene::Positions& positions, const scene::ShapeRefPair& pair) {
   scene.update(scene::forwardKinematics(scene.model().robot, positions));
   return std::max(0.0, -scene.proximity(pair).result.distance);
-}
-
-PairEvidence refined(scene::Scene scene, const std::vector<scene::JointRange>& ranges, PairEvidence evidence) {
-  refine(scene, ranges, evidence);
-  if (evidence.contact) evidence.contact_depth = depthAt(scene, *evidence.contact, evidence.pair);
-  return evidence;
 }
 
 PairEvidence noEvidence(const scene::RobotModel& robot, const scene::LinkPair& pair, const StudyOptions& options) {
@@ -196,7 +181,11 @@ class Studying {
  public:
   Studying(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
            const StudyProgress& progress)
-      : options_(options), progress_(progress), scene_(model), ranges_(scene::jointRanges(model->robot)) {
+      : model_(model),
+        options_(options),
+        progress_(progress),
+        scene_(model),
+        ranges_(scene::jointRanges(model->robot)) {
     study_.near = std::max(options.distance, kContactDistance);
     for (const scene::LinkPair& pair : model->pairs.pairs) {
       if (pair.reason != scene::PairReason::SameBody) study_.pairs.push_back(noEvidence(model->robot, pair, options));
@@ -214,23 +203,36 @@ class Studying {
     }
   }
 
-  void refine() {
-    std::vector<PairEvidence> refined_pairs;
+  void search() {
+    std::vector<PairEvidence> found;
     auto next = study_.pairs.begin();
     const auto read = [&](PairEvidence& evidence) {
       if (next == study_.pairs.end()) return false;
       evidence = *next++;
       return true;
     };
-    const auto refineOne = [&](PairEvidence& evidence, int) {
-      evidence = refined(scene_.forAnotherThread(), ranges_, evidence);
+    const auto searchOne = [&](PairEvidence& evidence, int) {
+      evidence = searched(scene_.forAnotherThread(), ranges_, evidence);
     };
     const auto keep = [&](const PairEvidence& evidence) {
-      refined_pairs.push_back(evidence);
-      tell(StudyStage::Searching, static_cast<long>(refined_pairs.size()), static_cast<long>(study_.pairs.size()));
+      found.push_back(evidence);
+      tell(StudyStage::Searching, static_cast<long>(found.size()), static_cast<long>(study_.pairs.size()));
     };
-    system::runPipeline<PairEvidence>({read, refineOne, keep}, {options_.threads});
-    study_.pairs = std::move(refined_pairs);
+    system::runPipeline<PairEvidence>({read, searchOne, keep}, {options_.threads});
+    study_.pairs = std::move(found);
+  }
+
+  /// Tries to prove that pairs which were never near never are, and that those without contact never have any.
+  void prove() {
+    const auto isNeverNear = [](const PairEvidence& evidence) { return !evidence.within && !evidence.are_neighbours; };
+    proveBeyond(study_.near, [&](const PairEvidence& evidence) { return isNeverNear(evidence); });
+    proveBeyond(kContactDistance, [&](const PairEvidence& evidence) { return !isNeverNear(evidence); });
+  }
+
+  void measureDepths() {
+    scene::Scene scene = scene_.forAnotherThread();
+    for (PairEvidence& evidence : study_.pairs)
+      if (evidence.contact) evidence.contact_depth = depthAt(scene, *evidence.contact, evidence.pair);
   }
 
   const PairStudy& study() const { return study_; }
@@ -247,6 +249,31 @@ class Studying {
   int kindsSeenOfAll() const {
     return std::accumulate(study_.pairs.begin(), study_.pairs.end(), 0,
                            [](int sum, const PairEvidence& evidence) { return sum + kindsSeen(evidence); });
+  }
+
+  /// Tries to prove that pairs without contact are farther apart than a distance [m]. States that refute it count as seen.
+  template <typename IsWanted>
+  void proveBeyond(double distance, const IsWanted& isWanted) {
+    std::vector<scene::ShapeRefPair> pairs;
+    std::vector<PairEvidence*> evidence;
+    for (PairEvidence& each : study_.pairs) {
+      if (each.contact || !each.has_known_ranges || !isWanted(each)) continue;
+      pairs.push_back(each.pair);
+      evidence.push_back(&each);
+    }
+    scene::ProofQuestion question;
+    question.contact_distance = distance;
+    question.tightness = 0.5;
+    question.threads = options_.threads;
+    question.progress = [&](double done) { tell(StudyStage::Proving, done); };
+    const std::vector<scene::PairProof> proofs = scene::proveApart(model_, pairs, ranges_, question);
+    scene::Scene scene = scene_.forAnotherThread();
+    for (std::size_t i = 0; i < proofs.size(); ++i) {
+      if (proofs[i].lower_bound > kContactDistance) evidence[i]->proven = proofs[i].lower_bound;
+      if (proofs[i].outcome != scene::ProofOutcome::Refuted) continue;
+      scene.update(scene::forwardKinematics(model_->robot, proofs[i].closest));
+      add(scene.proximity(pairs[i]).result, proofs[i].closest, *evidence[i]);
+    }
   }
 
   /// Returns the evidence of these pairs without what was seen of them.
@@ -287,10 +314,14 @@ class Studying {
     return kindsSeenOfAll() > kinds_before;
   }
 
+  void tell(StudyStage stage, double done) const {
+    if (progress_) progress_(stage, done);
+  }
   void tell(StudyStage stage, long done, long all) const {
-    if (progress_) progress_(stage, static_cast<double>(done) / static_cast<double>(all));
+    tell(stage, static_cast<double>(done) / static_cast<double>(all));
   }
 
+  const std::shared_ptr<const scene::SceneModel> model_;
   const StudyOptions options_;
   const StudyProgress& progress_;
   const scene::Scene scene_;  ///< each thread has another scene made from it
@@ -314,7 +345,9 @@ PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, cons
                      const StudyProgress& progress) {
   Studying studying(model, options, progress);
   studying.sample();
-  studying.refine();
+  studying.search();
+  studying.prove();
+  studying.measureDepths();
   return studying.study();
 }
 

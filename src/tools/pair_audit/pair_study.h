@@ -3,7 +3,7 @@
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "tools/pair_audit/separation_proof.h"
+#include "tools/robot/robot_text.h"
 
 #include <functional>
 #include <limits>
@@ -70,7 +70,7 @@ struct PairStudy {
 };
 
 /// Reports the progress of a study, in the thread of the caller.
-enum class StudyStage : unsigned char { Sampling, Searching };
+enum class StudyStage : unsigned char { Sampling, Searching, Proving };
 using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: from 0 to 1
 
 /// Classifies the pairs of links by whether they are near always, never, or in some states.
@@ -82,7 +82,7 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 /// 2. Search for states that sampling missed: a coordinate descent of the distance from the closest state of a pair
 ///    that was never in contact, and an ascent from the farthest state of a pair that was never beyond `measured`.
 /// 3. Try to prove that a pair which was never near never is, and one that was never in contact never is, see
-///    proveSeparation().
+///    scene::proveApart(). A state that refutes it counts as one that was seen.
 ///
 /// States are drawn in blocks of one size, each from a seed of its own, and pairs are settled only between rounds of
 /// blocks. So the result is the same for any number of threads.
