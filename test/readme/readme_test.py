@@ -67,7 +67,7 @@ NEEDS = {"ur5.md": EXAMPLE_ROBOTS}
 SLURM_TASK = re.compile(r"^sbatch --array=1-8 ")
 
 # Options with which a command ends with an exit code of its own; then the README shows standard error too.
-EXIT_CODES = {"--assert-above": 2, "--second-opinion": 3}
+EXIT_CODES = {"--assert-above": 2, "--refuting": 2, "--second-opinion": 3}
 
 # What this test writes beside the examples.
 OWN_FILES = {"environment", "gate.py", "installed", "installed_narrowphase", "installed_without_ros", "narrowphase", "project",

@@ -63,8 +63,9 @@ class Text {
     text_ += "Robot " + scene::quoted(robot_.name) + ": " + std::to_string(report_.proofs.size()) +
              " pairs, in contact up to " + metres(report_.question.contact_distance) + ".\n";
     for (const scene::JointRange& interval : report_.box)
-      text_ += "  " + robot_.joints[interval.joint].name + " from " + shortest(interval.lower) + " to " +
-               shortest(interval.upper) + "\n";
+      if (matters(interval.joint))
+        text_ += "  " + robot_.joints[interval.joint].name + " from " + shortest(interval.lower) + " to " +
+                 shortest(interval.upper) + "\n";
     const Deviations deviations = deviationsOf(robot_);
     if (deviations.meshes == 0) {
       text_ += "The model is the geometry of the URDF.\n";
@@ -76,6 +77,12 @@ class Text {
     const auto padded = std::count_if(report_.model->pairs.pairs.begin(), report_.model->pairs.pairs.end(),
                                       [](const scene::LinkPair& pair) { return pair.padding != 0.0; });
     if (padded > 0) text_ += std::to_string(padded) + " pairs have a padding, which is subtracted.\n";
+  }
+
+  /// True if the joint moves a pair.
+  bool matters(int joint) const {
+    return std::any_of(report_.proofs.begin(), report_.proofs.end(),
+                       [&](const PairProof& proof) { return scene::intervalOf(proof.box, joint) != nullptr; });
   }
 
   void addList(ProofOutcome outcome) {
