@@ -47,16 +47,18 @@ JointBox knownRanges(const RobotModel& robot) {
   return box;
 }
 
-JointBox boxAbout(const RobotModel& robot, const Positions& state, double radius) {
-  if (state.size() != robot.joints.size())
+JointBox boxAbout(const RobotModel& robot, const Positions& state, const std::vector<double>& radii) {
+  if (state.size() != robot.joints.size() || radii.size() != robot.joints.size())
     throw std::invalid_argument("the robot has " + std::to_string(robot.joints.size()) +
-                                " movable joints, but there are " + std::to_string(state.size()) + " positions");
-  if (!(radius >= 0.0) || !std::isfinite(radius))
-    throw std::invalid_argument("the radius is " + shortest(radius) + ", but must be finite and not negative");
+                                " movable joints, but there are " + std::to_string(state.size()) + " positions and " +
+                                std::to_string(radii.size()) + " radii");
   JointBox about;
   for (const JointRange& range : jointRanges(robot)) {
     const Joint& joint = robot.joints[range.joint];
-    const double position = state[range.joint];
+    const double position = state[range.joint], radius = radii[range.joint];
+    if (!(radius >= 0.0) || !std::isfinite(radius))
+      throw std::invalid_argument("joint " + quoted(joint.name) + ": its radius is " + shortest(radius) +
+                                  ", but must be finite and not negative");
     const JointRange cut{range.joint, std::max(joint.lower, position - radius),
                          std::min(joint.upper, position + radius)};
     if (!std::isfinite(position) || cut.lower > cut.upper)

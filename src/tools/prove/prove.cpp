@@ -116,7 +116,7 @@ scene::JointBox boxOf(const ProveArguments& arguments, const scene::RobotModel& 
   if (!arguments.about.empty())
     return naming("--about", [&] {
       const scene::Positions state = readState("--about", arguments.about, robot, arguments.robot.warnings);
-      return scene::boxAbout(robot, state, arguments.radius);
+      return scene::boxAbout(robot, state, std::vector<double>(robot.joints.size(), arguments.radius));
     });
   if (arguments.box.empty()) return scene::knownRanges(robot);
   return scene::jointBoxFrom(readTextFile(arguments.box), arguments.box, robot, scene::knownRanges(robot));

@@ -52,7 +52,8 @@ TEST(JointBox, WrongFilesAreRefusedByName) {
 
 TEST(JointBox, TheBoxAboutAStateIsCutAtTheLimits) {
   const RobotModel robot = robotOf(kRobot);
-  const JointBox box = boxAbout(robot, byJoint(robot, {{"turn", 1.5}, {"roll", 3.0}}), 0.75);
+  const JointBox box =
+      boxAbout(robot, byJoint(robot, {{"turn", 1.5}, {"roll", 3.0}}), byJoint(robot, {{"turn", 0.75}, {"roll", 0.75}}));
   EXPECT_EQ(box[0].lower, 0.75);
   EXPECT_EQ(box[0].upper, 2.0);
   EXPECT_EQ(box[1].lower, 2.25);
@@ -73,10 +74,11 @@ TEST(JointBox, JointsWithoutAKnownRangeHaveNoInterval) {
 
 TEST(JointBox, StatesBeyondTheLimitsHaveNoBox) {
   const RobotModel robot = robotOf(kRobot);
-  EXPECT_THROW(boxAbout(robot, byJoint(robot, {{"turn", 2.5}}), 0.4), std::invalid_argument);
-  EXPECT_THROW(boxAbout(robot, byJoint(robot, {{"turn", NAN}}), 0.4), std::invalid_argument);
-  EXPECT_THROW(boxAbout(robot, byJoint(robot, {}), -0.4), std::invalid_argument);
-  EXPECT_THROW(boxAbout(robot, {0.0}, 0.4), std::invalid_argument);
+  const std::vector<double> radii(4, 0.4);
+  EXPECT_THROW(boxAbout(robot, byJoint(robot, {{"turn", 2.5}}), radii), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, byJoint(robot, {{"turn", NAN}}), radii), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, byJoint(robot, {}), byJoint(robot, {{"turn", -0.4}})), std::invalid_argument);
+  EXPECT_THROW(boxAbout(robot, {0.0}, radii), std::invalid_argument);
 }
 
 }  // namespace proximity_server::scene::joint_box_test

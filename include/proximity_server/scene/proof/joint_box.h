@@ -19,11 +19,12 @@ const JointRange* intervalOf(const JointBox& box, int joint);
 /// those that a joint follows whose range is not known, see hasKnownRange().
 JointBox knownRanges(const RobotModel& robot);
 
-/// The positions within the limits that differ from `state` [rad] or [m] by at most `radius` [rad] or [m] in each
-/// joint. Joints without limits are not cut, and a continuous joint may go beyond a turn.
-/// Throws std::invalid_argument, naming the joint, if there are none, for a state of the wrong size or that is not
-/// finite, and for a radius that is negative or not finite.
-JointBox boxAbout(const RobotModel& robot, const Positions& state, double radius);
+/// The positions within the limits that differ from `state` [rad] or [m] by at most `radii` [rad] or [m], both with one
+/// entry for each of RobotModel::joints; those of mimic joints are ignored. Joints without limits are not cut, and a
+/// continuous joint may go beyond a turn.
+/// Throws std::invalid_argument, naming the joint, if there are none, for a state that is not finite, for radii that
+/// are negative or not finite, and for a wrong size of either.
+JointBox boxAbout(const RobotModel& robot, const Positions& state, const std::vector<double>& radii);
 
 /// Reads YAML with an interval, or one position, for each joint that it names; all others have those of `box`:
 ///
