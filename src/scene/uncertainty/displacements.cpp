@@ -202,6 +202,28 @@ Displacements::Lowest Displacements::lowest(const Piece& piece, const Vector3d& 
   return {lowest.present + offset, lowest.displaced + offset, lowest.loss, origin + rotation * lowest.point};
 }
 
+Vector3d Displacements::lowestStep(const Vector3d& point, const Vector3d& n) {
+  Vector3d step = Vector3d::Zero();
+  const auto velocityAt = [&](const Placed& own) -> Vector3d {
+    if (own.kind == Displacement::Kind::Slide) return own.multiplier * own.axis;
+    return own.multiplier * own.axis.cross(point - own.origin);
+  };
+  std::fill(speed_.begin(), speed_.end(), 0.0);
+  for (const Placed& own : list_)
+    if (own.group >= 0) speed_[own.group] += n.dot(velocityAt(own));
+  for (const Placed& own : list_) {
+    if (own.group >= 0) {
+      step -= std::copysign(own.width / std::abs(own.multiplier), speed_[own.group]) * velocityAt(own);
+    } else if (own.kind == Displacement::Kind::Tilt) {
+      const Vector3d lever = point - own.origin, axis = lever.cross(n);
+      step -= own.width / std::max(axis.norm(), narrowphase::support::kShortest) * axis.cross(lever);
+    } else {
+      step -= own.width * n;
+    }
+  }
+  return step;
+}
+
 double Displacements::displacedHeight(const Vector3d& point, const Vector3d& n, const Vector3d& from) {
   const Vector3d n_body = body_.linear().transpose() * n;
   findChanges(body_.linear(), Vector3d::Zero(), n_body);

@@ -53,7 +53,8 @@ struct Displacement {
 /// 6. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.
 class Displacements {
  public:
-  explicit Displacements(int groups) : sum_of_group_(static_cast<std::size_t>(groups), -1) {}
+  explicit Displacements(int groups)
+      : speed_(static_cast<std::size_t>(groups)), sum_of_group_(static_cast<std::size_t>(groups), -1) {}
 
   /// Takes the geometry that is displaced, and the pose of its body.
   void begin(const Bounds& bounds, const Eigen::Isometry3d& body);
@@ -76,6 +77,9 @@ class Displacements {
   /// The lowest coordinate of a piece along the unit vector n. It is one of the pieces of the geometry, and the
   /// coordinates are relative to `from`.
   Lowest lowest(const Piece& piece, const Eigen::Vector3d& n, const Eigen::Vector3d& from);
+
+  /// To first order, how a point of the geometry moves where it comes down along the unit vector n as far as it can.
+  Eigen::Vector3d lowestStep(const Eigen::Vector3d& point, const Eigen::Vector3d& n);
 
   /// [m] A lower bound, up to the remainder, of the coordinate of a point of the geometry over all displacements. The
   /// point is in the frame of the body, and the coordinate is relative to `from`.
@@ -110,6 +114,7 @@ class Displacements {
   double travel_ = 0.0, rounding_ = 0.0, angles_ = 0.0;  ///< sums over the list
   double shift_ = 0.0;
   std::vector<Change> changes_;
+  std::vector<double> speed_;      ///< working memory of lowestStep()
   std::vector<int> sum_of_group_;  ///< the place of a group in changes_; -1 outside of findChanges()
 };
 

@@ -24,6 +24,7 @@ using narrowphase::SignedDistance;
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kTiny = std::numeric_limits<double>::min();
 
 RelativePose relative(const Isometry3d& a, const Isometry3d& b) {
   RelativePose a_T_b;
@@ -55,6 +56,19 @@ struct TwoLargest {
   }
   double sum() const { return largest + second; }
 };
+
+/// The point of the convex hull of some points that is the nearest to the origin, more or less: each step goes along the
+/// segment to one of the points (Gilbert, An Iterative Procedure for Computing the Minimum of a Quadratic Form on a
+/// Convex Set, 1966).
+Vector3d nearestToOrigin(const Vector3d* points, int count) {
+  constexpr int kRounds = 8;
+  Vector3d nearest = points[count - 1];
+  for (int i = 0; i < kRounds * (count - 1); ++i) {
+    const Vector3d way = points[i % count] - nearest;
+    nearest += std::clamp(-nearest.dot(way) / std::max(way.squaredNorm(), kTiny), 0.0, 1.0) * way;
+  }
+  return nearest;
+}
 
 template <class Visit>
 void forEachLeaf(const Part& part, int volume, const Visit& visit) {
@@ -306,16 +320,48 @@ PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& norm
   return {of_a.present + of_b.present - padding_,
           of_a.displaced + of_b.displaced - remainder - surfaces(),
           of_a.loss + of_b.loss,
+          frame,
           {leaves, normal, from + of_a.point, from + of_b.point}};
 }
 
-/// Tries the other frames, unless they cannot help: the closest points lose about as much in each of them.
-void PairBounds::improve(Along& best) {
+/// Tries the other frames, unless they cannot help: the closest points lose about as much in each of them. Then it turns
+/// the normal, see turn().
+void PairBounds::improve(Along& best, double enough) {
   constexpr double kMuchMore = 1.05;
-  if (b_.part.isUnbounded() || best.present - swelling_ - best.bound <= kMuchMore * best.loss) return;
-  for (const int frame : {kOfA, kOfB}) {
-    const Along other = along(best.where.leaves, best.where.normal, frame);
-    if (other.bound > best.bound) best = other;
+  if (b_.part.isUnbounded()) return;
+  if (best.present - swelling_ - best.bound > kMuchMore * best.loss) {
+    for (const int frame : {kOfA, kOfB}) {
+      const Along other = along(best.where.leaves, best.where.normal, frame);
+      if (other.bound > best.bound) best = other;
+    }
+  }
+  turn(best, enough);
+}
+
+/// Turns the normal so that the bound becomes larger. To first order the bound is the support height of a convex set,
+/// all differences of displaced points of the cores, and the best normal points to the point of this set that is the
+/// nearest to the origin. As in GJK, that of the support points so far gives the next normal.
+void PairBounds::turn(Along& best, double enough) {
+  constexpr int kMostSteps = 6;
+  constexpr double kMuch = 0.05;    // of the loss
+  constexpr double kLittle = 3e-4;  // [m] not worth the steps
+  const LeafPair leaves = best.where.leaves;
+  const double margins =
+      padding_ + Leaf(a_.part, leaves.a).piece.shape.margin() + Leaf(b_.part, leaves.b).piece.shape.margin();
+  std::array<Vector3d, kMostSteps + 1> points{(best.present + margins) * best.where.normal};
+  Along last = best;
+  double lowest = 0.0;
+  for (int i = 0; i < kMostSteps && best.bound < enough && best.present + margins > 0.0; ++i) {
+    Chains& chains = chains_[last.frame];
+    const Deciding& where = last.where;
+    points[i + 1] = where.point_b + chains.of_b.lowestStep(where.point_b, where.normal) - where.point_a -
+                    chains.of_a.lowestStep(where.point_a, -where.normal);
+    lowest = std::max(lowest, where.normal.dot(points[i + 1]));
+    const Vector3d nearest = nearestToOrigin(points.data(), i + 2);
+    const double length = nearest.norm();
+    if (!(length - lowest > std::max(kLittle, kMuch * (best.present - best.bound)))) return;
+    last = along(leaves, nearest / length, last.frame);
+    if (last.bound > best.bound) best = last;
   }
 }
 
@@ -435,19 +481,20 @@ double PairBounds::ofInteriors(const Known& known) {
 
 /// Lowers the bound of all pieces to that of two of them.
 void PairBounds::boundPieces(const LeafPair& leaves, const Known& known, double& lowest) {
-  Along best{-kInfinity, -kInfinity, 0.0, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
+  Along best{-kInfinity, -kInfinity, 0.0, frame_, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
   if (known.hasNormal()) best = along(leaves, known.normal, frame_);
   if (best.bound >= lowest) return;
-  if (known.hasNormal()) improve(best);
+  const double present = best.present;
+  if (known.hasNormal()) improve(best, lowest);
   if (best.bound >= lowest) return;
   // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
   constexpr double kAsClose = 1e-9;
-  if (best.present < known.lower_bound - kAsClose) {
+  if (present < known.lower_bound - kAsClose) {
     const SignedDistance own = measured(leaves, a_T_b_, lowest + loss_);
     if (own.lower_bound - loss_ >= lowest) return;
     if (own.normal.allFinite()) {
       Along along_own = along(leaves, a_.pose.linear() * own.normal, frame_);
-      improve(along_own);
+      improve(along_own, lowest);
       if (along_own.bound > best.bound) best = along_own;
     }
     best.bound = std::max(best.bound, own.lower_bound - loss_);

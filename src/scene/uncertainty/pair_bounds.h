@@ -63,6 +63,7 @@ class PairBounds {
   struct Along {
     double present, bound;
     double loss;  ///< [m] to first order, of the points that are the closest now
+    int frame;
     Deciding where;
   };
 
@@ -79,7 +80,8 @@ class PairBounds {
   bool hasInterior() const { return a_.part.whole().has_interior || b_.part.whole().has_interior; }
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
-  void improve(Along& best);
+  void improve(Along& best, double enough);
+  void turn(Along& best, double enough);
   void place(int frame);
   Known knownOf(const narrowphase::SignedDistance& result);
   static double gapAlong(const Volume& a, const Volume& b, const Known& known);

@@ -43,7 +43,10 @@ struct ListedPairs {
 /// 2. The direction in which the two are apart now bounds the distance also in other states: see Displacements, to first
 ///    order with a bounded remainder. So displacements count only as far as they bring the two closer, and each pair of
 ///    pieces has its own direction.
-/// 3. The result is the better one of the two, for the pair of pieces for which it is the smallest.
+/// 3. Where that loses much more than the closest points do, other frames and other directions are tried: those that
+///    separate the displaced points best.
+/// 4. The result is the better one of the two, for the pair of pieces for which it is the smallest. Depths in interiors
+///    of meshes change by no more than the way of all points, either, and are bounded along the direction like pieces.
 ///
 /// It takes the same poses and objects as the Scene that gave the answers. Without uncertainty, guaranteed distances are
 /// the lower bounds of the scene, with the same bits.
