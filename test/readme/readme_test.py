@@ -518,7 +518,7 @@ BLOCKS = (
     ("roslaunch ", Document.node),
     ("rosrun dynamic_reconfigure ", Document.commands),
     ("export PATH=", Document.commands),
-    ("export UR5=", Document.commands),
+    (("export UR5=", "export DEMO="), Document.commands),
     ("sed -i ", Document.commands),
     (("# ur5_proximity/", "<!-- ur5_proximity/", "# mine/", "// mine/"), Document.file),
     ("echo : > hosts.txt", Document.engines),
