@@ -55,6 +55,7 @@ class Text {
     addSubject();
     for (const ProofOutcome outcome : kOutcomes) addList(outcome);
     addVerdict();
+    if (report_.reach) addReach();
     return text_;
   }
 
@@ -89,13 +90,16 @@ class Text {
     text_ += std::string("\n") + toString(outcome) + " (" + std::to_string(report_.count(outcome)) + ")\n";
     for (const PairProof& proof : report_.proofs) {
       if (proof.outcome != outcome) continue;
-      text_ += "  " + nameOf(proof.pair.a) + " - " + nameOf(proof.pair.b) + ": " + evidenceOf(proof) + sharesOf(proof) +
-               "\n";
+      text_ += "  " + lineOf(proof) + "\n";
     }
   }
 
   std::string nameOf(const scene::ShapeRef& ref) const {
     return scene::nameOf(ref, robot_, report_.question.objects.get());
+  }
+
+  std::string lineOf(const PairProof& proof) const {
+    return nameOf(proof.pair.a) + " - " + nameOf(proof.pair.b) + ": " + evidenceOf(proof) + sharesOf(proof);
   }
 
   std::string evidenceOf(const PairProof& proof) const {
@@ -139,6 +143,13 @@ class Text {
     if (report_.isProven()) text_ += "proven: no pair comes into contact in the box\n";
     if (refuted > 0) text_ += "refuted: " + std::to_string(refuted) + of + " come into contact\n";
     if (undecided > 0) text_ += "undecided: " + std::to_string(undecided) + of + "; more: --boxes, --time-budget\n";
+  }
+
+  void addReach() {
+    text_ += "The box reaches " + digits("%.4g", *report_.reach) + " rad or m from the state.";
+    for (const PairProof& proof : report_.beyond)
+      text_ += std::string("\n  beyond, ") + toString(proof.outcome) + ": " + lineOf(proof);
+    text_ += "\n";
   }
 
   const ProofReport& report_;
@@ -192,6 +203,11 @@ std::string proofJson(const ProofReport& report) {
   for (const ProofOutcome outcome : kOutcomes) json[toString(outcome)] = report.count(outcome);
   json["pairs"] = Json::array();
   for (const PairProof& proof : report.proofs) json["pairs"].push_back(pairOf(proof, report));
+  if (report.reach) {
+    json["reach"] = *report.reach;
+    json["beyond"] = Json::array();
+    for (const PairProof& proof : report.beyond) json["beyond"].push_back(pairOf(proof, report));
+  }
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

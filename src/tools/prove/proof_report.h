@@ -2,6 +2,8 @@
 
 #include "proximity_server/scene/proof/prove_apart.h"
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +15,10 @@ struct ProofReport {
   scene::JointBox box;
   scene::ProofQuestion question;
   std::vector<scene::PairProof> proofs;
+  /// [rad] or [m] How far the box reaches from a state, if the largest one was asked for; and the pairs that were not
+  /// proven in a box that is 1 % larger.
+  std::optional<double> reach{};
+  std::vector<scene::PairProof> beyond{};
 
   int count(scene::ProofOutcome outcome) const;
   bool isProven() const { return count(scene::ProofOutcome::Proven) == static_cast<int>(proofs.size()); }

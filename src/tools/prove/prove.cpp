@@ -1,5 +1,6 @@
 // Which pairs of a robot's links and objects cannot come into contact, whatever its joints do within their intervals.
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/proof/free_box.h"
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
@@ -26,12 +27,14 @@ namespace proximity_server::tools {
 namespace {
 
 enum class ProofFormat : unsigned char { Text, Json };
+enum class BoxSize : unsigned char { Given, Largest };
 enum class ProofPairs : unsigned char { Checked, Disabled, All };
 
 struct ProveArguments {
   RobotFiles robot;
   std::string objects, box, about, refuting;
   double radius = 0.0;
+  BoxSize size = BoxSize::Given;
   ProofPairs pairs = ProofPairs::Checked;
   std::vector<std::string> only;
   std::optional<double> time_budget;  ///< [s]
@@ -65,6 +68,10 @@ void declareBox(ProgramOptions& program, ProveArguments& arguments) {
           "in radians or metres")
       .needs = "--about";
   program["--about"].needs = "--radius";
+  program
+      .addFlag("--largest", arguments.size, BoxSize::Largest,
+               "the largest box about the state, within --radius and to 1 %, in which all pairs are proven apart")
+      .needs = "--about";
   program.atMostOneOf({"--box", "--about"});
 }
 
@@ -92,6 +99,7 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
       .is_repeatable = true;
   program.addFlag("--shares", question.goal, scene::ProofQuestion::Goal::Shares,
                   "go on where contact was found, and tell in which share of the box the pairs are in contact");
+  program.atMostOneOf({"--largest", "--shares"});
   addPositive(program, "--boxes", question.most_boxes, "most parts of the box that are examined for each pair");
   program.addRead(
       "--tightness", "NUMBER", question.tightness, [](const std::string& text) { return readLength(text, 0.0); },
@@ -112,12 +120,18 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
       "suffice; 2: a pair is refuted or undecided.");
 }
 
+std::vector<double> radiiOf(const ProveArguments& arguments, const scene::RobotModel& robot) {
+  return std::vector<double>(robot.joints.size(), arguments.radius);
+}
+
+scene::Positions stateOf(const ProveArguments& arguments, const scene::RobotModel& robot) {
+  return readState("--about", arguments.about, robot, arguments.robot.warnings);
+}
+
 scene::JointBox boxOf(const ProveArguments& arguments, const scene::RobotModel& robot) {
   if (!arguments.about.empty())
-    return naming("--about", [&] {
-      const scene::Positions state = readState("--about", arguments.about, robot, arguments.robot.warnings);
-      return scene::boxAbout(robot, state, std::vector<double>(robot.joints.size(), arguments.radius));
-    });
+    return naming("--about",
+                  [&] { return scene::boxAbout(robot, stateOf(arguments, robot), radiiOf(arguments, robot)); });
   if (arguments.box.empty()) return scene::knownRanges(robot);
   return scene::jointBoxFrom(readTextFile(arguments.box), arguments.box, robot, scene::knownRanges(robot));
 }
@@ -169,6 +183,22 @@ std::vector<scene::ShapeRefPair> pairsOf(const ProveArguments& arguments, const 
   return pairs;
 }
 
+/// Takes the largest free box in place of the given one.
+void shrinkToFree(const ProveArguments& arguments, const std::vector<scene::ShapeRefPair>& pairs, ProofReport& report) {
+  scene::FreeBoxQuestion question;
+  question.proof = report.question;
+  ProveArguments quiet = arguments;  // the warnings about the state were printed before
+  quiet.robot.warnings = Warnings::Hidden;
+  const scene::RobotModel& robot = report.model->robot;
+  const scene::Positions state = stateOf(quiet, robot);
+  scene::FreeBox free = scene::freeBox(report.model, pairs, state, radiiOf(arguments, robot), question);
+  report.box =
+      free.scale < 0.0 ? scene::boxAbout(robot, state, std::vector<double>(robot.joints.size(), 0.0)) : free.box;
+  report.reach = std::max(0.0, free.scale) * arguments.radius;
+  report.beyond = std::move(free.obstacles);
+  report.question.deadline = std::chrono::steady_clock::time_point::max();
+}
+
 ExitCode run(const ProveArguments& arguments) {
   if (!arguments.refuting.empty()) requireWritable(arguments.refuting);
   ProofReport report{loadSceneModel(arguments.robot), {}, arguments.question, {}};
@@ -186,6 +216,7 @@ ExitCode run(const ProveArguments& arguments) {
   {
     ProgressBar bar;
     report.question.progress = [&](double settled) { bar.show("volume settled", settled); };
+    if (arguments.size == BoxSize::Largest) shrinkToFree(arguments, pairs, report);
     report.proofs = scene::proveApart(report.model, pairs, report.box, report.question);
   }
   const bool is_text = arguments.format == ProofFormat::Text;

@@ -80,6 +80,20 @@ TEST_F(Prove, AboutAStateTheBoxHasItsRadius) {
   EXPECT_EQ(answer["box"]["slide"], Json({-1.0, 0.25}));
 }
 
+TEST_F(Prove, TheLargestBoxEndsBeforeContact) {
+  const std::string arguments = "--pairs all --about slide=0 --radius 1.5 --largest";
+  const CommandResult result = run(arguments);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(says(result.output, "\nThe box reaches 0.99")) << result.output;
+  EXPECT_TRUE(says(result.output, " rad or m from the state.\n  beyond, refuted: base - sled, left: "))
+      << result.output;
+  const Json answer = json(arguments);
+  EXPECT_LT(answer["reach"], 1.0);
+  EXPECT_EQ(answer["box"]["slide"][1], answer["reach"]);
+  EXPECT_EQ(answer["beyond"].size(), 1U);
+  EXPECT_EQ(run("--pairs all --about slide=-1 --radius 1 --largest").exit_code, 2);
+}
+
 TEST_F(Prove, OnlyNamedLinksCount) {
   EXPECT_EQ(json("--pairs all --only ball")["pairs"].size(), 3U);
   EXPECT_EQ(json("--pairs all --only ball --only base")["pairs"].size(), 1U);
