@@ -157,6 +157,40 @@ TEST_F(Carts, WrongTrackingErrorsAreNamed) {
 
 // --- random splines
 
+// The tip goes along y = 4 t - 4 t^2 with x = 4 t. The straight way passes sixty balls below, and the spline sixty others,
+// of which the straight way stays far away.
+TEST(AmongFixedObjects, TheSplineFindsThoseThatTheStraightWayDoesNotPass) {
+  using namespace narrowphase;
+  const std::shared_ptr<const SceneModel> model =
+      modelOf(urdfOf(link("rail") + link("cart") +
+                     link("tip", "<collision><geometry><sphere radius=\"0.05\"/></geometry></collision>") +
+                     slider("x", "rail", "cart", "1 0 0") + slider("y", "cart", "tip", "0 1 0")));
+  const Objects none(model);
+  std::vector<ObjectChange> changes;
+  for (int i = 0; i < 60; ++i)
+    for (const bool is_below : {true, false})
+      changes.emplace_back(
+          AddObject{makeObject((is_below ? "below" : "above") + std::to_string(i), {{Shape(Sphere{0.05})}},
+                               Fixed{is_below ? at(2.0 + 0.002 * i, -0.3, 0.0) : at(1.2, 1.2, 0.002 * i)})});
+  const auto objects = std::make_shared<const Objects>(none.changed(changes));
+  SplineScene scene(model);
+  scene.use(objects);
+  const RobotModel& robot = model->robot;
+  const SplineSegment segment(robot, {0.0, byJoint(robot, {}), byJoint(robot, {{"x", 4.0}, {"y", 4.0}})},
+                              {1.0, byJoint(robot, {{"x", 4.0}}), byJoint(robot, {{"x", 4.0}, {"y", -4.0}})});
+  double truth = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= 100000; ++i) {
+    const double t = i / 100000.0;
+    truth = std::min(truth, std::hypot(4.0 * t - 1.2, 4.0 * t - 4.0 * t * t - 1.2) - 0.1);
+  }
+  ASSERT_LT(truth, 0.3);
+  const Candidates all(model->pairs);
+  const SplineMinimum minimum = scene.minimum(all, segment);
+  EXPECT_EQ(minimum.status, Status::Converged);
+  EXPECT_LE(minimum.lower_bound, truth);
+  EXPECT_NEAR(minimum.upper_bound, truth, 1e-6);
+}
+
 /// A segment between random states with random velocities and accelerations.
 SplineSegment randomSegment(const RobotModel& robot, Chance& chance) {
   const auto point = [&](double time) {
