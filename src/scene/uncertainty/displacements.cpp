@@ -92,37 +92,82 @@ void Displacements::begin(const Bounds& bounds, const Eigen::Isometry3d& body) {
 
 void Displacements::add(const Displacement& next) {
   if (next.width == 0.0) return;
-  double radius = 1.0 + kPoseRounding;
+  Placed own(next);
+  own.radius += kPoseRounding;
+  own.beyond = travel_;
   if (next.turns()) {
     const SeenBounds seen(*bounds_, body_, next.origin);
-    radius = next.kind == Displacement::Kind::Turn ? radiusAbout(next.axis, seen) : radiusAboutOrigin(seen);
+    own.radius = next.kind == Displacement::Kind::Turn ? radiusAbout(next.axis, seen) : radiusAboutOrigin(seen);
+    own.centre = seen.centre;
+    own.rounding = seen.rounding + kPoseRounding * (seen.centre.norm() + seen.radius);
+    edges_ = seen.edges;
     // lossAt() sums products of lengths up to the distance of a point from the origin, which is off by as much.
-    rounding_ += next.width * (seen.rounding + kPoseRounding * (seen.centre.norm() + seen.radius));
+    rounding_ += next.width * own.rounding;
     angles_ += next.width;
   }
-  travel_ += next.width * radius;
-  list_.emplace_back(next, radius);
+  own.turned = angles_;
+  travel_ += next.width * own.radius;
+  list_.push_back(own);
 }
 
 double Displacements::remainder(const Vector3d& n) const {
-  double beyond = 0.0;      // the way of a point by the displacements beyond this one
-  double within = angles_;  // the angles of the displacements within this one, and its own
+  constexpr double kMuch = 1e-4;  // [m]
+  const double simple = simpleRemainder(n);
+  return simple > kMuch ? std::min(simple, directedRemainder(n)) : simple;
+}
+
+/// Point 5 of Displacements.
+double Displacements::simpleRemainder(const Vector3d& n) const {
   double velocities = 0.0;  // the sum of u_j |v_j| over the displacements beyond this one
   double sum = 0.0;
   for (const Placed& own : list_) {
-    const double velocity = own.width * (own.turns() ? own.radius + beyond : own.radius);
+    const double velocity = own.width * own.speed();
     if (own.turns()) {
-      within -= own.width;
-      const double across = own.kind == Displacement::Kind::Turn
-                                ? std::min(1.0, n.cross(own.axis).norm() + std::max(0.0, within) + kPoseRounding)
-                                : 1.0;
+      const double across =
+          own.kind == Displacement::Kind::Turn
+              ? std::min(1.0, n.cross(own.axis).norm() + std::max(0.0, angles_ - own.turned) + kPoseRounding)
+              : 1.0;
       sum += own.width * across * (0.5 * velocity + velocities);
     }
     velocities += velocity;
-    beyond += own.width * own.radius;
   }
-  // The sums of positive numbers are off by a relative error. `within` is off by that of the sum of all angles.
+  // The sums of positive numbers are off by a relative error. The angles are off by that of the sum of all of them.
   return (1.0 + 2.0 * roundingOfSums()) * sum + roundingOfSums() * (angles_ * velocities + travel_) + rounding_;
+}
+
+/// Point 6 of Displacements.
+double Displacements::directedRemainder(const Vector3d& n) const {
+  double velocities = 0.0, sum = 0.0;
+  for (auto outer = list_.begin(); outer != list_.end(); ++outer) {
+    velocities += outer->width * outer->speed();
+    if (!outer->turns()) continue;
+    const Vector3d across = n.cross(outer->axis);
+    for (auto own = list_.begin(); own != outer; ++own)
+      sum += outer->width * own->width * secondOrder(across, *outer, *own);
+    sum += 0.5 * outer->width * outer->width * secondOrder(across, *outer, *outer);
+  }
+  return (1.0 + 4.0 * roundingOfSums()) * sum + roundingOfSums() * (angles_ * velocities + travel_) + rounding_;
+}
+
+/// [m] An upper bound of -n.(a_i x v_j) in all states if both are the same, and else of its absolute value. `outer` is i,
+/// which turns, and `across` is n x a_i now.
+double Displacements::secondOrder(const Vector3d& across, const Placed& outer, const Placed& own) const {
+  if (outer.kind == Displacement::Kind::Tilt) return own.speed();
+  const double sine = across.norm() + kPoseRounding;
+  const double within_outer = std::max(0.0, angles_ - outer.turned), within_own = std::max(0.0, angles_ - own.turned);
+  const double simple = std::min(1.0, sine + within_outer) * own.speed();
+  double now = 0.0;
+  if (own.kind == Displacement::Kind::Slide) {
+    now = std::abs(across.dot(own.axis)) + kPoseRounding;
+  } else if (own.kind == Displacement::Kind::Turn) {
+    const Vector3d along = across.cross(own.axis);  // n.(a_i x (a_j x r)) = ((n x a_i) x a_j).r
+    const double centre = along.dot(own.centre), spread = (edges_.transpose() * along).cwiseAbs().sum();
+    now = (&own == &outer ? std::max(0.0, spread - centre) : std::abs(centre) + spread) + own.rounding;
+  } else {
+    return simple;
+  }
+  const double change = within_own * own.speed() + (own.turns() ? own.beyond : 0.0);
+  return std::min(simple, now + within_outer * own.speed() + sine * change);
 }
 
 /// `from_body` is the origin of the piece minus that of its body, in the frame of the poses, and n is in the frame of

@@ -50,7 +50,9 @@ struct Displacement {
 ///    i and v_j the velocity of x for j, both in the displaced state. If i does not turn, they are 0. The axis a_i is
 ///    turned by all displacements within it, so |n x a_i| is larger by at most the sum of their angles. No |v_j| is
 ///    larger than the present one, plus the way of x by all displacements beyond j, as in 2.
-/// 6. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.
+/// 6. If that is much, n.(a_i x v_j) is bounded in the present state, over the box of the geometry and for i = j with its
+///    sign; then a_i and v_j change in the displaced state by terms of third order.
+/// 7. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.
 class Displacements {
  public:
   explicit Displacements(int groups)
@@ -90,8 +92,15 @@ class Displacements {
 
  private:
   struct Placed : Displacement {
-    Placed(const Displacement& displacement, double largest) : Displacement(displacement), radius(largest) {}
-    double radius;  ///< the largest |v_j| now
+    explicit Placed(const Displacement& displacement) : Displacement(displacement), centre(Eigen::Vector3d::Zero()) {}
+    double radius = 1.0;     ///< the largest |v_j| now
+    double beyond = 0.0;     ///< [m] the way of a point by the displacements beyond this one
+    double turned = 0.0;     ///< [rad] the angles of the displacements beyond this one, and its own
+    double rounding = 0.0;   ///< [m] of a coordinate relative to the origin
+    Eigen::Vector3d centre;  ///< of the box of the geometry, relative to the origin
+
+    /// The largest |v_j| in all states.
+    double speed() const { return turns() ? radius + beyond : radius; }
   };
 
   /// The first-order change of n.x by one group or tilt, in the frame of a piece.
@@ -101,6 +110,9 @@ class Displacements {
     double constant;         ///< n.v at the origin of the piece, if it is no tilt
     Eigen::Vector3d vector;  ///< the gradient of n.v; for a tilt its origin
   };
+  double simpleRemainder(const Eigen::Vector3d& n) const;
+  double directedRemainder(const Eigen::Vector3d& n) const;
+  double secondOrder(const Eigen::Vector3d& across, const Placed& outer, const Placed& own) const;
   void findChanges(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& from_body, const Eigen::Vector3d& n);
   double lossAt(const Eigen::Vector3d& point, const Eigen::Vector3d& n, double within) const;
   double steepness() const;
@@ -111,6 +123,7 @@ class Displacements {
   Eigen::Isometry3d body_ = Eigen::Isometry3d::Identity();
   const Bounds* bounds_ = nullptr;
   std::vector<Placed> list_;
+  Eigen::Matrix3d edges_ = Eigen::Matrix3d::Zero();      ///< from the centre of the box to the middles of its faces
   double travel_ = 0.0, rounding_ = 0.0, angles_ = 0.0;  ///< sums over the list
   double shift_ = 0.0;
   std::vector<Change> changes_;

@@ -315,8 +315,8 @@ PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& norm
   const Vector3d from = a_.pose.translation();
   const Displacements::Lowest of_a = chains.of_a.lowest(a.piece, -normal, from),
                               of_b = chains.of_b.lowest(b.piece, normal, from);
-  const double remainder =
-      chains.of_a.remainder(normal) + chains.of_b.remainder(normal) + PlacedRobot::rounding(a.volume, b.volume, a_T_b_);
+  const double remainder = chains.of_a.remainder(-normal) + chains.of_b.remainder(normal) +
+                           PlacedRobot::rounding(a.volume, b.volume, a_T_b_);
   return {of_a.present + of_b.present - padding_,
           of_a.displaced + of_b.displaced - remainder - surfaces(),
           of_a.loss + of_b.loss,
@@ -345,6 +345,7 @@ void PairBounds::turn(Along& best, double enough) {
   constexpr int kMostSteps = 6;
   constexpr double kMuch = 0.05;    // of the loss
   constexpr double kLittle = 3e-4;  // [m] not worth the steps
+  if (best.present - best.bound <= kLittle) return;
   const LeafPair leaves = best.where.leaves;
   const double margins =
       padding_ + Leaf(a_.part, leaves.a).piece.shape.margin() + Leaf(b_.part, leaves.b).piece.shape.margin();
@@ -377,7 +378,7 @@ PairBounds::Known PairBounds::knownOf(const SignedDistance& result) {
   if (a_.part.whole().isLeaf() && b_.part.whole().isLeaf()) return known;
   Chains& chains = chains_[frame_];
   known.loss = chains.of_a.largestLoss(-known.normal) + chains.of_b.largestLoss(known.normal) +
-               chains.of_a.remainder(known.normal) + chains.of_b.remainder(known.normal) + swelling_;
+               chains.of_a.remainder(-known.normal) + chains.of_b.remainder(known.normal) + swelling_;
   return known;
 }
 
@@ -454,7 +455,7 @@ double PairBounds::ofInteriors(const Known& known) {
   if (!known.hasNormal() || b_.part.isUnbounded()) return -kInfinity;
   Chains& chains = chains_[frame_];
   const Vector3d from = a_.pose.translation();
-  const double margins = chains.of_a.remainder(known.normal) + chains.of_b.remainder(known.normal) + surfaces() +
+  const double margins = chains.of_a.remainder(-known.normal) + chains.of_b.remainder(known.normal) + surfaces() +
                          4.0 * PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b_);
   const auto lowest = [&](Displacements& of, const Part& part, const Vector3d& n, const auto& heightOf) {
     double height = kInfinity;

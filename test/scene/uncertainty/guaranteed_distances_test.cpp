@@ -64,6 +64,30 @@ TEST(GuaranteedDistances, SurfacesLoseTheirSwelling) {
   EXPECT_NEAR(guaranteed(model, uncertainty, "post", "hook"), kCraneDistance - 0.007, 1e-9);
 }
 
+TEST(GuaranteedDistances, BallThatPassesByIsBoundedByItsClosestApproach) {
+  const auto model = modelOf(urdfOf(link("post", ball("0.1")) + link("cart", ball("0.1")) +
+                                    slider("pass", "post", "cart", "0.6 0 -0.8", "0 0 0.5")));
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions[0] = 0.45;
+  // The line passes the post at 0.3; along the direction of now the ball comes down to 0.5 - 0.8 * 0.45.
+  const double bound = guaranteed(model, uncertainty, "post", "cart");
+  EXPECT_LE(bound, 0.3 - 0.2);
+  EXPECT_GT(bound, 0.9 * (0.3 - 0.2));
+}
+
+TEST(GuaranteedDistances, StretchedArmLosesItsSecondOrder) {
+  const auto model =
+      modelOf(urdfOf(link("wall", box("0.2 4 4", "-1 0 0")) + link("upper") + link("tip", ball("0.1", "1 0 0")) +
+                     hinge("shoulder", "wall", "upper", "0 0 1") + hinge("elbow", "upper", "tip", "0 0 1", "1 0 0")));
+  Uncertainty uncertainty(model->robot);
+  constexpr double kAngle = 0.05;
+  uncertainty.positions = {kAngle, kAngle};
+  const double loss = 2.0 - std::cos(kAngle) - std::cos(2.0 * kAngle);
+  const double bound = guaranteed(model, uncertainty, "wall", "tip");
+  EXPECT_LE(bound, 2.8 - loss);
+  EXPECT_GT(bound, 2.8 - 1.25 * loss);
+}
+
 TEST(GuaranteedDistances, JointsThatCarryBothLoseNothing) {
   const auto model =
       modelOf(urdfOf(link("base") + link("table", ball("0.1", "0 0 1")) + link("lift", ball("0.1", "1 0 1")) +
@@ -186,7 +210,7 @@ class SomeCell {
 };
 
 TEST(GuaranteedDistances, NoStateWithinIsCloser) {
-  Chance chance(38);
+  Chance chance(38), corners(47);
   int pairs = 0, tight = 0, overlaps = 0;
   for (int i = 0; i < repeats(150); ++i) {
     SomeCell cell(chance);
@@ -203,6 +227,17 @@ TEST(GuaranteedDistances, NoStateWithinIsCloser) {
         const StateWithin state = someStateWithin(cell.model->robot, cell.objects.get(), chance);
         worst = std::min(worst, cell.in(state, pair.asked).upper_bound);
       }
+      // Corners of the joints on the way to the worst one.
+      StateWithin corner = someStateWithin(cell.model->robot, cell.objects.get(), corners);
+      for (double& position : corner.positions) position = std::copysign(1.0, position);
+      double nearest = cell.in(corner, pair.asked).upper_bound;
+      for (double& position : corner.positions) {
+        position = -position;
+        const double other = cell.in(corner, pair.asked).upper_bound;
+        if (other > nearest) position = -position;
+        nearest = std::min(nearest, other);
+      }
+      worst = std::min(worst, nearest);
       ASSERT_GE(worst, bound) << i << ": " << nameOf(pair.asked.a, cell.model->robot, cell.objects.get()) << ", "
                               << nameOf(pair.asked.b, cell.model->robot, cell.objects.get());
       ++pairs;
