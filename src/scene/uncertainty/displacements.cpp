@@ -149,8 +149,8 @@ double Displacements::directedRemainder(const Vector3d& n) const {
   return (1.0 + 4.0 * roundingOfSums()) * sum + roundingOfSums() * (angles_ * velocities + travel_) + rounding_;
 }
 
-/// [m] An upper bound of -n.(a_i x v_j) in all states if both are the same, and else of its absolute value. `outer` is i,
-/// which turns, and `across` is n x a_i now.
+/// [m] An upper bound of -n.(a_i x v_j) in all states if both are the same, and else of its absolute value. `outer` is
+/// i, which turns, and `across` is n x a_i now.
 double Displacements::secondOrder(const Vector3d& across, const Placed& outer, const Placed& own) const {
   if (outer.kind == Displacement::Kind::Tilt) return own.speed();
   const double sine = across.norm() + kPoseRounding;

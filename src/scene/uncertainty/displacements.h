@@ -50,8 +50,8 @@ struct Displacement {
 ///    i and v_j the velocity of x for j, both in the displaced state. If i does not turn, they are 0. The axis a_i is
 ///    turned by all displacements within it, so |n x a_i| is larger by at most the sum of their angles. No |v_j| is
 ///    larger than the present one, plus the way of x by all displacements beyond j, as in 2.
-/// 6. If that is much, n.(a_i x v_j) is bounded in the present state, over the box of the geometry and for i = j with its
-///    sign; then a_i and v_j change in the displaced state by terms of third order.
+/// 6. If that is much, n.(a_i x v_j) is bounded in the present state, over the box of the geometry and for i = j with
+///    its sign; then a_i and v_j change in the displaced state by terms of third order.
 /// 7. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.
 class Displacements {
  public:

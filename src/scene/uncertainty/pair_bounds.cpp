@@ -57,8 +57,8 @@ struct TwoLargest {
   double sum() const { return largest + second; }
 };
 
-/// The point of the convex hull of some points that is the nearest to the origin, more or less: each step goes along the
-/// segment to one of the points (Gilbert, An Iterative Procedure for Computing the Minimum of a Quadratic Form on a
+/// The point of the convex hull of some points that is the nearest to the origin, approximately: each step goes along
+/// the segment to one of the points (Gilbert, An Iterative Procedure for Computing the Minimum of a Quadratic Form on a
 /// Convex Set, 1966).
 Vector3d nearestToOrigin(const Vector3d* points, int count) {
   constexpr int kRounds = 8;
