@@ -7,18 +7,21 @@
 namespace proximity_server::scene {
 namespace {
 
-void requireBound(double value, const std::string& what) {
+// `what` returns the name, which costs more than the check.
+template <typename Name>
+void requireBound(double value, const Name& what) {
   if (!(value >= 0.0) || !std::isfinite(value))
-    throw std::invalid_argument("the uncertainty of " + what + " is " + std::to_string(value) +
+    throw std::invalid_argument("the uncertainty of " + what() + " is " + std::to_string(value) +
                                 ", but must be finite and not negative");
 }
 
-void requireBounds(const PoseUncertainty& pose, const std::string& whose) {
-  requireBound(pose.translation, "the translation of " + whose);
-  requireBound(pose.angle, "the angle of " + whose);
+template <typename Name>
+void requireBounds(const PoseUncertainty& pose, const Name& whose) {
+  requireBound(pose.translation, [&] { return "the translation of " + whose(); });
+  requireBound(pose.angle, [&] { return "the angle of " + whose(); });
 }
 
-void requireCount(std::size_t count, std::size_t wanted, const std::string& what) {
+void requireCount(std::size_t count, std::size_t wanted, const char* what) {
   if (count != wanted)
     throw std::invalid_argument("the robot has " + std::to_string(wanted) + " " + what +
                                 ", but there are uncertainties of " + std::to_string(count));
@@ -53,20 +56,21 @@ void Uncertainty::requireValidFor(const RobotModel& robot) const {
   requireCount(swellings.size(), robot.links.size(), "links");
   for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const Joint& joint = robot.joints[i];
-    requireBound(positions[i], "the position of joint \"" + joint.name + "\"");
+    requireBound(positions[i], [&] { return "the position of joint \"" + joint.name + "\""; });
     if (positions[i] > 0.0 && !hasOnePosition(joint))
       throw std::invalid_argument("joint \"" + joint.name + "\" is " + toString(joint.type) +
                                   " and has no position that can be uncertain: state the uncertainty of its frame");
-    requireBounds(frames[i], "the frame of joint \"" + joint.name + "\"");
+    requireBounds(frames[i], [&] { return "the frame of joint \"" + joint.name + "\""; });
   }
   for (std::size_t i = 0; i < bases.size(); ++i) {
     const std::string& name = robot.robots[i].name;
-    requireBounds(bases[i], name.empty() ? "the base" : "the base of robot \"" + name + "\"");
+    requireBounds(bases[i], [&] { return name.empty() ? "the base" : "the base of robot \"" + name + "\""; });
   }
   for (std::size_t i = 0; i < swellings.size(); ++i)
-    requireBound(swellings[i], "the surface of link \"" + robot.links[i].name + "\"");
-  requireBounds(objects, "objects");
-  for (const auto& [id, pose] : own_objects) requireBounds(pose, "object \"" + id + "\"");
+    requireBound(swellings[i], [&] { return "the surface of link \"" + robot.links[i].name + "\""; });
+  requireBounds(objects, [] { return std::string("objects"); });
+  for (const auto& own : own_objects)
+    requireBounds(own.second, [&] { return "object \"" + own.first + "\""; });
 }
 
 }  // namespace proximity_server::scene
