@@ -573,8 +573,7 @@ py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty)
       scene::GuaranteedMinimum found;
       const AnsweredPairs listed = pairsOf(near, i);
       const bool is_known = near.unknown[static_cast<std::size_t>(i)] == 0;
-      if (is_known)
-        found = placeGuaranteed(block, i, scratch).find({listed.first, listed.first + listed.count, reach});
+      if (is_known) found = placeGuaranteed(block, i, scratch).find({listed.first, listed.first + listed.count, reach});
       rows.write(first + i, rowOf(first + i, found.pair, pairs(), thresholds()));
       out[first + i] = is_known && found.unknown == 0 ? found.guaranteed : kNaN;
     }

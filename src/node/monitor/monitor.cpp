@@ -231,8 +231,9 @@ std::optional<scene::GuaranteedDecidingPair> Monitor::levelOfKind(scene::PairKin
   const scene::LevelBefore before{level, cycle.settings.hysteresis};
   scene::GuaranteedDecidingPair deciding;
   if (guarantees_) {
-    deciding = scene::decidingPair(*scene_, guarantees_->distances(), pairs, *closest, {near_.data(), near_.data() + near_.size(), others_},
-                                   thresholds(cycle.settings), cycle.question, before);
+    deciding = scene::decidingPair(*scene_, guarantees_->distances(), pairs, *closest,
+                                   {near_.data(), near_.data() + near_.size(), others_}, thresholds(cycle.settings),
+                                   cycle.question, before);
   } else {
     deciding = {scene::decidingPair(*scene_, pairs, *closest, thresholds(cycle.settings), cycle.question, before)};
     deciding.guaranteed = deciding.pair.result.lower_bound;

@@ -69,8 +69,7 @@ void Uncertainty::requireValidFor(const RobotModel& robot) const {
   for (std::size_t i = 0; i < swellings.size(); ++i)
     requireBound(swellings[i], [&] { return "the surface of link \"" + robot.links[i].name + "\""; });
   requireBounds(objects, [] { return std::string("objects"); });
-  for (const auto& own : own_objects)
-    requireBounds(own.second, [&] { return "object \"" + own.first + "\""; });
+  for (const auto& own : own_objects) requireBounds(own.second, [&] { return "object \"" + own.first + "\""; });
 }
 
 }  // namespace proximity_server::scene
