@@ -52,6 +52,8 @@ Verdict soundness(const Proximity& said) {
   if (!(said.distance >= said.lower_bound - kRounding && said.distance <= said.upper_bound + kRounding)) {
     return because("distance ", said.distance, " outside of ", said.lower_bound, ", ", said.upper_bound);
   }
+  if (said.guaranteed > said.lower_bound)
+    return because("guaranteed are ", said.guaranteed, ", above the lower bound ", said.lower_bound);
   if (!said.points_valid) return {};
   const double gap = std::hypot(said.point_b.x - said.point_a.x - said.distance * said.normal.x,
                                 said.point_b.y - said.point_a.y - said.distance * said.normal.y,
