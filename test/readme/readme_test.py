@@ -303,12 +303,12 @@ class Document(unittest.TestCase):
         """Becomes a file for the commands behind it; the gtest of its room reads that of config/README.md."""
         (self.folder / "cell.yaml").write_text(text + "\n")
 
-    def thresholds(self, text):
+    def parameters(self, text):
         """Becomes parameters of the demo's node, which takes them."""
-        (self.folder / "thresholds.yaml").write_text(text + "\n")
+        (self.folder / "parameters.yaml").write_text(text + "\n")
         names = [line.split(":")[0] for line in text.splitlines()]
         reload = "rosservice call /proximity_server/reload"
-        printed = self.shell.run(f"rosparam load {self.folder}/thresholds.yaml /proximity_server && {reload}")
+        printed = self.shell.run(f"rosparam load {self.folder}/parameters.yaml /proximity_server && {reload}")
         self.assertIn("success: True", printed)
         self.shell.run(" && ".join(f"rosparam delete /proximity_server/{name}" for name in names) + f" && {reload}")
 
@@ -527,7 +527,7 @@ BLOCKS = (
     (">>> ", Document.python_session),
     ("<launch>", Document.file_of_test),
     ("objects:", Document.file_of_objects),
-    ("pair_stop_distance:", Document.thresholds),
+    (("pair_stop_distance:", "joint_uncertainty:"), Document.parameters),
     ("rostest ", Document.rostest),
     ("cmake -S ", Document.commands),
     ("#!/usr/bin/env python3\n\"\"\"Publishes on `may_move`", Document.gate),
