@@ -436,6 +436,19 @@ bound [m] of the distance of every pair over all states within the uncertainty. 
 for a state without an answer. The bound is proven, with rounding, and may be lower than any state within gives.
 Raises ValueError for an uncertainty that makes no sense, naming the field.)";
 
+constexpr char kProveDoc[] =
+    R"(Which pairs cannot come to a distance [m] or below in a whole box of joint positions: proofs, not samples.
+
+lower, upper  the ends of the intervals, float64 of shape (joints,); by default the limits of the URDF, and a turn of a
+              continuous joint. Columns of mimic joints are ignored: they follow their leader
+distance      at least 0; flush faces are 0 apart by rounding only
+boxes         parts of the box that are examined for each pair at most
+seconds       after which what is left is undecided; with it the answer depends on the computer
+Returns (rows, closest): for each of Robot.pairs a row of the dtype PROOF, and the state in which the pair was found
+closest, float64 of shape (pairs, joints), NaN where none was measured. See scene/proof/prove_apart.h.
+Raises ValueError, with its name, for a floating or planar joint between two links of a pair, and for a joint whose
+interval is missing, empty or not finite.)";
+
 constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
 
 Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps
@@ -655,6 +668,8 @@ void declareQuestions(py::class_<Robot>& robot) {
             "influence_distance"_a = 0.2);
   robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),
             "influence_distance"_a = 0.2);
+  robot.def("prove", &Robot::prove, kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(), "distance"_a = 1e-6,
+            py::kw_only(), "boxes"_a = 100000, "seconds"_a = py::none());
   robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
   robot.def(
       "first_contact",
@@ -685,6 +700,7 @@ PYBIND11_MODULE(_native, module) {
   PYBIND11_NUMPY_DTYPE(PairRow, state, status, unique, depth_is_lower_bound, representation, pair, distance, lower,
                        upper, point_a, point_b, normal);
   PYBIND11_NUMPY_DTYPE(VerdictRow, verdict, pair);
+  PYBIND11_NUMPY_DTYPE(ProofRow, pair, outcome, lower, upper, undecided);
   PYBIND11_NUMPY_DTYPE(ContactRow, edge, status, contact, unique, representation, pair, t_free, t_contact, distance,
                        lower, upper, point_a, point_b, normal);
   module.attr("__version__") = PROXIMITY_VERSION;
@@ -692,6 +708,7 @@ PYBIND11_MODULE(_native, module) {
   module.attr("EDGE_MINIMUM") = minimumType();
   module.attr("PAIR") = pybind11::dtype::of<PairRow>();
   module.attr("LEVELED_PAIR") = leveledPairType();
+  module.attr("PROOF") = pybind11::dtype::of<ProofRow>();
   module.attr("VERDICT") = pybind11::dtype::of<VerdictRow>();
   declareJoint(module);
   pybind11::class_<Robot> robot(module, "Robot", kRobotDoc);

@@ -6,8 +6,10 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/proof/prove_apart.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "python/signal_watch.h"
+#include "system/durations.h"
 #include "system/pipeline.h"
 
 #include <algorithm>
@@ -270,6 +272,27 @@ void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Sc
   positionsOf(block, state, scratch.positions);
   const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
   scratch.derivatives->update(poses, scene::framePoses(objects, poses));
+}
+
+/// The known ranges of the joints, with these ends in their place if they are not None.
+scene::JointBox boxBetween(const py::object& lower, const py::object& upper, const scene::RobotModel& robot) {
+  scene::JointBox box = scene::knownRanges(robot);
+  const auto setEnds = [&](const py::object& ends, const std::string& name, double scene::JointRange::*end) {
+    if (ends.is_none()) return;
+    const JointPositions positions(ends, robot, name);
+    if (!positions.shape().empty()) throw std::invalid_argument(name + " must have one number for each joint");
+    const JointPositions::Block block = positions.block(0, 1);
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) {
+      const auto joint = static_cast<int>(i);
+      if (robot.joints[i].mimic || !scene::hasOnePosition(robot.joints[i])) continue;
+      const auto found = std::find_if(box.begin(), box.end(), [&](const auto& range) { return range.joint == joint; });
+      scene::JointRange& range = found == box.end() ? box.emplace_back(scene::JointRange{joint, kNaN, kNaN}) : *found;
+      range.*end = block(0, static_cast<Eigen::Index>(i));
+    }
+  };
+  setEnds(lower, "lower", &scene::JointRange::lower);
+  setEnds(upper, "upper", &scene::JointRange::upper);
+  return box;
 }
 
 /// The guaranteed distances in a state of the block.
@@ -664,6 +687,37 @@ py::object Robot::freeScale(const py::object& q, const py::object& motion, doubl
                       out[state] = free->scale(scratch.by_degrees);
                     });
   return scalarIfSingle(scales);
+}
+
+py::tuple Robot::prove(const py::object& lower, const py::object& upper, double distance, long boxes,
+                       std::optional<double> seconds) {
+  if (seconds && !(*seconds >= 0.0)) throw std::invalid_argument("seconds must not be negative");
+  const scene::JointBox box = boxBetween(lower, upper, model().robot);
+  SignalWatch signals;
+  scene::ProofQuestion question;
+  question.contact_distance = distance;
+  question.most_boxes = boxes;
+  if (seconds) question.deadline = system::deadlineIn(*seconds);
+  question.objects = objects_;
+  question.threads = threads_;
+  question.may_continue = [&] { return signals.mayContinue(); };
+  const std::vector<scene::ShapeRefPair>& asked = pairs().list();
+  std::vector<scene::PairProof> proofs;
+  {
+    const py::gil_scoped_release released;
+    proofs = scene::proveApart(loaded_->model, asked, box, question);
+  }
+  signals.rethrow();
+  py::array_t<ProofRow> rows(static_cast<py::ssize_t>(proofs.size()));
+  const auto joints = static_cast<py::ssize_t>(model().robot.joints.size());
+  py::array_t<double> closest({static_cast<py::ssize_t>(proofs.size()), joints});
+  std::fill_n(closest.mutable_data(), closest.size(), kNaN);
+  for (std::size_t i = 0; i < proofs.size(); ++i) {
+    rows.mutable_data()[i] = rowOf(static_cast<std::int32_t>(i), proofs[i]);
+    std::copy(proofs[i].closest.begin(), proofs[i].closest.end(),
+              closest.mutable_data() + static_cast<py::ssize_t>(i) * joints);
+  }
+  return py::make_tuple(rows, closest);
 }
 
 py::object Robot::linkPoses(const py::object& q) {

@@ -89,6 +89,9 @@ class Robot {
   pybind11::object freeMotion(const pybind11::object& q, double distance, double influence_distance);
   pybind11::object freeScale(const pybind11::object& q, const pybind11::object& motion, double distance,
                              double influence_distance);
+  /// Returns a row for each pair, and the closest states that were found.
+  pybind11::tuple prove(const pybind11::object& lower, const pybind11::object& upper, double distance, long boxes,
+                        std::optional<double> seconds);
   pybind11::object linkPoses(const pybind11::object& q);
   pybind11::object firstContact(const pybind11::object& start, const pybind11::object& goal, double distance,
                                 double tolerance, const EdgeMotion& motion);

@@ -82,4 +82,16 @@ ContactRow rowOf(Eigen::Index edge, const scene::RobotTimeOfContact& contact, co
 
 VerdictRow rowOf(const scene::StateVerdict& verdict) { return {static_cast<std::int32_t>(verdict.kind), verdict.pair}; }
 
+ProofRow rowOf(std::int32_t pair, const scene::PairProof& proof) {
+  ProofRow row;
+  row.pair = pair;
+  row.outcome = proof.outcome == scene::ProofOutcome::Undecided ? 0
+                : proof.outcome == scene::ProofOutcome::Proven  ? 1
+                                                                : 2;
+  row.lower = proof.lower_bound;
+  row.upper = proof.closest_upper_bound;
+  row.undecided = proof.undecided;
+  return row;
+}
+
 }  // namespace proximity_server::python

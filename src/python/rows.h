@@ -3,6 +3,7 @@
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/proof/pair_proof.h"
 #include "python/pair_numbers.h"
 
 #include <Eigen/Core>
@@ -77,11 +78,21 @@ struct ContactRow {
   std::array<double, 3> normal = point_a;
 };
 
+/// The row of a PairProof; `outcome` is 0 where nothing is decided.
+struct ProofRow {
+  std::int32_t pair = -1;
+  std::int32_t outcome = 0;
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  double undecided = 1.0;
+};
+
 /// Makes the row of a pair. If `thresholds` is nullptr, its level stays at the default.
 LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const PairNumbers& numbers,
                const scene::LevelThresholds* thresholds);
 MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const PairNumbers& numbers);
 ContactRow rowOf(Eigen::Index edge, const scene::RobotTimeOfContact& contact, const PairNumbers& numbers);
 VerdictRow rowOf(const scene::StateVerdict& verdict);
+ProofRow rowOf(std::int32_t pair, const scene::PairProof& proof);
 
 }  // namespace proximity_server::python

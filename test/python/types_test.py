@@ -78,7 +78,7 @@ class Types(unittest.TestCase):
                     doc = getattr(getattr(_native, name), member.name).__doc__
                     self.assertEqual(stub_arguments(member), real_arguments(member.name, doc))
                     compared += 1
-        self.assertEqual(21, compared)
+        self.assertEqual(22, compared)
 
     def test_a_marker_tells_type_checkers_that_there_are_types(self):
         self.assertTrue((FOLDER / "py.typed").exists())
@@ -92,13 +92,15 @@ class Types(unittest.TestCase):
         self.assertIn("mesh_tolerance", proximity.Robot.__init__.__doc__)
 
     def test_the_fields_of_the_rows_are_documented(self):
-        for dtype in (proximity.LEVELED_PAIR, proximity.VERDICT, proximity.CONTACT, proximity.EDGE_MINIMUM):
+        for dtype in (proximity.LEVELED_PAIR, proximity.VERDICT, proximity.CONTACT, proximity.EDGE_MINIMUM,
+                      proximity.PROOF):
             for name in dtype.names:
                 with self.subTest(name):
                     self.assertRegex(proximity.__doc__, rf"(?m)^    (\w+, )*{name}\b")
 
     def test_rows_have_no_byte_that_belongs_to_no_field(self):
-        for dtype in (proximity.PAIR, proximity.LEVELED_PAIR, proximity.VERDICT, proximity.CONTACT, proximity.EDGE_MINIMUM):
+        for dtype in (proximity.PAIR, proximity.LEVELED_PAIR, proximity.VERDICT, proximity.CONTACT, proximity.EDGE_MINIMUM,
+                      proximity.PROOF):
             self.assertEqual(dtype.itemsize, sum(dtype[name].itemsize for name in dtype.names))
 
     def test_numbers_of_the_enumerations_begin_with_no_answer(self):

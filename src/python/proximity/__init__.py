@@ -46,18 +46,25 @@ The fields of CONTACT, the dtype of Robot.first_contact:
 The fields of VERDICT, the dtype of Robot.below:
     verdict               see Verdict
     pair                  number in Robot.pairs of a pair that is below; -1 if there is none
+
+The fields of PROOF, the dtype of Robot.prove:
+    pair                  number in Robot.pairs
+    outcome               see Outcome
+    lower                 [m] proven: in no state of the box is the pair nearer
+    upper                 [m] the pair is not farther apart in the closest state that was found
+    undecided             the share of the volume of the box that is not decided
 """
 
 import enum
 
-from proximity._native import CONTACT, EDGE_MINIMUM, LEVELED_PAIR, PAIR, VERDICT, Joint, Robot, __version__
+from proximity._native import CONTACT, EDGE_MINIMUM, LEVELED_PAIR, PAIR, PROOF, VERDICT, Joint, Robot, __version__
 from proximity._shapes import (Box, Boxes, Capsule, Cone, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshFile, Object,
                                Sphere)
 
 __all__ = [
-    "CONTACT", "EDGE_MINIMUM", "LEVELED_PAIR", "PAIR", "VERDICT",
+    "CONTACT", "EDGE_MINIMUM", "LEVELED_PAIR", "PAIR", "PROOF", "VERDICT",
     "Box", "Boxes", "Capsule", "Cone", "Cylinder", "Ellipsoid", "HalfSpace", "Mesh", "MeshFile", "Object", "Sphere",
-    "Joint", "Level", "Representation", "Robot", "Status", "Verdict", "__version__",
+    "Joint", "Level", "Outcome", "Representation", "Robot", "Status", "Verdict", "__version__",
 ]
 
 
@@ -77,6 +84,14 @@ class Verdict(enum.IntEnum):
     UNKNOWN = 0  #: no answer: a position is not finite
     ABOVE = 1  #: proven: every pair is farther
     BELOW = 2  #: a pair is not proven to be farther
+
+
+class Outcome(enum.IntEnum):
+    """What is known of a pair in a whole box of joint positions."""
+
+    UNDECIDED = 0  #: the budget was not enough
+    PROVEN = 1  #: in no state of the box is it at or below the distance
+    REFUTED = 2  #: a state is known in which it is
 
 
 class Level(enum.IntEnum):

@@ -16,6 +16,7 @@ CONTACT: numpy.dtype[numpy.void]
 EDGE_MINIMUM: numpy.dtype[numpy.void]
 LEVELED_PAIR: numpy.dtype[numpy.void]
 PAIR: numpy.dtype[numpy.void]
+PROOF: numpy.dtype[numpy.void]
 VERDICT: numpy.dtype[numpy.void]
 
 class Joint:
@@ -140,6 +141,15 @@ class Robot:
         *,
         influence_distance: float = 0.2,
     ) -> Any: ...
+    def prove(
+        self,
+        lower: Optional[numpy.typing.ArrayLike] = None,
+        upper: Optional[numpy.typing.ArrayLike] = None,
+        distance: float = 1e-6,
+        *,
+        boxes: int = 100000,
+        seconds: Optional[float] = None,
+    ) -> tuple[numpy.typing.NDArray[numpy.void], numpy.typing.NDArray[numpy.float64]]: ...
     def link_poses(self, q: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]: ...
     # These return an array or a numpy.void as well, with the fields of CONTACT or EDGE_MINIMUM.
     def first_contact(

@@ -7,6 +7,7 @@
 #include "system/pipeline.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -47,7 +48,7 @@ class Proofs {
     for (long boxes = std::min(kFirst, question_.most_boxes);;
          boxes = std::min(kGrowth * boxes, question_.most_boxes)) {
       runRound(boxes);
-      if (boxes == question_.most_boxes || std::chrono::steady_clock::now() >= question_.deadline) break;
+      if (boxes == question_.most_boxes || is_over_ || std::chrono::steady_clock::now() >= question_.deadline) break;
     }
     std::vector<PairProof> proofs;
     for (const BoxSearch& search : searches_) proofs.push_back(search.result());
@@ -63,6 +64,8 @@ class Proofs {
       return search < searches_.size();
     };
     const auto work = [&](std::size_t& search, int thread) {
+      if (thread == 0 && question_.may_continue && !question_.may_continue()) is_over_ = true;
+      if (is_over_) return;
       std::unique_ptr<BoxMeasures>& measures = measures_[static_cast<std::size_t>(thread)];
       if (!measures) measures = std::make_unique<BoxMeasures>(model_, question_.objects);
       measures->begin(scene_);
@@ -85,6 +88,7 @@ class Proofs {
   std::vector<BoxSearch> searches_;
   std::vector<std::unique_ptr<BoxMeasures>> measures_;  ///< by thread
   std::vector<double> settled_;                         ///< by pair
+  std::atomic<bool> is_over_{false};                    ///< may_continue() has returned false
 };
 
 }  // namespace

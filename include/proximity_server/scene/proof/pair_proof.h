@@ -54,6 +54,8 @@ struct ProofQuestion {
   int threads = 1;
   /// Called with the share of the volume of all pairs that is settled, from 0 to 1, in one thread at a time.
   std::function<void(double)> progress;
+  /// Called from time to time by the calling thread. After it has returned false the proof ends as with a deadline.
+  std::function<bool()> may_continue;
 };
 
 }  // namespace proximity_server::scene
