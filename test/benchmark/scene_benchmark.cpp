@@ -12,6 +12,7 @@
 #include "peers/scene_library.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <nlohmann/json.hpp>
 
@@ -530,6 +531,88 @@ json measureConstraintRows(const std::vector<NamedRobot>& robots, int states, co
   return rows;
 }
 
+/// A cycle of the monitor without and with an uncertainty of each joint: the pairs that it lists, then the smallest
+/// guaranteed distance from these. The two take turns, state by state.
+class GuaranteedCycles {
+ public:
+  GuaranteedCycles(const NamedRobot& robot, const std::vector<BodyPoses>& states, double uncertainty)
+      : states_(states),
+        uncertainty_(uncertainty),
+        scene_(robot.model),
+        scene_of_guaranteed_(robot.model),
+        guaranteed_(robot.model),
+        of_distances_(states.size()),
+        of_guaranteed_(states.size()) {
+    guaranteed_.assume(uncertaintyOfJoints(robot.model->robot, uncertainty));
+    question_.threshold = 0.3;  // the node's default
+  }
+
+  void runRound() {
+    for (std::size_t state = 0; state < states_.size(); ++state) {
+      of_distances_.add(state, timeOf<std::micro>([&] { list(scene_, state); }));
+      of_guaranteed_.add(state, timeOf<std::micro>([&] { guarantee(state); }));
+    }
+  }
+
+  json result(const std::string& row) const {
+    const std::vector<double> distances = of_distances_.medians(), guaranteed = of_guaranteed_.medians();
+    return {{"row", row},
+            {"uncertainty", uncertainty_},
+            {"states", states_.size()},
+            {"distances_us", medianOf(distances)},
+            {"median_us", medianOf(guaranteed)},
+            {"p99_us", quantile(guaranteed, 0.99)},
+            {"ratio", medianOf(guaranteed) / medianOf(distances)},
+            {"median_loss", medianOf(losses_)},
+            {"p99_loss", quantile(losses_, 0.99)}};
+  }
+
+ private:
+  static constexpr int kListed = 10;  // the node's default
+
+  PairsBelow list(Scene& scene, std::size_t state) {
+    scene.update(states_[state]);
+    return scene.closestBelow(scene.candidates(), kListed, question_);
+  }
+
+  void guarantee(std::size_t state) {
+    const PairsBelow below = list(scene_of_guaranteed_, state);
+    const std::vector<PairProximity>& closest = below.closest;
+    const bool are_all = static_cast<std::size_t>(below.count) == closest.size();
+    const double others = are_all ? question_.threshold : closest.back().result.lower_bound - question_.tolerance;
+    guaranteed_.update(states_[state]);
+    const Pairs pairs(scene_of_guaranteed_.candidates());
+    const GuaranteedMinimum found =
+        guaranteed_.find(scene_of_guaranteed_, pairs, {}, {closest.data(), closest.data() + closest.size(), others});
+    losses_.push_back(found.pair.result.distance - found.guaranteed);
+  }
+
+  const std::vector<BodyPoses>& states_;
+  const double uncertainty_;
+  Scene scene_, scene_of_guaranteed_;
+  GuaranteedDistances guaranteed_;
+  Question question_;
+  Rounds of_distances_, of_guaranteed_;  // [us] by state
+  std::vector<double> losses_;           // [m] of the pair that decides
+};
+
+json measureGuarantees(const std::vector<NamedRobot>& robots, int states, const Wanted& wanted) {
+  json rows = json::array();
+  for (const NamedRobot& robot : robots)
+    for (const Motion motion : kMotions) {
+      const std::string name = robot.name + ", guaranteed, " + nameOf(motion);
+      if (!wanted(name)) continue;
+      const std::vector<BodyPoses> poses = statesOf(robot.model->robot, motion, states);
+      for (const double uncertainty : {1e-4, 1e-3, 1e-2}) {
+        GuaranteedCycles cycles(robot, poses, uncertainty);
+        for (int round = 0; round < kRounds; ++round) cycles.runRound();
+        rows.push_back(cycles.result(name));
+      }
+      showProgress();
+    }
+  return rows;
+}
+
 }  // namespace
 }  // namespace proximity_server::benchmark
 
@@ -550,6 +633,7 @@ int main(int argc, char** argv) {
     }
     result["rows"] = measureRobots(robots, states, wanted);
     result["constraint_rows"] = measureConstraintRows(robots, states, wanted);
+    result["guaranteed"] = measureGuarantees(robots, states, wanted);
     result["scaling"] = measureScaling(states, wanted);
     return result;
   });

@@ -20,8 +20,4 @@ void Guarantees::update(const scene::BodyPoses& poses, const scene::FramePoses& 
     distances_->update(poses, frames);
 }
 
-void Guarantees::assign(Proximity& message, const scene::PairProximity& pair, double enough) {
-  message.guaranteed = distances_->of(pair, enough);
-}
-
 }  // namespace proximity_server::node

@@ -6,7 +6,6 @@
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
-#include <limits>
 #include <memory>
 
 namespace proximity_server::node {
@@ -27,10 +26,8 @@ class Guarantees {
   /// Sets the poses of the scene that answers, in the reference frame.
   void update(const scene::BodyPoses& poses, const scene::FramePoses& frames);
 
-  /// Writes the guaranteed distance of a pair into its message; NaN if it is not known. Above `enough` [m] it need not
-  /// be tight.
-  void assign(Proximity& message, const scene::PairProximity& pair,
-              double enough = std::numeric_limits<double>::infinity());
+  /// Writes the guaranteed distance of a pair into its message; NaN if it is not known.
+  void assign(Proximity& message, const scene::PairProximity& pair) { message.guaranteed = distances_->of(pair); }
 
   scene::GuaranteedDistances& distances() { return *distances_; }
 

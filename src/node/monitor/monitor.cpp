@@ -136,8 +136,16 @@ void Monitor::assignPair(Proximity& message, const Cycle& cycle, const scene::Pa
   if (cycle.age.code != QueryStatus::OK)
     message.guaranteed = kNaN;
   else if (guarantees_)
-    guarantees_->assign(message, pair, thresholds(cycle.settings).warn.of(pair.asked) + cycle.settings.hysteresis);
+    message.guaranteed = guaranteedOf(pair, cycle.settings);
   if (cycle.settings.gradients) gradients_->assign(message, pair);
+}
+
+/// [m] It is tight only near the thresholds. A pair stands at several places of a message, and is bounded once.
+double Monitor::guaranteedOf(const scene::PairProximity& pair, const MonitorSettings& settings) {
+  for (const auto& [known, guaranteed] : bounded_)
+    if (known.isSameAs(pair.asked)) return std::min(guaranteed, pair.result.lower_bound);
+  const double enough = thresholds(settings).warn.of(pair.asked) + settings.hysteresis;
+  return bounded_.emplace_back(pair.asked, guarantees_->distances().of(pair, enough)).second;
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
@@ -172,6 +180,7 @@ void Monitor::measurePairs(Cycle cycle, const VelocitySnapshot& velocities) {
   else
     scene_->update(cycle.snapshot.poses);
   cycle.age = updateGuarantees(cycle, velocities);
+  bounded_.clear();
 
   const scene::PairsBelow below =
       scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::node {
@@ -85,6 +86,7 @@ class Monitor {
   void measurePairs(Cycle cycle, const VelocitySnapshot& velocities);
   void reserveMemory(Proximity& message, const MonitorSettings& settings) const;
   void assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair);
+  double guaranteedOf(const scene::PairProximity& pair, const MonitorSettings& settings);
   void updateGradients(const PoseSnapshot& snapshot);
   void assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
   const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
@@ -109,8 +111,9 @@ class Monitor {
   MonitoredObjects monitored_;
   std::optional<Guarantees> guarantees_;    ///< for this robot and these objects, if the robot is uncertain
   std::vector<scene::PairProximity> near_;  ///< the closest pairs of this cycle, for the guarantees
-  double others_ = 0.0;                     ///< [m] all other pairs are farther apart
-  scene::Uncertainty aged_;                 ///< that of the robot, with the motion since the poses
+  std::vector<std::pair<scene::ShapeRefPair, double>> bounded_;  ///< the guaranteed distances of this cycle
+  double others_ = 0.0;                                          ///< [m] all other pairs are farther apart
+  scene::Uncertainty aged_;                                      ///< that of the robot, with the motion since the poses
   std::optional<Gradients> gradients_;      ///< for this robot and these objects; made when they are first needed
   std::optional<Constraints> constraints_;  ///< for this robot; made when they are first needed
   scene::LevelThresholds thresholds_;       ///< those of the robot, with the defaults of the latest settings
