@@ -305,10 +305,12 @@ class Document(unittest.TestCase):
 
     def parameters(self, text):
         """Becomes parameters of the demo's node, which takes them."""
-        (self.folder / "parameters.yaml").write_text(text + "\n")
+        file = self.folder / "parameters.yaml"
+        file.write_text(text + "\n")
         names = [line.split(":")[0] for line in text.splitlines()]
         reload = "rosservice call /proximity_server/reload"
-        printed = self.shell.run(f"rosparam load {self.folder}/parameters.yaml /proximity_server && {reload}")
+        printed = self.shell.run(f"rosparam load {file} /proximity_server && {reload}")
+        file.unlink()
         self.assertIn("success: True", printed)
         self.shell.run(" && ".join(f"rosparam delete /proximity_server/{name}" for name in names) + f" && {reload}")
 
