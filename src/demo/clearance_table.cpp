@@ -108,8 +108,10 @@ std::string firstLine(const std::string& text) { return text.substr(0, text.find
 std::string decidingLine(const Clearance& clearance, std::size_t width = kUnlimited) {
   if (clearance.level == Clearance::INVALID) return clipped(firstLine(clearance.status.message), width);
   if (clearance.level == Clearance::COLLISION) return pairLine(clearance.deciding, width);
+  const std::string guaranteed =
+      clearance.by_guaranteed ? format("guaranteed %.4f m, ", clearance.deciding.guaranteed) : "";
   const std::string threshold =
-      format(" (%s at %.4f m)", levelOfThreshold(clearance.level), clearance.deciding_threshold);
+      format(" (%s%s at %.4f m)", guaranteed.c_str(), levelOfThreshold(clearance.level), clearance.deciding_threshold);
   constexpr std::size_t kMinPairColumns = 40;
   if (width < kMinPairColumns + threshold.size()) return pairLine(clearance.deciding, width);
   return pairLine(clearance.deciding, width - threshold.size()) + threshold;

@@ -256,6 +256,9 @@ TEST(ClearanceTable, FitsTheTerminalAndShowsTheEndsOfLongNames) {
     EXPECT_TRUE(std::any_of(lines.begin(), lines.end(),
                             [](const std::string& line) { return line == "    -0.0123 m  short - pair  WARN"; }));
   }
+  clearance.by_guaranteed = true;
+  clearance.deciding.guaranteed = -0.0145;
+  expectIn(tableOf(clearance, 200)[0], "_link (guaranteed -0.0145 m, STOP at 0.0200 m)");
   // Names for which there is room are not cut.
   expectIn(tableOf(clearance, 100)[3], "  a - " + wheel);
   expectIn(tableOf(clearance, 200)[0], finger + " - " + wheel);

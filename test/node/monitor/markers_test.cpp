@@ -210,6 +210,14 @@ TEST(DecidingPair, IsDrawnBeforeACloserOneThatHasABetterLevel) {
   EXPECT_TRUE(isGreen(lines.colors[2]));
 }
 
+TEST(DecidingPair, HasItsGuaranteedDistanceIfThatDecides) {
+  Clearance clearance = clearanceWith({0.03});
+  clearance.by_guaranteed = true;
+  clearance.deciding.guaranteed = 0.0125;
+  EXPECT_EQ(find(draw(clearance), "level").text.find("WARN\nbase - ball 30.0 mm, guaranteed 12.5 mm, "), 0u)
+      << find(draw(clearance), "level").text;
+}
+
 TEST(DecidingPair, HasAThickLineInTheColourOfTheLevelAndOneToItsText) {
   Clearance clearance = clearanceWith({0.0201});
   clearance.level = Clearance::STOP;  // by the hysteresis: alone the distance would mean WARN

@@ -400,7 +400,9 @@ TEST(GuaranteedDistances, BoundIsTheSameUpToWhatIsEnough) {
       improved += enough > bound;
     }
   }
-  EXPECT_GT(improved, 100);
+  if (!kIsSanitized) {
+    EXPECT_GT(improved, 100);
+  }
 }
 
 TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
