@@ -163,6 +163,8 @@ Boxes boxesOf(const Field& field) {
     const Vector3d half = 0.5 * edges[edges.size() == 1 ? 0 : i];
     const Vector3d middle = vectorOf(centres[i]);
     boxes.boxes.emplace_back(middle - half, middle + half);
+    if (!(boxes.boxes.back().sizes().array() > 0.0).all())
+      centres[i].refuse("is so far away that rounding leaves nothing of a box of this size");
   }
   return boxes;
 }

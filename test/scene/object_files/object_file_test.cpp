@@ -182,6 +182,9 @@ TEST(ObjectFile, RefusesWithLineFieldAndReason) {
        "cell.yaml, line 2: [0] \"a\"/boxes[0]/sizes: has 0 entries, neither 1 nor one for each of 1 centres"},
       {"- id: a\n  boxes: [{centres: [[0, 0, 0]], sizes: [[1, 0, 1]]}]",
        "cell.yaml, line 2: [0] \"a\"/boxes[0]/sizes[0]: has an edge that is not positive"},
+      {"- id: a\n  boxes: [{centres: [[0, 0, 0], [1e30, 0, 0]], sizes: [[1, 1, 1]]}]",
+       "cell.yaml, line 2: [0] \"a\"/boxes[0]/centres[1]: is so far away that rounding leaves nothing of a box of this "
+       "size"},
       {"- id: a\n  mesh_files: [{uri: bar.stl}]",
        "cell.yaml, line 2: [0] \"a\"/mesh_files[0]/uri: 'bar.stl' is a relative path, and there is no folder in which "
        "it begins; "
