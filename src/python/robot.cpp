@@ -300,6 +300,7 @@ scene::GuaranteedDistances& placeGuaranteed(const JointPositions::Block& block, 
   positionsOf(block, state, scratch.positions);
   const scene::BodyPoses poses = scene::forwardKinematics(scratch.loaded->model->robot, scratch.positions);
   scratch.guaranteed->update(poses, scene::framePoses(*scratch.objects, poses));
+  scratch.guaranteed->forget();  // no state depends on the states before it
   return *scratch.guaranteed;
 }
 

@@ -43,6 +43,11 @@ const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, doub
   return bounds_->reached(pair, threshold);
 }
 
+void GuaranteedDistances::forget() {
+  bounds_->forget();
+  found_ = {};
+}
+
 double GuaranteedDistances::largestLoss() { return bounds_->largestLoss({}); }
 double GuaranteedDistances::largestLoss(const std::vector<double>& travel) { return bounds_->largestLoss(travel); }
 

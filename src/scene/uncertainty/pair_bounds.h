@@ -33,6 +33,7 @@ class PairBounds {
   double of(const PairProximity& pair, double enough);
   const ReachedState* reached(const PairProximity& pair, double threshold);
   double largestLoss(const std::vector<double>& travel);
+  void forget() { likely_ = {}; }
 
  private:
   struct Side {

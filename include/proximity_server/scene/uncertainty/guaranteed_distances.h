@@ -102,6 +102,10 @@ class GuaranteedDistances {
   /// Failure: `unknown` is 1 if they do not decide.
   GuaranteedMinimum find(const ListedPairs& listed, const PairDistances& thresholds = {});
 
+  /// Forgets what makes the next bounds cheaper. After that they are those of a new object, to the last bit; otherwise
+  /// they may be tighter or coarser where so many pieces are near that the budget of a bound ends.
+  void forget();
+
   /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance.
   /// Infinity if that is not known.
   double largestLoss();
