@@ -160,8 +160,9 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
 /// Prepares the guaranteed distances at the poses of this cycle.
 QueryStatus Monitor::updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities) {
   if (!guarantees_) return {};
+  static const scene::FramePoses kUnknown;
   const bool has_frames = cycle.frames.poses.size() == monitored_.frames.names.size();
-  guarantees_->update(cycle.snapshot.poses, has_frames ? cycle.frames.poses : scene::FramePoses());
+  guarantees_->update(cycle.snapshot.poses, has_frames ? cycle.frames.poses : kUnknown);
   if (robot_->config().pose_latency == PoseLatency::Off) return {};
   const QueryStatus status =
       addAge(*robot_, {cycle.snapshot, velocities, monitored_.frames, cycle.frames, monitored_.motion_sources},

@@ -33,20 +33,22 @@ scene::PoseUncertainty grown(scene::PoseUncertainty pose, const scene::PoseUncer
   return {pose.translation + speed.translation * time, pose.angle + speed.angle * time};
 }
 
+/// Tells why the travel of a joint is not known.
+QueryStatus unboundedJoint(const Robot& robot, int joint) {
+  const scene::Joint& model = robot.robotModel().joints[joint];
+  const std::string name = "joint '" + model.name + "' ";
+  if (!scene::hasOnePosition(model)) return unbounded(name + "is floating or planar, nothing limits its velocity");
+  const std::string no_limit = name + "has no velocity limit in the URDF";
+  if (robot.config().pose_latency != PoseLatency::Velocity) return unbounded(no_limit);
+  if (!robot.maxAccelerations()[joint]) return unbounded(no_limit + ", and max_acceleration has no number for it");
+  return unbounded(no_limit + ", and its velocity is not known");
+}
+
 QueryStatus addJoints(const Robot& robot, const AgedPoses& aged, double time, scene::Uncertainty& uncertainty) {
   for (const int joint : aged.sources.joints) {
-    const scene::Joint& model = robot.robotModel().joints[joint];
-    const std::string name = "joint '" + model.name + "' ";
-    if (!scene::hasOnePosition(model)) return unbounded(name + "is floating or planar, nothing limits its velocity");
-    const std::optional<double> travel = travelOf(robot, aged, joint, time);
-    if (!travel) {
-      const bool has_acceleration = robot.maxAccelerations()[joint].has_value();
-      const bool wants_velocity = robot.config().pose_latency == PoseLatency::Velocity;
-      return unbounded(name + "has no velocity limit in the URDF" +
-                       (!wants_velocity     ? ""
-                        : !has_acceleration ? ", and max_acceleration has no number for it"
-                                            : ", and its velocity is not known"));
-    }
+    std::optional<double> travel;
+    if (scene::hasOnePosition(robot.robotModel().joints[joint])) travel = travelOf(robot, aged, joint, time);
+    if (!travel) return unboundedJoint(robot, joint);
     uncertainty.positions[joint] = robot.uncertainty().positions[joint] + *travel;
   }
   return {};
@@ -54,6 +56,7 @@ QueryStatus addJoints(const Robot& robot, const AgedPoses& aged, double time, sc
 
 /// The reference robot is at rest, so the others move relative to it.
 QueryStatus addBases(const Robot& robot, const AgedPoses& aged, double time, scene::Uncertainty& uncertainty) {
+  uncertainty.bases = robot.uncertainty().bases;
   if (aged.velocities.roots.code == QueryStatus::OK) return {};
   for (const int member : aged.sources.roots) {
     if (member < 0 || member == robot.referenceRobot()) continue;

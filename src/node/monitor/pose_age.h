@@ -12,7 +12,7 @@
 
 namespace proximity_server::node {
 
-/// What moves between the time of the poses and the time at which a message is used.
+/// The poses of a cycle, and the velocities of all that may move until its message is used.
 struct AgedPoses {
   const PoseSnapshot& poses;
   const VelocitySnapshot& velocities;

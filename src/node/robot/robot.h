@@ -79,7 +79,7 @@ class Robot {
   /// for it.
   const std::vector<std::optional<double>>& maxDecelerations() const { return max_decelerations_; }
 
-  /// What is not known exactly, without the motion since the time of the poses.
+  /// The uncertainty of the parameters. It does not contain the motion since the time of the poses, see addAge().
   const scene::Uncertainty& uncertainty() const { return uncertainty_; }
 
   /// False if guaranteed distances are the lower bounds of the distances themselves.

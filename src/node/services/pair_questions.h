@@ -37,7 +37,7 @@ std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& p
 /// field of the text that is wrong.
 std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs, const std::string& uncertainty);
 
-/// What computes more about each pair, at the poses of the scene that answers.
+/// Writes gradients and guaranteed distances into the messages of pairs, if the request wants them.
 struct PairDetails {
   std::optional<Gradients> gradients;
   std::optional<Guarantees> guarantees;

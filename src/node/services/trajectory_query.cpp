@@ -29,7 +29,7 @@ QueryTrajectoryResponse emptyQueryTrajectory() {
   return response;
 }
 
-/// What a request asks about: the points, the poses that tf adds to them, and the frames of objects.
+/// The trajectory of a request, with the poses that tf adds to its points, and the frames of objects.
 struct Trajectory {
   const Robot& robot;
   const RobotAndObjects model;

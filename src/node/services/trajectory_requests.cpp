@@ -40,7 +40,7 @@ scene::TrajectoryPoint pointOf(const scene::RobotModel& robot, const std::vector
   return point;
 }
 
-/// Of the positions of a revolute joint that one pose stands for, the one within the limits that is nearest to `next`;
+/// A pose is that of many positions of a revolute joint. Returns the one within the limits that is nearest to `next`;
 /// if none is within them, the one nearest to them.
 double turnNearestTo(double next, double position, const scene::Joint& joint) {
   const double nearest = next + std::remainder(position - next, kWholeTurn);

@@ -11,7 +11,7 @@
 
 namespace proximity_server::scene {
 
-/// What one thread needs to examine boxes, of one pair after the other.
+/// The working memory of one thread, for the boxes of one pair after the other.
 class BoxMeasures {
  public:
   BoxMeasures(const std::shared_ptr<const SceneModel>& model, std::shared_ptr<const Objects> objects);

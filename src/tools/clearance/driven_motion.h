@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-// What a controller makes of a trajectory, as options say it.
+// Options about the motion that a controller makes of a trajectory.
 
 namespace proximity_server::tools {
 

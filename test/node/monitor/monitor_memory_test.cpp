@@ -70,10 +70,10 @@ void addObjects(const Robot& robot, double x) {
 std::shared_ptr<const Robot> gantryWithLongNames(Config config) {
   std::string urdf;
   ros::param::get("/robot_description", urdf);
-  for (const std::string link : {"base", "slide", "ball", "post", "block"}) {
-    const std::string quoted = '"' + link + '"';
+  for (const std::string name : {"base", "slide", "ball", "post", "block", "x_axis", "y_axis", "lift"}) {
+    const std::string quoted = '"' + name + '"';
     for (std::size_t at = urdf.find(quoted); at != std::string::npos; at = urdf.find(quoted, at + 1)) {
-      urdf.insert(at + 1 + link.size(), kLongName);
+      urdf.insert(at + 1 + name.size(), kLongName);
     }
   }
   ros::param::set("/gantry_with_long_names", urdf);

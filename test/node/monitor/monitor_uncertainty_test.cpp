@@ -182,6 +182,9 @@ TEST_F(UncertainMonitor, NeedsTheSpeedOfABaseThatMayMove) {
   follow("");
   add(ballAt(standingAt(0.0, 0.55, 0.0)));
   EXPECT_EQ(cycleAged(0.1).status.code, QueryStatus::OK);
+  const double with_motion = monitor_.latest().object_minimum.guaranteed;
+  velocities_.roots = {};  // the base stands still now
+  EXPECT_NEAR(cycleAged(0.1).object_minimum.guaranteed, with_motion + 0.1, 1e-9);
 }
 
 }  // namespace proximity_server::node::monitor_uncertainty_test

@@ -38,7 +38,7 @@ struct PairProof {
   long boxes = 0;  ///< that were examined
 };
 
-/// What is asked about each pair, and how much may be spent.
+/// The question about each pair, and the budget of its search.
 struct ProofQuestion {
   /// [m] At least 0. A pair is in contact up to this signed distance; paddings of pairs are subtracted before.
   double contact_distance = 0.0;
