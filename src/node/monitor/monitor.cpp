@@ -160,7 +160,7 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
 /// Prepares the guaranteed distances at the poses of this cycle.
 QueryStatus Monitor::updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities) {
   if (!guarantees_) return {};
-  static const scene::FramePoses kUnknown;
+  static const scene::FramePoses kUnknown{};
   const bool has_frames = cycle.frames.poses.size() == monitored_.frames.names.size();
   guarantees_->update(cycle.snapshot.poses, has_frames ? cycle.frames.poses : kUnknown);
   if (robot_->config().pose_latency == PoseLatency::Off) return {};
