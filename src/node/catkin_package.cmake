@@ -22,6 +22,7 @@ add_message_files(FILES
   Boxes.msg
   Clearance.msg
   ConstraintRows.msg
+  JointInterval.msg
   LinkInfo.msg
   Lookahead.msg
   MeshFile.msg
@@ -32,6 +33,7 @@ add_message_files(FILES
   ObjectInfo.msg
   ObjectList.msg
   PairInfo.msg
+  PairProof.msg
   PairRule.msg
   Proximity.msg
   QueryStatus.msg
@@ -45,6 +47,7 @@ add_service_files(FILES
   FirstContact.srv
   MinimumDistance.srv
   PenetrationDepth.srv
+  ProveJointBox.srv
   QueryConfiguration.srv
   QueryPairs.srv
   QueryTrajectory.srv

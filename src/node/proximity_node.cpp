@@ -50,6 +50,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       query_configuration_srv_(advertise<QueryConfiguration>("query_configuration", long_requests_)),
       time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
       query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
+      prove_joint_box_srv_(advertise<ProveJointBox>("prove_joint_box", long_requests_)),
       apply_objects_srv_(
           withQueue(private_nh_, changes_).advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
       apply_objects_sub_(withQueue(private_nh_, arrivals_)

@@ -106,6 +106,7 @@ class ProximityNode {
   ros::ServiceServer query_configuration_srv_;
   ros::ServiceServer time_of_contact_srv_;
   ros::ServiceServer query_trajectory_srv_;
+  ros::ServiceServer prove_joint_box_srv_;
   ros::ServiceServer apply_objects_srv_;
   ros::Subscriber apply_objects_sub_;
   SettingsServer settings_server_;

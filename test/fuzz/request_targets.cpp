@@ -10,6 +10,7 @@
 #include "node/services/joint_requests.h"
 #include "node/services/motion_requests.h"
 #include "node/services/pair_questions.h"
+#include "node/services/queries.h"
 #include "node/services/requests.h"
 #include "node/services/trajectory_requests.h"
 #include "proximity_server/MinimumDistanceRequest.h"
@@ -156,6 +157,20 @@ void ask(const QueryTrajectoryRequest& request) {
   }
 }
 
+/// With a few boxes for each pair, and never from tf, which would be waited for.
+void ask(ProveJointBoxRequest request) {
+  request.most_boxes = request.most_boxes % 4 + 1;
+  if (request.missing_joints == ProveJointBoxRequest::FROM_TF) request.missing_joints = ProveJointBoxRequest::ZERO;
+  TfPoses tf;
+  const ProveJointBoxResponse response = answer(arm(), tf, request);
+  require(response.status.code != QueryStatus::INTERNAL_ERROR, "a bad box is no defect of the node");
+  require(response.success || !response.status.message.empty(), "a refusal says why");
+  for (const PairProof& proof : response.pairs) {
+    require(!response.proven || proof.outcome == PairProof::PROVEN, "all is proven only if each pair is");
+    require(!(proof.lower_bound > proof.closest_upper_bound), "no state is nearer than what is proven");
+  }
+}
+
 template <class Request>
 void askOf(std::string_view bytes) {
   Request request;
@@ -241,6 +256,8 @@ void tryRequest(const std::string& bytes) {
       return askOf<QueryConfigurationRequest>(body);
     case 't':
       return askOf<QueryTrajectoryRequest>(body);
+    case 'j':
+      return askOf<ProveJointBoxRequest>(body);
     default:
       return askOf<FirstContactRequest>(body);
   }

@@ -31,7 +31,8 @@ PATIENCE = 60.0  # [s] nothing takes this long unless it is broken
 STEP = rospy.Duration(0, 100000000)  # the period of the monitor
 SERVICES = {"minimum_distance": srv.MinimumDistance, "separation_axis": srv.SeparationAxis, "penetration_depth": srv.PenetrationDepth,
             "query_pairs": srv.QueryPairs, "query_configuration": srv.QueryConfiguration, "time_of_contact": srv.FirstContact,
-            "query_trajectory": srv.QueryTrajectory, "apply_objects": srv.ApplyObjects}
+            "query_trajectory": srv.QueryTrajectory, "prove_joint_box": srv.ProveJointBox,
+            "apply_objects": srv.ApplyObjects}
 ROBOTS = {"": ["/left", "/right"]}  # namespace of a node -> those of its robots, where there are several
 LEFT_OUT = {"computation_time", "cycle", "node_start", "seq", "lookahead"}
 

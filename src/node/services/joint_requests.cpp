@@ -3,12 +3,15 @@
 #include "proximity_server/QueryConfigurationRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/motion/limited_motion.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace proximity_server::node {
 namespace {
+
+constexpr double kWholeTurn = 2.0 * 3.14159265358979323846;
 
 int jointNamed(const scene::RobotModel& robot, const std::string& name, const std::string& where) {
   const int index = scene::findNamed(robot.joints, name);
@@ -24,6 +27,20 @@ int jointNamed(const scene::RobotModel& robot, const std::string& name, const st
     refuse(where + ": " + "joint '" + name + "' is floating or planar, it has not one position");
   }
   return index;
+}
+
+/// A pose is that of many positions of a revolute joint. Returns the one within the limits that is nearest to `next`;
+/// if none is within them, the one nearest to them.
+double turnNearestTo(double next, double position, const scene::Joint& joint) {
+  const double nearest = next + std::remainder(position - next, kWholeTurn);
+  const auto excess = [&](double candidate) {
+    const double beyond = std::max(joint.lower - candidate, candidate - joint.upper);
+    return beyond <= scene::kBeyondLimit ? 0.0 : beyond;
+  };
+  double best = nearest;
+  for (const double candidate : {nearest - kWholeTurn, nearest + kWholeTurn})
+    if (excess(candidate) < excess(best)) best = candidate;
+  return best;
 }
 
 }  // namespace
@@ -98,6 +115,15 @@ FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames
   PoseSnapshot robot_poses;
   robot_poses.stamp = joints.stamp.isZero() ? ros::Time::now() : joints.stamp;
   return tf.awaitFrames(robot, frames, robot_poses, stamp);
+}
+
+double presentPosition(const Robot& robot, int index, const JointSnapshot& from_tf, double next) {
+  const scene::RobotModel& model = robot.robotModel();
+  const scene::Joint& joint = model.joints[index];
+  const Eigen::Isometry3d& parent_T_joint = from_tf.joints[index].value();
+  const double position =
+      scene::jointPosition(model, joint, model.links[joint.parent_link].body_T_link * parent_T_joint);
+  return joint.type == scene::Joint::Type::Revolute ? turnNearestTo(next, position, joint) : position;
 }
 
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf) {

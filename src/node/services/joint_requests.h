@@ -44,6 +44,10 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
 FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp);
 
+/// The position [rad] or [m] of a joint in tf, which `from_tf` must have. A transform does not tell the turn of a
+/// revolute joint: it is the one within the limits that is nearest to `next`, where the joint goes first.
+double presentPosition(const Robot& robot, int joint, const JointSnapshot& from_tf, double next);
+
 /// The poses of the bodies in the frame of the root link of their robot. Joints without a given position are taken from
 /// tf.
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf);

@@ -5,6 +5,7 @@
 #include "proximity_server/FirstContact.h"
 #include "proximity_server/MinimumDistance.h"
 #include "proximity_server/PenetrationDepth.h"
+#include "proximity_server/ProveJointBox.h"
 #include "proximity_server/QueryConfiguration.h"
 #include "proximity_server/QueryPairs.h"
 #include "proximity_server/QueryTrajectory.h"
@@ -24,5 +25,6 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
 QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryConfigurationRequest& request);
 FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request);
 QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request);
+ProveJointBoxResponse answer(const Robot& robot, TfPoses& tf, const ProveJointBoxRequest& request);
 
 }  // namespace proximity_server::node

@@ -1,7 +1,6 @@
 #include "node/services/trajectory_requests.h"
 
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/motion/limited_motion.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,8 +10,6 @@
 
 namespace proximity_server::node {
 namespace {
-
-constexpr double kWholeTurn = 2.0 * 3.14159265358979323846;
 
 void requireInterpolation(const QueryTrajectoryRequest& request) {
   if (request.interpolation > QueryTrajectoryRequest::QUINTIC)
@@ -38,30 +35,6 @@ scene::TrajectoryPoint pointOf(const scene::RobotModel& robot, const std::vector
   if (interpolation == QueryTrajectoryRequest::QUINTIC && !message.accelerations.empty())
     point.accelerations = read(message.accelerations, "acceleration");
   return point;
-}
-
-/// A pose is that of many positions of a revolute joint. Returns the one within the limits that is nearest to `next`;
-/// if none is within them, the one nearest to them.
-double turnNearestTo(double next, double position, const scene::Joint& joint) {
-  const double nearest = next + std::remainder(position - next, kWholeTurn);
-  const auto excess = [&](double candidate) {
-    const double beyond = std::max(joint.lower - candidate, candidate - joint.upper);
-    return beyond <= scene::kBeyondLimit ? 0.0 : beyond;
-  };
-  double best = nearest;
-  for (const double candidate : {nearest - kWholeTurn, nearest + kWholeTurn})
-    if (excess(candidate) < excess(best)) best = candidate;
-  return best;
-}
-
-/// The position of a joint in tf. `next`: where it goes first.
-double presentPosition(const Robot& robot, int index, const JointSnapshot& from_tf, double next) {
-  const scene::RobotModel& model = robot.robotModel();
-  const scene::Joint& joint = model.joints[index];
-  const Eigen::Isometry3d& parent_T_joint = from_tf.joints[index].value();
-  const double position =
-      scene::jointPosition(model, joint, model.links[joint.parent_link].body_T_link * parent_T_joint);
-  return joint.type == scene::Joint::Type::Revolute ? turnNearestTo(next, position, joint) : position;
 }
 
 /// The degree of the polynomial between two points, see scene::SplineSegment.

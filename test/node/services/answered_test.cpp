@@ -4,6 +4,7 @@
 #include "proximity_server/FirstContact.h"
 #include "proximity_server/MinimumDistance.h"
 #include "proximity_server/PenetrationDepth.h"
+#include "proximity_server/ProveJointBox.h"
 #include "proximity_server/QueryConfiguration.h"
 #include "proximity_server/QueryPairs.h"
 #include "proximity_server/QueryTrajectory.h"
@@ -73,7 +74,7 @@ template <class Response>
 class AnsweredByEveryService : public testing::Test {};
 using Responses =
     testing::Types<MinimumDistanceResponse, SeparationAxisResponse, PenetrationDepthResponse, QueryPairsResponse,
-                   QueryConfigurationResponse, FirstContactResponse, QueryTrajectoryResponse>;
+                   QueryConfigurationResponse, FirstContactResponse, QueryTrajectoryResponse, ProveJointBoxResponse>;
 TYPED_TEST_SUITE(AnsweredByEveryService, Responses);
 
 TYPED_TEST(AnsweredByEveryService, AnExceptionBecomesAFailedAnswerWithItsText) {

@@ -3,6 +3,7 @@
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/ModelInfo.h>
 #include <proximity_server/PenetrationDepth.h>
+#include <proximity_server/ProveJointBox.h>
 #include <proximity_server/QueryConfiguration.h>
 #include <proximity_server/QueryPairs.h>
 #include <proximity_server/QueryTrajectory.h>
@@ -96,6 +97,17 @@ TEST(Services, TellTheContactOnATrajectory) {
   request.trajectory.points[1].positions = {0.0};
   request.trajectory.points[1].time_from_start = ros::Duration(1.0);
   EXPECT_NEAR(askedByName<QueryTrajectory>("query_trajectory", request).t_contact, 0.6, 1e-5);
+}
+
+TEST(Services, ProveThatABoxIsFree) {
+  auto request = aboutTheBall<ProveJointBox>();
+  request.box.resize(1);
+  request.box[0].name = "x_axis";
+  request.box[0].lower = 0.4;
+  request.box[0].upper = 0.6;
+  const auto response = askedByName<ProveJointBox>("prove_joint_box", request);
+  EXPECT_TRUE(response.proven);
+  EXPECT_NEAR(response.lower_bound, 0.2, kTolerance);
 }
 
 // ---- beside the monitor
