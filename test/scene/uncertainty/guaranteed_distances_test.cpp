@@ -222,22 +222,10 @@ TEST(GuaranteedDistances, NoStateWithinIsCloser) {
       if (pair.result.status == narrowphase::Status::Unknown) continue;
       const double bound = cell.distances.of(pair);
       ASSERT_LE(bound, pair.result.lower_bound);
-      double worst = pair.result.upper_bound - swellingOf(cell.distances.uncertainty(), pair.asked);
-      for (int s = 0; s < 12; ++s) {
-        const StateWithin state = someStateWithin(cell.model->robot, cell.objects.get(), chance);
-        worst = std::min(worst, cell.in(state, pair.asked).upper_bound);
-      }
-      // Corners of the joints on the way to the worst one.
-      StateWithin corner = someStateWithin(cell.model->robot, cell.objects.get(), corners);
-      for (double& position : corner.positions) position = std::copysign(1.0, position);
-      double nearest = cell.in(corner, pair.asked).upper_bound;
-      for (double& position : corner.positions) {
-        position = -position;
-        const double other = cell.in(corner, pair.asked).upper_bound;
-        if (other > nearest) position = -position;
-        nearest = std::min(nearest, other);
-      }
-      worst = std::min(worst, nearest);
+      const auto in = [&](const StateWithin& state) { return cell.in(state, pair.asked).upper_bound; };
+      const double worst = std::min({pair.result.upper_bound - swellingOf(cell.distances.uncertainty(), pair.asked),
+                                     smallestOfSome(12, cell.model->robot, cell.objects.get(), chance, in),
+                                     smallestOfCorners(cell.model->robot, cell.objects.get(), corners, in)});
       ASSERT_GE(worst, bound) << i << ": " << nameOf(pair.asked.a, cell.model->robot, cell.objects.get()) << ", "
                               << nameOf(pair.asked.b, cell.model->robot, cell.objects.get());
       ++pairs;

@@ -8,6 +8,9 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -41,6 +44,31 @@ inline StateWithin someStateWithin(const RobotModel& robot, const Objects* objec
                     frames(static_cast<std::size_t>(objects ? objects->numberLimit() : 0))};
   for (std::size_t i = 0; i < robot.joints.size(); ++i) state.positions.push_back(chance.eitherSign(part()));
   return state;
+}
+
+/// The smallest distance(state) of so many states.
+template <typename Distance>
+double smallestOfSome(int count, const RobotModel& robot, const Objects* objects, Chance& chance,
+                      const Distance& distance) {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < count; ++i)
+    smallest = std::min(smallest, distance(someStateWithin(robot, objects, chance)));
+  return smallest;
+}
+
+/// The smallest distance(state) of corners of the joints on the way to the worst one.
+template <typename Distance>
+double smallestOfCorners(const RobotModel& robot, const Objects* objects, Chance& chance, const Distance& distance) {
+  StateWithin corner = someStateWithin(robot, objects, chance);
+  for (double& position : corner.positions) position = std::copysign(1.0, position);
+  double smallest = distance(corner);
+  for (double& position : corner.positions) {
+    position = -position;
+    const double other = distance(corner);
+    if (other > smallest) position = -position;
+    smallest = std::min(smallest, other);
+  }
+  return smallest;
 }
 
 /// The motion of a frame with this origin.

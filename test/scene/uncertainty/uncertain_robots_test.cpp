@@ -1,0 +1,68 @@
+// Real robots whose joints are not where they are said to be. With PROXIMITY_REPEATS many more states are searched.
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "scene/example_robots.h"
+#include "scene/random_states.h"
+#include "scene/uncertainty/uncertain_states.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+namespace proximity_server::scene::uncertain_robots_test {
+
+/// All joints are off by up to the same angle [rad] or, times 0.3 m, length; sometimes some of everything is.
+Uncertainty uncertaintyOf(const RobotModel& robot, double size, Chance& chance) {
+  if (chance.below(3) == 0) return someUncertainty(robot, size, 0.3 * size, chance);
+  Uncertainty uncertainty(robot);
+  for (std::size_t i = 0; i < robot.joints.size(); ++i)
+    uncertainty.positions[i] = robot.joints[i].type == Joint::Type::Prismatic ? 0.3 * size : size;
+  return uncertainty;
+}
+
+/// No state within the uncertainty of some states is closer than the guaranteed distances of the closest pairs.
+void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int count, Chance& chance) {
+  Scene scene(model), within(model);
+  GuaranteedDistances distances(model);
+  int close = 0, pairs = 0;
+  for (int i = 0; i < count; ++i) {
+    const BodyPoses poses = forwardKinematics(model->robot, randomPositions(model->robot, chance));
+    const Uncertainty uncertainty = uncertaintyOf(model->robot, chance.decades(-4, -1), chance);
+    scene.update(poses);
+    distances.update(poses);
+    distances.assume(uncertainty);
+    for (const PairProximity& pair : std::vector<PairProximity>(scene.closest(scene.candidates(), 4))) {
+      const double bound = distances.of(pair);
+      const auto in = [&](const StateWithin& state) {
+        within.update(posesWithin(model->robot, poses, uncertainty, state));
+        return within.proximity(pair.asked).result.upper_bound - swellingOf(uncertainty, pair.asked);
+      };
+      const double worst = std::min(smallestOfSome(8, model->robot, nullptr, chance, in),
+                                    smallestOfCorners(model->robot, nullptr, chance, in));
+      ASSERT_GE(worst, bound) << i << ": " << nameOf(pair.asked.a, model->robot) << ", "
+                              << nameOf(pair.asked.b, model->robot);
+      close += pair.result.upper_bound - worst > 0.5 * (pair.result.upper_bound - bound);
+      ++pairs;
+    }
+  }
+  EXPECT_GT(close, pairs / 5) << "the search comes near to the bounds";
+}
+
+TEST(UncertainRobots, NoStateOfTheDemoRobotIsCloser) {
+  Chance chance(1);
+  searchStatesWithin(demoModel(), repeats(30), chance);
+}
+
+TEST(UncertainRobots, NoStateOfAnExampleRobotIsCloser) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  Chance chance(2);
+  for (const ExampleRobot& robot : robotsToTest()) {
+    SCOPED_TRACE(robot.name);
+    searchStatesWithin(modelOf(robot, resolve, quickLoading()), repeats(30), chance);
+  }
+}
+
+}  // namespace proximity_server::scene::uncertain_robots_test
