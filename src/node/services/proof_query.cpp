@@ -117,8 +117,9 @@ std::vector<scene::ShapeRefPair> listOf(const Robot& robot, const RequestedPairs
                                                      std::to_string(robot.config().max_batch));
   if (pairs.list()) return *pairs.list();
   std::vector<scene::ShapeRefPair> list = robot.candidates().list();
-  pairs.objects().forEachCheckedPair(
-      [&](const scene::ShapeRef& a, const scene::ShapeRef& b) { list.push_back({a, b}); });
+  pairs.objects().forEachCheckedPair([&](const scene::ShapeRef& a, const scene::ShapeRef& b) {
+    list.push_back({a, b});
+  });
   return list;
 }
 
@@ -161,9 +162,8 @@ void fill(ProveJointBoxResponse& response, const RobotAndObjects& model, std::ve
   const auto rank = [](const scene::PairProof& proof) {
     return std::pair((codeOf(proof.outcome) + 1) % 3, proof.lower_bound);  // refuted, undecided, proven
   };
-  std::stable_sort(proofs.begin(), proofs.end(), [&](const scene::PairProof& one, const scene::PairProof& other) {
-    return rank(one) < rank(other);
-  });
+  std::stable_sort(proofs.begin(), proofs.end(),
+                   [&](const scene::PairProof& one, const scene::PairProof& other) { return rank(one) < rank(other); });
   response.lower_bound = std::numeric_limits<double>::infinity();
   std::size_t proven = 0, undecided = 0;
   for (const scene::PairProof& proof : proofs) {
@@ -174,9 +174,9 @@ void fill(ProveJointBoxResponse& response, const RobotAndObjects& model, std::ve
   }
   response.proven = proven == proofs.size();
   if (undecided > 0)
-    response.status = statusOf(QueryStatus::OVER_BUDGET, std::to_string(undecided) + " of " +
-                                                             std::to_string(proofs.size()) +
-                                                             " pairs are undecided: time_budget or most_boxes ended");
+    response.status =
+        statusOf(QueryStatus::OVER_BUDGET, std::to_string(undecided) + " of " + std::to_string(proofs.size()) +
+                                               " pairs are undecided: time_budget or most_boxes ended");
 }
 
 std::vector<scene::PairProof> prove(const Robot& robot, const std::vector<scene::ShapeRefPair>& pairs,
@@ -214,8 +214,7 @@ ProveJointBoxResponse answer(const Robot& robot, TfPoses& tf, const ProveJointBo
     addMissing(box, missing, robot, request.missing_joints, from_tf);
     const FrameSnapshot frames = framesFromTf(robot, tf, framesOf(pairs.objects()), from_tf, request.stamp);
     require(frames.status);
-    if (!pairs.objects().empty())
-      question.objects = ObjectsForProof(robot, pairs.objects(), frames, from_tf).placed();
+    if (!pairs.objects().empty()) question.objects = ObjectsForProof(robot, pairs.objects(), frames, from_tf).placed();
     question.deadline = system::deadlineIn(budget);
     fill(response, {robot.robotModel(), &pairs.objects()}, prove(robot, list, box, question));
   });

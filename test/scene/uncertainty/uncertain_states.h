@@ -51,8 +51,7 @@ template <typename Distance>
 double smallestOfSome(int count, const RobotModel& robot, const Objects* objects, Chance& chance,
                       const Distance& distance) {
   double smallest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < count; ++i)
-    smallest = std::min(smallest, distance(someStateWithin(robot, objects, chance)));
+  for (int i = 0; i < count; ++i) smallest = std::min(smallest, distance(someStateWithin(robot, objects, chance)));
   return smallest;
 }
 
