@@ -15,9 +15,9 @@ Positions someStateIn(const RobotModel& robot, const JointBox& box, Chance& chan
   Positions positions(robot.joints.size(), 0.0);
   const bool is_corner = chance.below(2) == 0;
   for (const JointRange& interval : box)
-    positions[interval.joint] = !is_corner              ? chance.between(interval.lower, interval.upper)
+    positions[interval.joint] = !is_corner             ? chance.between(interval.lower, interval.upper)
                                 : chance.below(2) == 0 ? interval.lower
-                                                        : interval.upper;
+                                                       : interval.upper;
   return positions;
 }
 
