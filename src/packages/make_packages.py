@@ -20,6 +20,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 # {component: name of its package}
 PACKAGES = dict(re.findall(r"(?m)^proximity_package\((\w+) (\S+)", pathlib.Path(__file__).with_name("packages.cmake").read_text()))
 ABOUT = {"clearance": "how close a robot is to itself in many states", "explain": "one query of GJK and EPA, step by step",
+         "model_check": "what is wrong with a robot's URDF and SRDF",
          "pair_audit": "which pairs of a robot's links can collide",
          "prove": "which pairs of a robot's links and objects stay apart, with proof"}
 

@@ -62,6 +62,17 @@ std::string evidenceText(const PairEvidence& evidence) {
   return "";
 }
 
+/// [m] How far the convex pieces of two links lie from their meshes, together.
+double deviationOf(const scene::RobotModel& robot, const scene::ShapeRefPair& pair) {
+  double sum = 0.0;
+  for (const int link : {pair.a.link(), pair.b.link()}) {
+    double largest = 0.0;
+    for (const int i : robot.links[link].collisions) largest = std::max(largest, robot.collisions[i].deviation);
+    sum += largest;
+  }
+  return sum;
+}
+
 class Report {
  public:
   Report(const scene::SceneModel& model, const PairStudy& study) : model_(model), study_(study) {}
@@ -135,21 +146,12 @@ class Report {
   std::string text() const { return text_.str(); }
 
  private:
-  /// [m] How far the convex pieces of a link lie from its meshes.
-  double deviationOf(int link) const {
-    double largest = 0.0;
-    for (const int i : model_.robot.links[link].collisions) {
-      largest = std::max(largest, model_.robot.collisions[i].deviation);
-    }
-    return largest;
-  }
-
   /// The contact of a pair, with a remark if only the convex pieces may be in contact and not the meshes.
   std::string contactText(const PairEvidence& evidence) const {
-    const double deviation = deviationOf(evidence.pair.a.link()) + deviationOf(evidence.pair.b.link());
-    const std::string doubt = evidence.contact_depth > deviation || deviation <= kContactDistance
-                                  ? ""
-                                  : " (in doubt: what is checked lies up to " + metres(deviation) + " from the meshes)";
+    const std::string doubt = isInDoubt(model_, evidence)
+                                  ? " (in doubt: what is checked lies up to " +
+                                        metres(deviationOf(model_.robot, evidence.pair)) + " from the meshes)"
+                                  : "";
     return "in contact, " + metres(evidence.contact_depth) + " deep" + doubt + ", at " +
            stateText(model_.robot, evidence.pair, *evidence.contact);
   }
@@ -210,6 +212,11 @@ class Report {
 };
 
 }  // namespace
+
+bool isInDoubt(const scene::SceneModel& model, const PairEvidence& evidence) {
+  const double deviation = deviationOf(model.robot, evidence.pair);
+  return deviation > kContactDistance && evidence.contact_depth <= deviation;
+}
 
 SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study) {
   SrdfFaults faults;

@@ -15,6 +15,9 @@ struct SrdfFaults {
 };
 SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study);
 
+/// True if the contact that was seen may be one of the convex pieces only, and not of the meshes.
+bool isInDoubt(const scene::SceneModel& model, const PairEvidence& evidence);
+
 enum class SrdfGiven : unsigned char { No, Yes };
 /// The report as text: every pair under its class, then the errors of the SRDF, if there is one, entry by entry.
 /// Lengths are in metres.

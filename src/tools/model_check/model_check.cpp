@@ -1,0 +1,152 @@
+// What is wrong with a robot's URDF and SRDF, before the robot moves.
+#include "proximity_server/scene/loading/load_robot_model.h"
+#include "tools/model_check/model_checks.h"
+#include "tools/program/options.h"
+#include "tools/program/progress.h"
+#include "tools/program/tool_main.h"
+#include "tools/robot/robot_files.h"
+#include "tools/text/naming.h"
+#include "tools/text/output_file.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace proximity_server::tools {
+namespace {
+
+enum class FindingFormat : unsigned char { Text, Json };
+
+struct CheckArguments {
+  RobotFiles robot;
+  StudyOptions study;
+  double visual_tolerance = 0.02, inflation = 0.01;  ///< [m]
+  Accepted accepted;
+  std::optional<Severity> fail_on = Severity::Error;
+  std::string junit;
+  FindingFormat format = FindingFormat::Text;
+};
+
+std::optional<Severity> severityNamed(const std::string& text) {
+  for (const Severity severity : {Severity::Note, Severity::Warning, Severity::Error})
+    if (text == toString(severity)) return severity;
+  if (text == "never") return std::nullopt;
+  throw std::invalid_argument("'" + text + "' is none of note, warning, error, never");
+}
+
+FindingFormat formatNamed(const std::string& text) {
+  if (text == "text") return FindingFormat::Text;
+  if (text == "json") return FindingFormat::Json;
+  throw std::invalid_argument("'" + text + "' is none of text, json");
+}
+
+void declare(ProgramOptions& program, CheckArguments& arguments) {
+  program.addText("robot", "FILE", arguments.robot.urdf, "the URDF").is_required = true;
+  program.addText("--srdf", "FILE", arguments.robot.srdf, "its entries are checked, too");
+  addRobotOptions(program, arguments.robot);
+  addQuiet(program, arguments.robot.warnings);
+  addLength(program, "--visual-tolerance", arguments.visual_tolerance, 0.0,
+            "how far visual geometry may reach out of collision geometry (default: 0.02)");
+  addLength(program, "--inflation", arguments.inflation, 0.0,
+            "how far convex pieces may reach out of their mesh (default: 0.01)");
+  addCount(program, "--samples", arguments.study.most_samples, 1, 1000000000,
+           "most random states, for what is said of pairs (default: 100000)");
+  addCount(program, "--seed", arguments.study.seed, 0, std::numeric_limits<long>::max(), "of these (default: 1)");
+  program
+      .add("--accept", "CHECK[:PLACE]", "findings that are known and right: of a check, or of one at a place",
+           [&arguments](const std::string& text) { arguments.accepted.add(text); })
+      .is_repeatable = true;
+  program.addRead("--fail-on", "SEVERITY", arguments.fail_on, severityNamed,
+                  "note, warning, error (default) or never: from which on the exit code is 2");
+  program.addText("--junit", "FILE", arguments.junit, "the findings as tests of JUnit, for CI");
+  program.addRead("--format", "FORMAT", arguments.format, formatNamed, "text (default) or json");
+  addThreads(program, arguments.study.threads);
+}
+
+void append(std::vector<Finding>& all, std::vector<Finding> some) {
+  all.insert(all.end(), std::make_move_iterator(some.begin()), std::make_move_iterator(some.end()));
+}
+
+/// The robot with its visual geometry, as far as its meshes can be read, each part as its convex hull.
+scene::RobotModel loadVisual(const CheckArguments& arguments, const std::string& urdf) {
+  scene::ModelOptions options;
+  options.mesh_tolerance = 1e3;  // [m] one hull for each connected part
+  options.allow_missing_meshes = true;
+  options.allow_broken_mimics = arguments.robot.allow_broken_mimics;
+  const std::string folder = std::filesystem::absolute(arguments.robot.urdf).parent_path();
+  return scene::loadRobotModel(visualAsCollision(urdf), scene::packageResolver(scene::rosPackagePath(), folder),
+                               options);
+}
+
+std::vector<Finding> findAll(const CheckArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
+                             const std::string& urdf) {
+  std::vector<Finding> findings = findXacro(arguments.robot.urdf, urdf);
+  append(findings, findWarnings(*model));
+  append(findings, findLimits(model->robot));
+  append(findings, findInflation(model->robot, arguments.inflation));
+  append(findings, findVisuals(model, naming(arguments.robot.urdf, [&] { return loadVisual(arguments, urdf); }),
+                               arguments.visual_tolerance));
+  ProgressBar bar;
+  append(findings,
+         findPairs(*model, studyPairs(model, arguments.study,
+                                      [&](StudyStage, double done) { bar.show("pairs of links", done); })));
+  return findings;
+}
+
+std::string subjectOf(const scene::SceneModel& model) {
+  return "robot \"" + model.robot.name + "\": " + std::to_string(model.robot.links.size()) + " links, " +
+         std::to_string(model.robot.joints.size()) + " joints, " + std::to_string(model.pairs.checked.size()) +
+         " checked pairs";
+}
+
+/// If the robot cannot be loaded, leftovers of xacro are the likely reason, and come first.
+std::shared_ptr<const scene::SceneModel> load(const CheckArguments& arguments, const std::string& urdf) {
+  try {
+    return loadSceneModel(arguments.robot);
+  } catch (const std::invalid_argument& error) {
+    const std::vector<Finding> leftovers = findXacro(arguments.robot.urdf, urdf);
+    if (leftovers.empty()) throw;
+    throw std::invalid_argument(leftovers.front().where + ": " + leftovers.front().what + " " +
+                                leftovers.front().advice + " (" + error.what() + ")");
+  }
+}
+
+ExitCode run(const CheckArguments& arguments) {
+  if (!arguments.junit.empty()) requireWritable(arguments.junit);
+  const std::string urdf = readTextFile(arguments.robot.urdf);
+  const std::shared_ptr<const scene::SceneModel> model = load(arguments, urdf);
+  std::vector<Finding> findings = findAll(arguments, model, urdf);
+  for (const std::string& entry : arguments.accepted.unused(findings))
+    printWarnings({"--accept " + entry + ": there is no such finding"}, arguments.robot.warnings);
+  findings.erase(std::remove_if(findings.begin(), findings.end(),
+                                [&](const Finding& finding) { return arguments.accepted.contains(finding); }),
+                 findings.end());
+  const bool is_text = arguments.format == FindingFormat::Text;
+  writeTo(std::cout, "standard output", is_text ? findingsText(subjectOf(*model), findings)
+                                                : findingsJson(subjectOf(*model), findings));
+  flushTo(std::cout, "standard output");
+  if (!arguments.junit.empty()) writeFile(arguments.junit, findingsJUnit(findings, arguments.fail_on));
+  const bool fails = arguments.fail_on && std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+                       return finding.severity >= *arguments.fail_on;
+                     });
+  return fails ? ExitCode::AssertionFails : ExitCode::Done;
+}
+
+}  // namespace
+}  // namespace proximity_server::tools
+
+int main(int argc, char** argv) {
+  proximity_server::tools::ProgramOptions program("model_check",
+                                                  "What is wrong with a robot's URDF and SRDF, before the robot moves");
+  proximity_server::tools::CheckArguments arguments;
+  proximity_server::tools::declare(program, arguments);
+  return proximity_server::tools::runTool(program, argc, argv, [&] { return proximity_server::tools::run(arguments); });
+}
