@@ -2,8 +2,8 @@
 
 #include "proximity_server/scene/model/names.h"
 
-#include <nlohmann/json.hpp>
 #include <tinyxml2.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -41,7 +41,7 @@ const char* toString(Severity severity) {
 
 const std::vector<std::string>& checkNames() {
   static const std::vector<std::string> names{"xacro",  "loading", "limits",    "mimic", "geometry",
-                                              "visual", "pieces",  "neighbour", "srdf"};
+                                              "visual", "pieces",  "neighbour", "srdf",  "pinch"};
   return names;
 }
 
@@ -60,8 +60,7 @@ bool Accepted::contains(const Finding& finding) const {
 std::vector<std::string> Accepted::unused(const std::vector<Finding>& findings) const {
   std::vector<std::string> unused;
   for (const std::string& entry : entries_)
-    if (std::none_of(findings.begin(), findings.end(),
-                     [&](const Finding& finding) { return isNamed(entry, finding); }))
+    if (std::none_of(findings.begin(), findings.end(), [&](const Finding& finding) { return isNamed(entry, finding); }))
       unused.push_back(entry);
   return unused;
 }

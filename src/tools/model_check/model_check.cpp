@@ -29,6 +29,7 @@ struct CheckArguments {
   RobotFiles robot;
   StudyOptions study;
   double visual_tolerance = 0.02, inflation = 0.01;  ///< [m]
+  std::optional<double> pinch;                       ///< [m]
   Accepted accepted;
   std::optional<Severity> fail_on = Severity::Error;
   std::string junit;
@@ -57,6 +58,8 @@ void declare(ProgramOptions& program, CheckArguments& arguments) {
             "how far visual geometry may reach out of collision geometry (default: 0.02)");
   addLength(program, "--inflation", arguments.inflation, 0.0,
             "how far convex pieces may reach out of their mesh (default: 0.01)");
+  addLength(program, "--pinch", arguments.pinch, 1e-4,
+            "names pairs whose gap closes below this: a finger needs 0.025, a hand 0.1, a head 0.3 (ISO 13854)");
   addCount(program, "--samples", arguments.study.most_samples, 1, 1000000000,
            "most random states, for what is said of pairs (default: 100000)");
   addCount(program, "--seed", arguments.study.seed, 0, std::numeric_limits<long>::max(), "of these (default: 1)");
@@ -95,9 +98,13 @@ std::vector<Finding> findAll(const CheckArguments& arguments, const std::shared_
   append(findings, findVisuals(model, naming(arguments.robot.urdf, [&] { return loadVisual(arguments, urdf); }),
                                arguments.visual_tolerance));
   ProgressBar bar;
-  append(findings,
-         findPairs(*model, studyPairs(model, arguments.study,
-                                      [&](StudyStage, double done) { bar.show("pairs of links", done); })));
+  const auto study = [&](double distance) {
+    StudyOptions options = arguments.study;
+    options.distance = distance;
+    return studyPairs(model, options, [&](StudyStage, double done) { bar.show("pairs of links", done); });
+  };
+  append(findings, findPairs(*model, study(0.0)));
+  if (arguments.pinch) append(findings, findPinchPoints(*model, study(*arguments.pinch), *arguments.pinch));
   return findings;
 }
 
@@ -130,8 +137,8 @@ ExitCode run(const CheckArguments& arguments) {
                                 [&](const Finding& finding) { return arguments.accepted.contains(finding); }),
                  findings.end());
   const bool is_text = arguments.format == FindingFormat::Text;
-  writeTo(std::cout, "standard output", is_text ? findingsText(subjectOf(*model), findings)
-                                                : findingsJson(subjectOf(*model), findings));
+  writeTo(std::cout, "standard output",
+          is_text ? findingsText(subjectOf(*model), findings) : findingsJson(subjectOf(*model), findings));
   flushTo(std::cout, "standard output");
   if (!arguments.junit.empty()) writeFile(arguments.junit, findingsJUnit(findings, arguments.fail_on));
   const bool fails = arguments.fail_on && std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {

@@ -8,8 +8,8 @@
 #include "tools/pair_audit/audit_report.h"
 #include "tools/robot/robot_text.h"
 
-#include <Eigen/Geometry>
 #include <tinyxml2.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -95,7 +95,8 @@ class Probe {
   explicit Probe(const std::shared_ptr<const scene::SceneModel>& model)
       : scene_(model),
         poses_(scene::forwardKinematics(model->robot, scene::Positions(model->robot.joints.size(), 0.0))) {
-    const scene::Object ball = scene::makeObject("", {{narrowphase::Shape(narrowphase::Sphere{kRadius})}}, scene::Moving{"probe"});
+    const scene::Object ball =
+        scene::makeObject("", {{narrowphase::Shape(narrowphase::Sphere{kRadius})}}, scene::Moving{"probe"});
     scene::Object named = ball;
     named.id = freeName(model->robot);
     objects_ = std::make_shared<const scene::Objects>(scene::Objects(model).changed({scene::AddObject{named}}));
@@ -132,8 +133,8 @@ const scene::LinkPair& entryOf(const scene::SceneModel& model, const PairEvidenc
 
 Finding ofPair(Severity severity, const char* check, const scene::SceneModel& model, const PairEvidence& evidence,
                const std::string& what, const std::string& advice) {
-  return {severity, check,
-          nameOf(evidence.pair.a, model.robot) + " - " + nameOf(evidence.pair.b, model.robot), what, advice};
+  return {severity, check, nameOf(evidence.pair.a, model.robot) + " - " + nameOf(evidence.pair.b, model.robot), what,
+          advice};
 }
 
 std::string contactOf(const scene::SceneModel& model, const PairEvidence& evidence) {
@@ -146,10 +147,10 @@ void findNeighbour(const scene::SceneModel& model, const PairEvidence& evidence,
     findings.push_back(ofPair(Severity::Note, "neighbour", model, evidence,
                               "neighbours that are in contact in every state: their collisions are not checked.", ""));
   } else if (evidence.canCollide() && evidence.contact_depth >= kTouch && !isInDoubt(model, evidence)) {
-    findings.push_back(ofPair(Severity::Warning, "neighbour", model, evidence,
-                              "neighbours are not checked, but are apart in some states, and in others " +
-                                  contactOf(model, evidence),
-                              "Tighten the limits of the joint, or have the pair checked (enable_collisions)."));
+    findings.push_back(
+        ofPair(Severity::Warning, "neighbour", model, evidence,
+               "neighbours are not checked, but are apart in some states, and in others " + contactOf(model, evidence),
+               "Tighten the limits of the joint, or have the pair checked (enable_collisions)."));
   }
 }
 
@@ -199,15 +200,15 @@ std::vector<Finding> findInflation(const scene::RobotModel& robot, double tolera
   std::vector<Finding> findings;
   for (const scene::Collision& collision : robot.collisions)
     if (collision.deviation > tolerance)
-      findings.push_back({Severity::Warning, "pieces", robot.links[collision.link].name,
-                          collision.description + ": its convex pieces reach " + millimetres(collision.deviation) +
-                              " out of it.",
-                          "A smaller mesh_tolerance, more time for its pieces, or a simpler mesh."});
+      findings.push_back(
+          {Severity::Warning, "pieces", robot.links[collision.link].name,
+           collision.description + ": its convex pieces reach " + millimetres(collision.deviation) + " out of it.",
+           "A smaller mesh_tolerance, more time for its pieces, or a simpler mesh."});
   return findings;
 }
 
-std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>& model,
-                                 const scene::RobotModel& visual, double tolerance) {
+std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>& model, const scene::RobotModel& visual,
+                                 double tolerance) {
   std::vector<Finding> findings;
   Probe probe(model);
   for (int link = 0; link < static_cast<int>(visual.links.size()); ++link) {
@@ -265,17 +266,30 @@ std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& 
     const PairEvidence& evidence = study.pairs[i];
     const bool touch = evidence.contact_depth < kTouch, in_doubt = touch || isInDoubt(model, evidence);
     const std::string& reason = entryOf(model, evidence).detail;
-    findings.push_back(ofPair(in_doubt ? Severity::Note : Severity::Error, "srdf", model, evidence,
-                              "disabled" + (reason.empty() ? "" : " as \"" + reason + "\"") + ", but " +
-                                  contactOf(model, evidence),
-                              touch      ? "They do no more than touch."
-                              : in_doubt ? "The pieces that stand for meshes may overlap where the meshes do not."
-                                         : "Nobody would report it: take the entry out."));
+    findings.push_back(
+        ofPair(in_doubt ? Severity::Note : Severity::Error, "srdf", model, evidence,
+               "disabled" + (reason.empty() ? "" : " as \"" + reason + "\"") + ", but " + contactOf(model, evidence),
+               touch      ? "They do no more than touch."
+               : in_doubt ? "The pieces that stand for meshes may overlap where the meshes do not."
+                          : "Nobody would report it: take the entry out."));
   }
   for (const int i : faults.checked_but_always)
     findings.push_back(ofPair(Severity::Error, "srdf", model, study.pairs[i],
                               "checked, but in contact in every state that was tried: an alarm that never ends.",
                               "Disable the pair, or mend its geometry; `pair_audit --write` does the former."));
+  return findings;
+}
+
+std::vector<Finding> findPinchPoints(const scene::SceneModel& model, const PairStudy& study, double gap) {
+  std::vector<Finding> findings;
+  for (const PairEvidence& evidence : study.pairs) {
+    if (evidence.are_neighbours || evidence.nearClass() != NearClass::Sometimes || evidence.closest.empty()) continue;
+    const std::string closest = evidence.contact ? "they touch" : millimetres(evidence.smallest);
+    findings.push_back(ofPair(Severity::Note, "pinch", model, evidence,
+                              "their gap closes from more than " + millimetres(gap) + " until " + closest + ", at " +
+                                  stateText(model.robot, evidence.pair, evidence.closest) + ".",
+                              ""));
+  }
   return findings;
 }
 

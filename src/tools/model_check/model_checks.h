@@ -29,13 +29,17 @@ std::vector<Finding> findInflation(const scene::RobotModel& robot, double tolera
 ///
 /// It is measured at the corners of the convex hull of each visual, and at points all over a round one: what a concave
 /// collision geometry lacks between such points is not seen.
-std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>& model,
-                                 const scene::RobotModel& visual, double tolerance);
+std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>& model, const scene::RobotModel& visual,
+                                 double tolerance);
 
 /// The URDF with its visual geometry in place of its collision geometry. Throws std::invalid_argument for broken XML.
 std::string visualAsCollision(const std::string& urdf_xml);
 
 /// What a study of the pairs says about neighbours, which nobody checks, and about the entries of an SRDF.
 std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& study);
+
+/// Pairs of links whose gap opens to more than `gap` [m] and closes below it: what fits between the two is caught there.
+/// `study` has this distance. Source: ISO 13854, Minimum gaps to avoid crushing of parts of the human body, 2017.
+std::vector<Finding> findPinchPoints(const scene::SceneModel& model, const PairStudy& study, double gap);
 
 }  // namespace proximity_server::tools

@@ -2,8 +2,8 @@
 #include "tools/program/run_command.h"
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <tinyxml2.h>
+#include <nlohmann/json.hpp>
 
 #include <string>
 
@@ -86,32 +86,38 @@ TEST_F(ModelCheck, NamesWhatXacroLeft) {
 
 TEST_F(ModelCheck, NamesJointsWithoutLimitsRangeOrVelocity) {
   Parts parts;
-  parts.first = joint("first", "prismatic", "a", "b", "0.5", "<limit lower=\"0.1\" upper=\"0.1\" effort=\"1\" velocity=\"0\"/>");
+  parts.first =
+      joint("first", "prismatic", "a", "b", "0.5", "<limit lower=\"0.1\" upper=\"0.1\" effort=\"1\" velocity=\"0\"/>");
   expectFinding(parts, "warning: limits: first: its limits are the same number: it cannot move.");
   expectFinding(parts, "note: limits: first: it has no largest velocity.");
-  parts.first = joint("first", "prismatic", "a", "b", "0.5", "<limit lower=\"1\" upper=\"-1\" effort=\"1\" velocity=\"1\"/>");
+  parts.first =
+      joint("first", "prismatic", "a", "b", "0.5", "<limit lower=\"1\" upper=\"-1\" effort=\"1\" velocity=\"1\"/>");
   expectFinding(parts, "warning: limits: first: it has no limits.");
   expectFinding(parts, "warning: loading: URDF: joint \"first\": its lower limit is above the upper one");
 }
 
 TEST_F(ModelCheck, NamesMimicsThatLeaveTheirLimits) {
   Parts parts;
-  parts.second = joint("second", "prismatic", "b", "c", "0.5", kLimit + "<mimic joint=\"first\" multiplier=\"-2\" offset=\"0.1\"/>");
-  expectFinding(parts, "warning: mimic: second: it follows joint \"first\" from -0.5 to 0.1, beyond its limits 0 to 0.3.");
+  parts.second = joint("second", "prismatic", "b", "c", "0.5",
+                       kLimit + "<mimic joint=\"first\" multiplier=\"-2\" offset=\"0.1\"/>");
+  expectFinding(parts,
+                "warning: mimic: second: it follows joint \"first\" from -0.5 to 0.1, beyond its limits 0 to 0.3.");
   parts.second = joint("second", "prismatic", "b", "c", "0.5", kLimit + "<mimic joint=\"first\"/>");
   EXPECT_EQ(run(parts, "--fail-on note").exit_code, 0);
 }
 
 TEST_F(ModelCheck, NamesLinksThatAreSeenAndNotChecked) {
   Parts parts;
-  parts.more = link("lamp", box("visual")) + "<joint name=\"weld\" type=\"fixed\"><parent link=\"a\"/><child link=\"lamp\"/></joint>";
+  parts.more = link("lamp", box("visual")) +
+               "<joint name=\"weld\" type=\"fixed\"><parent link=\"a\"/><child link=\"lamp\"/></joint>";
   expectFinding(parts, "warning: geometry: lamp: it has visual, but no collision geometry.");
 }
 
 TEST_F(ModelCheck, MeasuresHowFarTheVisualReachesOutOfTheCollisionGeometry) {
   Parts parts;
   parts.b += box("visual", "0.05");
-  expectFinding(parts, "warning: visual: b: its visual geometry reaches 50 mm out of its collision geometry, at (0.15, ");
+  expectFinding(parts,
+                "warning: visual: b: its visual geometry reaches 50 mm out of its collision geometry, at (0.15, ");
   EXPECT_EQ(run(parts, "--fail-on note --visual-tolerance 0.051").exit_code, 0);
   // Inside of the cube nothing reaches out of it, nor where a second cube stands.
   parts.b += box("collision", "0.1");
@@ -123,7 +129,9 @@ TEST_F(ModelCheck, MeasuresHowFarTheVisualReachesOutOfTheCollisionGeometry) {
 TEST_F(ModelCheck, NamesNeighboursThatMeet) {
   Parts parts;
   parts.first = joint("first", "prismatic", "a", "b", "0.1", kLimit);  // from 0.1 to 0.4
-  expectFinding(parts, "warning: neighbour: a - b: neighbours are not checked, but are apart in some states, and in others they overlap by ");
+  expectFinding(parts,
+                "warning: neighbour: a - b: neighbours are not checked, but are apart in some states, and in others "
+                "they overlap by ");
   parts.first = joint("first", "prismatic", "a", "b", "-0.15", kLimit);  // from -0.15 to 0.15
   expectFinding(parts, "note: neighbour: a - b: neighbours that are in contact in every state");
 }
@@ -141,6 +149,17 @@ TEST_F(ModelCheck, NamesPairsThatAlwaysAlarm) {
   Parts parts;
   parts.c = "<collision><geometry><box size=\"4 0.1 0.1\"/></geometry></collision>";
   expectFinding(parts, "error: srdf: a - c: checked, but in contact in every state that was tried");
+}
+
+// "c" is 0.8 to 1.4 m from "a".
+TEST_F(ModelCheck, NamesPinchPoints) {
+  EXPECT_EQ(run(Parts(), "--fail-on note --pinch 0.1").exit_code, 0);
+  const CommandResult closes = run(Parts(), "--fail-on note --pinch 0.9");
+  EXPECT_EQ(closes.exit_code, 2);
+  EXPECT_TRUE(says(closes.output,
+                   "note: pinch: a - c: their gap closes from more than 900 mm until 800 mm, at first=0 second=0."))
+      << closes.output;
+  EXPECT_EQ(run(Parts(), "--fail-on note --pinch 1.5").exit_code, 0) << "never that far apart";
 }
 
 TEST_F(ModelCheck, NamesWhatTheNodeWarnsOf) {
