@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <boost/make_shared.hpp>
 
+#include <algorithm>
 #include <utility>
 
 namespace proximity_server::node {
@@ -40,10 +41,16 @@ RequestQueue::~RequestQueue() {
 
 void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner_id) {
   waiting_.addCallback(callback, owner_id);
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (is_stopping_) return;
-  if (++unfinished_count_ > threads_.size() && threads_.size() < kMaxThreads) threads_.emplace_back([this] { work(); });
+  if (++unfinished_count_ > thread_count_) startThread();
   sem_post(&untaken_);
+}
+
+void RequestQueue::startThread() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const bool has_enough = threads_.size() >= std::min(unfinished_count_.load(), kMaxThreads);
+  if (is_stopping_ || has_enough) return;
+  threads_.emplace_back([this] { work(); });
+  thread_count_ = threads_.size();
 }
 
 void RequestQueue::work() {
@@ -54,7 +61,6 @@ void RequestQueue::work() {
     if (sem_wait(&untaken_) != 0) continue;  // a signal interrupted it
     if (is_stopping_) return;
     waiting_.callOne();  // does nothing if the callback was removed
-    const std::lock_guard<std::mutex> lock(mutex_);
     --unfinished_count_;
   }
 }

@@ -31,17 +31,19 @@ class RequestQueue : public ros::CallbackQueueInterface {
   void removeByID(std::uint64_t owner_id) override { waiting_.removeByID(owner_id); }
 
  private:
+  void startThread();
   void work();
 
   const int niceness_;
   ros::CallbackQueue waiting_;
-  // This is no condition variable, because addCallback() runs in the thread that receives transforms and
-  // publishes levels. Before glibc 2.41, to notify a condition variable may wait until a thread that was woken earlier
-  // gets a processor: under load for milliseconds.
+  // addCallback() runs in the thread that receives transforms and publishes levels. So it shares no lock with the
+  // threads of requests: one that has lost its processor would hold up that thread. And this is no condition variable:
+  // before glibc 2.41, to notify one may wait until a thread that was woken earlier gets a processor.
   sem_t untaken_;  // counts callbacks that no thread has taken yet
   std::atomic<bool> is_stopping_{false};
-  std::mutex mutex_;                  // guards the members below
-  std::size_t unfinished_count_ = 0;  // callbacks that wait or run
+  std::atomic<std::size_t> unfinished_count_{0};  // callbacks that wait or run
+  std::atomic<std::size_t> thread_count_{0};      // size of threads_
+  std::mutex mutex_;                              // guards threads_, whose size changes in startThread() only
   std::vector<std::thread> threads_;
 };
 

@@ -4,7 +4,13 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <atomic>
+#include <cstddef>
+#include <filesystem>
 #include <future>
+#include <iterator>
+#include <thread>
+#include <vector>
 
 namespace proximity_server::node::request_queue_test {
 
@@ -24,6 +30,36 @@ TEST(RequestQueue, AThreadThatAThreadOfTheQueueStartsHasTheNicenessOfTheQueue) {
                     }),
                     1);
   EXPECT_EQ(first.get_future().get(), ours + 5);
+}
+
+std::ptrdiff_t threadsOfThisProcess() {
+  using Entries = std::filesystem::directory_iterator;
+  return std::distance(Entries("/proc/self/task"), Entries());
+}
+
+TEST(RequestQueue, RequestsThatSeveralThreadsAddHaveAThreadEachAndNoMore) {
+  constexpr int kAdders = 4, kRequestsOfEach = 8, kRequests = kAdders * kRequestsOfEach;
+  for (int round = 0; round < 20; ++round) {
+    const std::ptrdiff_t before = threadsOfThisProcess();
+    RequestQueue queue(0);
+    std::promise<void> all_run;
+    std::atomic<int> running{0}, ended{0};
+    // Each waits until all run, so that the test does not end if one has no thread.
+    const auto request = [&, released = all_run.get_future().share()] {
+      if (++running == kRequests) all_run.set_value();
+      released.wait();
+      ++ended;
+    };
+    std::vector<std::thread> adders;
+    for (int adder = 0; adder < kAdders; ++adder) {
+      adders.emplace_back([&] {
+        for (int i = 0; i < kRequestsOfEach; ++i) queue.addCallback(callbackOf(request), 1);
+      });
+    }
+    for (std::thread& adder : adders) adder.join();
+    while (ended < kRequests) std::this_thread::yield();
+    EXPECT_LE(threadsOfThisProcess(), before + kRequests);
+  }
 }
 
 }  // namespace proximity_server::node::request_queue_test
