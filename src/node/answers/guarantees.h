@@ -25,6 +25,7 @@ class Guarantees {
 
   /// Sets the poses of the scene that answers, in the reference frame.
   void update(const scene::BodyPoses& poses, const scene::FramePoses& frames);
+  void update(const scene::BodyPoses& poses, const scene::Scene& scene) { distances_->update(poses, scene); }
 
   /// Writes the guaranteed distance of a pair into its message; NaN if it is not known.
   void assign(Proximity& message, const scene::PairProximity& pair) { message.guaranteed = distances_->of(pair); }

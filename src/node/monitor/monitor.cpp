@@ -140,12 +140,10 @@ void Monitor::assignPair(Proximity& message, const Cycle& cycle, const scene::Pa
   if (cycle.settings.gradients) gradients_->assign(message, pair);
 }
 
-/// [m] It is tight only near the thresholds. A pair stands at several places of a message, and is bounded once.
+/// [m] It is tight only near the thresholds.
 double Monitor::guaranteedOf(const scene::PairProximity& pair, const MonitorSettings& settings) {
-  for (const auto& [known, guaranteed] : bounded_)
-    if (known.isSameAs(pair.asked)) return std::min(guaranteed, pair.result.lower_bound);
   const double enough = thresholds(settings).warn.of(pair.asked) + settings.hysteresis;
-  return bounded_.emplace_back(pair.asked, guarantees_->distances().of(pair, enough)).second;
+  return guarantees_->distances().of(pair, enough);
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
@@ -160,9 +158,7 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
 /// Prepares the guaranteed distances at the poses of this cycle.
 QueryStatus Monitor::updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities) {
   if (!guarantees_) return {};
-  static const scene::FramePoses kUnknown{};
-  const bool has_frames = cycle.frames.poses.size() == monitored_.frames.names.size();
-  guarantees_->update(cycle.snapshot.poses, has_frames ? cycle.frames.poses : kUnknown);
+  guarantees_->update(cycle.snapshot.poses, *scene_);
   if (robot_->config().pose_latency == PoseLatency::Off) return {};
   const QueryStatus status =
       addAge(*robot_, {cycle.snapshot, velocities, monitored_.frames, cycle.frames, monitored_.motion_sources},
@@ -181,7 +177,6 @@ void Monitor::measurePairs(Cycle cycle, const VelocitySnapshot& velocities) {
   else
     scene_->update(cycle.snapshot.poses);
   cycle.age = updateGuarantees(cycle, velocities);
-  bounded_.clear();
 
   const scene::PairsBelow below =
       scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);

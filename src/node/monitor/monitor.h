@@ -111,9 +111,8 @@ class Monitor {
   MonitoredObjects monitored_;
   std::optional<Guarantees> guarantees_;    ///< for this robot and these objects, if the robot is uncertain
   std::vector<scene::PairProximity> near_;  ///< the closest pairs of this cycle, for the guarantees
-  std::vector<std::pair<scene::ShapeRefPair, double>> bounded_;  ///< the guaranteed distances of this cycle
-  double others_ = 0.0;                                          ///< [m] all other pairs are farther apart
-  scene::Uncertainty aged_;                                      ///< that of the robot, with the motion since the poses
+  double others_ = 0.0;                     ///< [m] all other pairs are farther apart
+  scene::Uncertainty aged_;                 ///< that of the robot, with the motion since the poses
   std::optional<Gradients> gradients_;      ///< for this robot and these objects; made when they are first needed
   std::optional<Constraints> constraints_;  ///< for this robot; made when they are first needed
   scene::LevelThresholds thresholds_;       ///< those of the robot, with the defaults of the latest settings

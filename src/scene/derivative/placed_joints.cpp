@@ -33,11 +33,23 @@ ObjectCarriers carriersOnLinks(const Objects& objects) {
 PlacedJoints::PlacedJoints(std::shared_ptr<const SceneModel> model)
     : model_(std::move(model)), degrees_of_freedom_(given(model_).robot), poses_(robot().bodies.size()) {}
 
-void PlacedJoints::update(const BodyPoses& poses) {
+void PlacedJoints::requireCountOf(const BodyPoses& poses) const {
   if (poses.size() != poses_.size())
     throw std::invalid_argument("the robot has " + std::to_string(poses_.size()) + " bodies, but there are " +
                                 std::to_string(poses.size()) + " poses");
+}
+
+void PlacedJoints::update(const BodyPoses& poses) {
+  requireCountOf(poses);
   for (std::size_t i = 0; i < poses.size(); ++i) poses_[i] = usablePose(poses[i]);
+}
+
+void PlacedJoints::update(const BodyPoses& poses, const Scene& scene) {
+  requireCountOf(poses);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses_[i] = scene.poseOf(static_cast<int>(i));
+    if (!poses_[i]) poses_[i] = usablePose(poses[i]);
+  }
 }
 
 void PlacedJoints::use(std::shared_ptr<const Objects> objects) {

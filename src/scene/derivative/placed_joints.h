@@ -6,6 +6,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/query/scene.h"
 
 #include <Eigen/Geometry>
 
@@ -53,6 +54,9 @@ class PlacedJoints {
   /// Throws std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
+  /// The same of poses that the scene was given last: those that it uses are not checked again.
+  void update(const BodyPoses& poses, const Scene& scene);
+
   const BodyPoses& poses() const { return poses_; }
 
   /// The body that carries a link or an object. -1 for an object that nothing carries: it is taken to be at rest like
@@ -83,6 +87,7 @@ class PlacedJoints {
   Eigen::Vector3d relativeTurn(int a, int b, const Eigen::Ref<const Eigen::VectorXd>& velocity) const;
 
  private:
+  void requireCountOf(const BodyPoses& poses) const;
   bool knowsJointOf(int body) const;
 
   std::shared_ptr<const SceneModel> model_;

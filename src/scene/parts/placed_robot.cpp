@@ -61,6 +61,16 @@ void PlacedRobot::placeBody(const std::optional<Isometry3d>& pose, BodyPlace& bo
   body.origin = usable->translation();
 }
 
+std::optional<Isometry3d> PlacedRobot::poseOfBody(int body) const {
+  const BodyPlace& place = bodies_[body];
+  std::optional<Isometry3d> pose;
+  if (!place.known) return pose;
+  pose.emplace(Isometry3d::Identity());
+  pose->linear() = place.rotation;
+  pose->translation() = place.origin;
+  return pose;
+}
+
 // --- objects
 
 std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {

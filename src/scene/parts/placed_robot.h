@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -61,6 +62,7 @@ class PlacedRobot {
   void place(int body, const Eigen::Isometry3d& pose) { placeBody(pose, bodies_[body]); }
   bool hasGeometry(int body) const { return bodies_[body].is_used; }
   bool isKnown(int body) const { return bodies_[body].known; }
+  std::optional<Eigen::Isometry3d> poseOfBody(int body) const;
   void takeOriginOf(int body) { origin_ = bodies_[body].origin; }
   void placeSphere(int part);
 

@@ -42,6 +42,7 @@ class PairRanking {
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
   /// Without frames, moving objects have no poses. If it throws, nothing has changed.
+  const PlacedRobot& robot() const { return measurement_.robot(); }
   void update(const BodyPoses& poses);
   void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }

@@ -45,6 +45,12 @@ void Scene::update(const BodyPoses& poses) { ranking_->update(poses); }
 
 void Scene::update(const BodyPoses& poses, const FramePoses& frames) { ranking_->update(poses, frames); }
 
+std::optional<Eigen::Isometry3d> Scene::poseOf(int body) const { return ranking_->robot().poseOfBody(body); }
+
+std::optional<Eigen::Isometry3d> Scene::poseOfObject(int number) const {
+  return poseOf(static_cast<int>(model_->robot.bodies.size()) + number);
+}
+
 const PairCounts& Scene::counts() const { return ranking_->counts(); }
 
 PairProximity Scene::proximity(const ShapeRefPair& pair, const Question& question) {

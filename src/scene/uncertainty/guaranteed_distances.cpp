@@ -18,6 +18,10 @@ bool isOf(PairKind kind, const ShapeRefPair& pair) {
   return kind == PairKind::Any || pair.areLinks() == (kind == PairKind::OfLinks);
 }
 
+void requireFinite(const PairDistances& thresholds) {
+  if (!thresholds.areFinite()) throw std::invalid_argument("the thresholds must be finite");
+}
+
 }  // namespace
 
 GuaranteedDistances::GuaranteedDistances(const std::shared_ptr<const SceneModel>& model)
@@ -37,6 +41,11 @@ void GuaranteedDistances::use(std::shared_ptr<const Objects> objects, ObjectCarr
 void GuaranteedDistances::update(const BodyPoses& poses) { bounds_->update(poses); }
 void GuaranteedDistances::update(const BodyPoses& poses, const FramePoses& frames) { bounds_->update(poses, frames); }
 
+void GuaranteedDistances::update(const BodyPoses& poses, const Scene& scene) {
+  requireSame(scene);
+  bounds_->update(poses, scene);
+}
+
 double GuaranteedDistances::of(const PairProximity& pair, double enough) { return bounds_->of(pair, enough); }
 
 const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, double threshold) {
@@ -48,19 +57,18 @@ void GuaranteedDistances::forget() {
   found_ = {};
 }
 
-double GuaranteedDistances::largestLoss() { return bounds_->largestLoss({}); }
+double GuaranteedDistances::largestLoss() { return bounds_->largestLoss(); }
 double GuaranteedDistances::largestLoss(const std::vector<double>& travel) { return bounds_->largestLoss(travel); }
 
-void GuaranteedDistances::requireSame(const Scene& scene, const PairDistances& thresholds) const {
+void GuaranteedDistances::requireSame(const Scene& scene) const {
   if (&scene.model() != &bounds_->joints().model()) throw std::invalid_argument("the scene is of another robot");
   if (scene.objects() != bounds_->joints().objects()) throw std::invalid_argument("the scene has other objects");
-  if (!thresholds.areFinite()) throw std::invalid_argument("the thresholds must be finite");
 }
 
 /// Lowers the minimum to that of the listed pairs of this kind. Returns whether no other pair can be below it. `others`
 /// of the list is here a distance minus a threshold.
 bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds,
-                                 GuaranteedMinimum& minimum) {
+                                 double enough, GuaranteedMinimum& minimum) {
   const double loss = largestLoss();
   int needed = 0;
   const auto consider = [&](const PairProximity& pair) {
@@ -68,7 +76,7 @@ bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const
     const double excess = std::min(pair.result.distance, pair.result.lower_bound) - threshold;
     if (!isOf(kind, pair.asked) || excess - loss >= minimum.excess) return;
     ++needed;
-    const double guaranteed = of(pair, minimum.excess + threshold);
+    const double guaranteed = of(pair, std::min(minimum.excess, enough) + threshold);
     if (std::isnan(guaranteed)) {
       ++minimum.unknown;
     } else if (guaranteed - threshold < minimum.excess) {
@@ -96,8 +104,9 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& t
 }
 
 GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
-                                            Question question) {
-  requireSame(scene, thresholds);
+                                            Question question, double enough) {
+  requireSame(scene);
+  requireFinite(thresholds);
   question.thresholds = &thresholds;
   question.threshold = kInfinity;
   for (;; closest_ *= 2) {
@@ -110,22 +119,24 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
       others = std::min(last.result.distance, last.result.lower_bound) - thresholds.of(last.asked) - question.tolerance;
     }
     const ListedPairs listed{closest.data(), closest.data() + closest.size(), others};
-    if (settle(listed, kindOf(pairs), thresholds, minimum)) return minimum;
+    if (settle(listed, kindOf(pairs), thresholds, enough, minimum)) return minimum;
   }
 }
 
 GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
-                                            const ListedPairs& listed, const Question& question) {
-  requireSame(scene, thresholds);
+                                            const ListedPairs& listed, const Question& question, double enough) {
+  requireSame(scene);
+  requireFinite(thresholds);
   GuaranteedMinimum minimum;
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(kindOf(pairs)).largest};
-  return settle(with_excess, kindOf(pairs), thresholds, minimum) ? minimum : find(scene, pairs, thresholds, question);
+  if (settle(with_excess, kindOf(pairs), thresholds, enough, minimum)) return minimum;
+  return find(scene, pairs, thresholds, question, enough);
 }
 
 GuaranteedMinimum GuaranteedDistances::find(const ListedPairs& listed, const PairDistances& thresholds) {
   GuaranteedMinimum minimum;
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(PairKind::Any).largest};
-  if (!settle(with_excess, PairKind::Any, thresholds, minimum)) minimum.unknown = 1;
+  if (!settle(with_excess, PairKind::Any, thresholds, kInfinity, minimum)) minimum.unknown = 1;
   return minimum;
 }
 

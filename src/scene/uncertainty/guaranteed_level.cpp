@@ -9,16 +9,18 @@ GuaranteedDecidingPair decidingPair(Scene& scene, GuaranteedDistances& distances
   const auto withLevel = [&](const PairProximity& pair, double guaranteed) {
     return GuaranteedDecidingPair{{levelOf(pair, guaranteed, thresholds, before), pair}, guaranteed};
   };
-  const auto nearest = [&](const PairDistances& own) {
-    const GuaranteedMinimum found = distances.find(scene, pairs, own, listed, question);
+  const auto nearest = [&](const PairDistances& own, double enough) {
+    const GuaranteedMinimum found = distances.find(scene, pairs, own, listed, question, enough);
     return withLevel(found.pair, found.guaranteed);
   };
   if (levelOf(closest, thresholds, before).level == ClearanceLevel::Collision)
     return withLevel(closest, distances.of(closest));
-  const GuaranteedDecidingPair by_stop = nearest(thresholds.stop);
   const PairKind kind = pairs.areCandidates() ? pairs.kind() : PairKind::Any;
   const bool are_equal = thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind);
-  return are_equal || by_stop.level.level == ClearanceLevel::Stop ? by_stop : nearest(thresholds.warn);
+  const double between = are_equal ? thresholds.warn.range(kind).largest - thresholds.stop.range(kind).largest : 0.0;
+  const GuaranteedDecidingPair by_stop = nearest(thresholds.stop, between + before.hysteresis);
+  return are_equal || by_stop.level.level == ClearanceLevel::Stop ? by_stop
+                                                                  : nearest(thresholds.warn, before.hysteresis);
 }
 
 }  // namespace proximity_server::scene

@@ -99,6 +99,7 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
       volumes_(std::make_unique<const Volumes>(model->robot)),
       paddings_(paddingsOf(model->pairs)),
       uncertainty_(model->robot),
+      places_(model->robot.bodies.size()),
       chains_(kFrames, Chains(static_cast<int>(model->robot.joints.size()))),
       moved_(model->robot.bodies.size() + 2),
       closing_(model->robot.joints.size()),
@@ -116,6 +117,14 @@ void PairBounds::assume(const Uncertainty& uncertainty) {
     if (joints_.robot().hasGeometry(static_cast<int>(link))) swellings.offer(uncertainty_.swellings[link]);
   swellings_ = swellings.sum();
   placeObjects();
+}
+
+/// Forgets what depends on poses, objects and uncertainty.
+void PairBounds::forgetState() {
+  for (Place& place : places_) place.is_found = false;
+  for (Ways& ways : ways_) ways.is_found = false;
+  bounded_.clear();
+  largest_loss_.reset();
 }
 
 void PairBounds::use(std::shared_ptr<const Objects> objects) {
@@ -137,6 +146,9 @@ void PairBounds::takeObjects() {
 void PairBounds::placeObjects() {
   const Objects* objects = joints_.objects();
   object_frames_.resize(static_cast<std::size_t>(objects ? objects->numberLimit() : 0));
+  ways_.resize(static_cast<std::size_t>(volumes_->rootCount()) + object_frames_.size());
+  for (Ways& ways : ways_) ways.relative_to.reserve(joints_.robot().bodies.size() + 1);
+  forgetState();
   objects_lose_ = 0.0;
   TwoLargest lose;
   carries_free_objects_ = false;
@@ -169,6 +181,7 @@ void PairBounds::placeObjects() {
 void PairBounds::update(const BodyPoses& poses) {
   joints_.update(poses);
   std::fill(frames_.begin(), frames_.end(), std::nullopt);
+  forgetState();
 }
 
 void PairBounds::update(const BodyPoses& poses, const FramePoses& frames) {
@@ -177,6 +190,15 @@ void PairBounds::update(const BodyPoses& poses, const FramePoses& frames) {
                                 std::to_string(frames.size()) + " poses");
   joints_.update(poses);
   std::transform(frames.begin(), frames.end(), frames_.begin(), usablePose);
+  forgetState();
+}
+
+void PairBounds::update(const BodyPoses& poses, const Scene& scene) {
+  joints_.update(poses, scene);
+  std::fill(frames_.begin(), frames_.end(), std::nullopt);
+  if (const Objects* objects = joints_.objects())
+    for (const int number : objects->moving()) frames_[objects->frameOf(number)] = scene.poseOfObject(number);
+  forgetState();
 }
 
 // --- the chain of a pair
@@ -215,6 +237,15 @@ bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
   return true;
 }
 
+const PairBounds::Place& PairBounds::placeOf(int body) {
+  Place& place = places_[body];
+  if (place.is_found) return place;
+  place.is_found = true;
+  place.displacements.clear();
+  place.is_known = addPlace(body, place.displacements);
+  return place;
+}
+
 /// Takes one shape of a pair, and begins its chain with what it is itself. Returns false if its pose is missing.
 bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
   side.chain.clear();
@@ -243,7 +274,10 @@ bool PairBounds::begin(const ShapeRefPair& pair) {
   int a = joints_.bodyOf(pair.a), b = joints_.bodyOf(pair.b);
   while (a != b) {
     int& later = a > b ? a : b;  // parents come first
-    if (!addPlace(later, a > b ? a_.chain : b_.chain)) return false;
+    const Place& place = placeOf(later);
+    if (!place.is_known) return false;
+    std::vector<Displacement>& chain = a > b ? a_.chain : b_.chain;
+    chain.insert(chain.end(), place.displacements.begin(), place.displacements.end());
     later = robot.bodies[later].parent;
   }
   is_exchanged_ = a_.part.isUnbounded();
@@ -280,18 +314,79 @@ void PairBounds::place(int frame) {
   if (frame == kOfB) add_inverse(b_.chain, chains.of_a);
 }
 
-/// [m] What a lower bound loses if all points approach as far as they can; 0 if nothing is uncertain.
-double PairBounds::lossOf(double lower_bound) const {
-  const double loss = chains_[frame_].of_a.travel() + chains_[frame_].of_b.travel() + swelling_;
-  return loss == 0.0 ? 0.0 : (1.0 + 4.0 * kEpsilon) * loss + kEpsilon * std::abs(lower_bound);
+/// [m] Upper bounds of the ways of a shape's points, by the ball around them: relative to its body, to the parent of its
+/// body, and so on. NaN where a pose is missing.
+const std::vector<double>& PairBounds::waysOf(const ShapeRef& ref) {
+  Ways& ways = ways_[volumes_->of(ref)];
+  if (ways.is_found) return ways.relative_to;
+  ways.is_found = true;
+  ways.relative_to.clear();
+  double sum = place(ref, 0, seen_) ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+  const Bounds& bounds = seen_.part.whole().bounds;
+  const Vector3d centre = seen_.pose * bounds.centre;
+  const double rounding = kPoseRounding * (bounds.reach + seen_.pose.translation().norm());
+  const auto add = [&](const Displacement& own) {
+    if (!own.turns()) {
+      sum += own.width;
+      return;
+    }
+    Vector3d lever = centre - own.origin;
+    if (own.kind == Displacement::Kind::Turn) lever = own.axis.cross(lever);
+    sum += own.width * ((1.0 + kPoseRounding) * (lever.norm() + bounds.radius) + rounding);
+  };
+  for (const Displacement& own : seen_.chain) add(own);
+  ways.relative_to.push_back(sum);
+  for (int body = joints_.bodyOf(ref); body >= 0; body = joints_.robot().bodies[body].parent) {
+    const Place& place = placeOf(body);
+    if (!place.is_known) sum = std::numeric_limits<double>::quiet_NaN();
+    for (const Displacement& own : place.displacements) add(own);
+    ways.relative_to.push_back(sum);
+  }
+  return ways.relative_to;
+}
+
+/// [m] What the lower bound of a pair loses at most. It is coarser than that of the chain of the pair, and costs much
+/// less, because the pairs of a shape share its ways.
+double PairBounds::quickLossOf(const PairProximity& pair) {
+  const RobotModel& robot = joints_.robot();
+  int a = joints_.bodyOf(pair.asked.a), b = joints_.bodyOf(pair.asked.b);
+  std::size_t steps_a = 0, steps_b = 0;
+  while (a != b) {
+    int& later = a > b ? a : b;  // parents come first
+    ++(a > b ? steps_a : steps_b);
+    later = robot.bodies[later].parent;
+  }
+  const double way = waysOf(pair.asked.a)[steps_a] + waysOf(pair.asked.b)[steps_b];
+  const double rounding = static_cast<double>(4 * robot.bodies.size() + 8) * kEpsilon;  // of the sums
+  return lossOf((1.0 + rounding) * way + swellingOf(pair.asked.a) + swellingOf(pair.asked.b), pair.result.lower_bound);
+}
+
+/// [m] What a lower bound loses if the points of the two come closer by `way`; 0 if nothing is uncertain.
+double PairBounds::lossOf(double way, double lower_bound) {
+  return way == 0.0 ? 0.0 : (1.0 + 4.0 * kEpsilon) * way + kEpsilon * std::abs(lower_bound);
 }
 
 double PairBounds::of(const PairProximity& pair, double enough) {
+  if (pair.result.status == narrowphase::Status::Unknown) return std::numeric_limits<double>::quiet_NaN();
+  const auto before = std::find_if(bounded_.begin(), bounded_.end(),
+                                   [&](const Bounded& bounded) { return bounded.pair.isSameAs(pair.asked); });
+  if (before == bounded_.end()) return bounded_.emplace_back(Bounded{pair.asked, enough, boundOf(pair, enough)}).bound;
+  if (before->enough < enough && before->bound < enough) {
+    before->enough = enough;
+    before->bound = std::max(before->bound, boundOf(pair, enough));
+  }
+  return std::min(before->bound, pair.result.lower_bound);
+}
+
+double PairBounds::boundOf(const PairProximity& pair, double enough) {
   const SignedDistance& known = pair.result;
-  if (known.status == narrowphase::Status::Unknown || !begin(pair.asked))
-    return std::numeric_limits<double>::quiet_NaN();
+  if (enough < known.lower_bound) {
+    const double quick = known.lower_bound - quickLossOf(pair);
+    if (quick >= enough) return quick;
+  }
+  if (!begin(pair.asked)) return std::numeric_limits<double>::quiet_NaN();
   deciding_.leaves = {};
-  loss_ = lossOf(known.lower_bound);
+  loss_ = lossOf(chains_[frame_].of_a.travel() + chains_[frame_].of_b.travel() + swelling_, known.lower_bound);
   if (loss_ == 0.0) return known.lower_bound;
   const double cheap = known.lower_bound - loss_;
   if (cheap >= enough) return cheap;
@@ -610,7 +705,7 @@ void PairBounds::placeDisplaced(const ShapeRefPair& pair) {
 }
 
 const ReachedState* PairBounds::reached(const PairProximity& pair, double threshold) {
-  if (!(of(pair, kInfinity) < threshold)) return nullptr;
+  if (pair.result.status == narrowphase::Status::Unknown || !(boundOf(pair, kInfinity) < threshold)) return nullptr;
   std::fill(moved_.begin(), moved_.end(), Moved());
   if (pair.result.upper_bound - swelling_ < threshold) {
     placeDisplaced(pair.asked);
@@ -657,9 +752,9 @@ void PairBounds::findRadii() {
 
 /// [m] How far the points move at most if each joint moves by its travel. Of slides alone: only they change the
 /// distances along the chain of origins in findRadii().
-PairBounds::Ways PairBounds::waysOf(const std::vector<double>& travel) const {
+PairBounds::TravelWays PairBounds::waysOf(const std::vector<double>& travel) const {
   const RobotModel& robot = joints_.robot();
-  Ways ways;
+  TravelWays ways;
   for (std::size_t i = 0; i < robot.bodies.size() && !travel.empty(); ++i) {
     const int joint = robot.bodies[i].joint;
     if (joint < 0) continue;
@@ -690,13 +785,18 @@ double PairBounds::lossOfHalfSpaces(double way) const {
   return (1.0 + 4.0 * kPoseRounding) * largest;
 }
 
+double PairBounds::largestLoss() {
+  if (!largest_loss_) largest_loss_ = largestLoss(std::vector<double>());
+  return *largest_loss_;
+}
+
 /// A joint, a frame and a base displace at most one shape of a pair relative to the other. So the sum over all of them,
 /// each with the largest radius of all that it carries, is not less than the loss of any pair.
 double PairBounds::largestLoss(const std::vector<double>& travel) {
   if (carries_free_objects_) return kInfinity;
   const RobotModel& robot = joints_.robot();
   findRadii();
-  const Ways ways = waysOf(travel);
+  const TravelWays ways = waysOf(travel);
   double sum = swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(ways.of_all) : 0.0);
   for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
     const Body& body = robot.bodies[i];

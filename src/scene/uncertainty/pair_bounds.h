@@ -12,6 +12,7 @@
 #include "scene/uncertainty/displacements.h"
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -28,18 +29,36 @@ class PairBounds {
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   void update(const BodyPoses& poses);
   void update(const BodyPoses& poses, const FramePoses& frames);
+  void update(const BodyPoses& poses, const Scene& scene);
   const PlacedJoints& joints() const { return joints_; }
 
   double of(const PairProximity& pair, double enough);
   const ReachedState* reached(const PairProximity& pair, double threshold);
+  double largestLoss();
   double largestLoss(const std::vector<double>& travel);
-  void forget() { likely_ = {}; }
+  void forget() {
+    likely_ = {};
+    bounded_.clear();
+  }
 
  private:
   struct Side {
     Part part;
     Eigen::Isometry3d pose;           ///< of the frame of the part
     std::vector<Displacement> chain;  ///< from the shape to the common body
+  };
+
+  /// What displaces a body relative to its parent.
+  struct Place {
+    bool is_found = false;  ///< for the present poses and uncertainty
+    bool is_known = false;  ///< false if a pose is missing that is needed
+    std::vector<Displacement> displacements;
+  };
+
+  /// [m] Upper bounds of the ways of a shape's points: relative to its body, to the parent of its body, and so on.
+  struct Ways {
+    bool is_found = false;  ///< for the present poses and uncertainty
+    std::vector<double> relative_to;
   };
 
   /// The pair of pieces whose bound is the smallest, and where it is attained.
@@ -70,14 +89,19 @@ class PairBounds {
 
   void takeObjects();
   void placeObjects();
+  void forgetState();
   bool begin(const ShapeRefPair& pair);
   bool place(const ShapeRef& ref, int number, Side& side);
   bool addPlace(int body, std::vector<Displacement>& chain) const;
+  const Place& placeOf(int body);
+  const std::vector<double>& waysOf(const ShapeRef& ref);
+  double quickLossOf(const PairProximity& pair);
+  double boundOf(const PairProximity& pair, double enough);
   Eigen::Vector3d jointOrigin(int body) const;
   double swellingOf(const ShapeRef& ref) const { return ref.isLink() ? uncertainty_.swellings[ref.link()] : 0.0; }
   /// [m] What brings the surfaces closer, though no point moves.
   double surfaces() const { return padding_ + swelling_; }
-  double lossOf(double lower_bound) const;
+  static double lossOf(double way, double lower_bound);
   bool hasInterior() const { return a_.part.whole().has_interior || b_.part.whole().has_interior; }
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
@@ -99,10 +123,10 @@ class PairBounds {
   void displace(const Displacement& own, const Eigen::Vector3d& point, const Eigen::Vector3d& towards);
   void placeDisplaced(const ShapeRefPair& pair);
   void findRadii();
-  struct Ways {
+  struct TravelWays {
     double of_all = 0.0, of_slides = 0.0;  ///< [m]
   };
-  Ways waysOf(const std::vector<double>& travel) const;
+  TravelWays waysOf(const std::vector<double>& travel) const;
   double lossOfHalfSpaces(double way) const;
 
   PlacedJoints joints_;
@@ -121,6 +145,17 @@ class PairBounds {
   double objects_lose_ = 0.0;  ///< [m] two objects by their own uncertainties, without those that have half-spaces
   bool carries_free_objects_ = false;  ///< a body carries an object that no link holds
   double swellings_ = 0.0;             ///< [m] the two largest
+
+  /// A bound of this state, which was improved up to `enough`.
+  struct Bounded {
+    ShapeRefPair pair;
+    double enough, bound;
+  };
+  std::vector<Bounded> bounded_;
+  std::vector<Place> places_;  ///< by body
+  std::vector<Ways> ways_;     ///< by the numbers of Volumes
+  Side seen_;                  ///< working memory of waysOf()
+  std::optional<double> largest_loss_;
 
   // The pair that is looked at. The second shape is the first side if the first one has half-spaces.
   Side a_, b_;

@@ -318,6 +318,51 @@ TEST(GuaranteedDistances, MinimumOfASceneIsThatOfAllItsPairs) {
   }
 }
 
+TEST(GuaranteedDistances, MinimumIsThatOfASceneWhereItIsNotEnough) {
+  Chance chance(48);
+  int improved = 0;
+  for (int i = 0; i < repeats(60); ++i) {
+    SomeCell cell(chance);
+    const double size = chance.decades(-4, -1);
+    cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
+    const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
+    const GuaranteedMinimum best = cell.distances.find(cell.scene, thresholds);
+    const double enough = best.excess + chance.between(-0.1, 0.1);
+    cell.distances.forget();
+    const Pairs pairs(cell.scene.candidates());
+    const GuaranteedMinimum found = cell.distances.find(cell.scene, pairs, thresholds, {}, enough);
+    EXPECT_NEAR(std::min(found.excess, enough), std::min(best.excess, enough), 1e-12);
+    EXPECT_LE(found.excess, best.excess + 1e-12);
+    improved += best.excess < enough;
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(improved, 20);
+  }
+}
+
+TEST(GuaranteedDistances, TakeThePosesOfTheScene) {
+  Chance chance(49);
+  for (int i = 0; i < repeats(30); ++i) {
+    SomeCell cell(chance);
+    cell.distances.assume(someUncertainty(cell.model->robot, 1e-2, 3e-3, chance));
+    for (std::optional<Eigen::Isometry3d>& pose : cell.poses) {
+      if (chance.below(20) == 0) pose = std::nullopt;
+      if (pose) pose->linear() *= 1.0 + 1e-7;  // the scene takes the nearest rotation
+    }
+    cell.scene.update(cell.poses, cell.frames);
+    const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
+    std::vector<double> bounds;
+    cell.distances.update(cell.poses, cell.frames);
+    for (const PairProximity& pair : all) bounds.push_back(cell.distances.of(pair));
+    cell.distances.forget();
+    cell.distances.update(cell.poses, cell.scene);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const double bound = cell.distances.of(all[k]);
+      EXPECT_TRUE(bound == bounds[k] || (std::isnan(bound) && std::isnan(bounds[k]))) << bound << ", " << bounds[k];
+    }
+  }
+}
+
 ListedPairs listOf(const std::vector<PairProximity>& pairs, double others) {
   return {pairs.data(), pairs.data() + pairs.size(), others};
 }
@@ -383,9 +428,11 @@ TEST(GuaranteedDistances, BoundIsTheSameUpToWhatIsEnough) {
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
       const double bound = cell.distances.of(pair);
       const double enough = bound + chance.between(-1.0, 1.0) * (pair.result.lower_bound - bound);
+      cell.distances.forget();
       const double sufficient = cell.distances.of(pair, enough);
       EXPECT_NEAR(std::min(sufficient, enough), std::min(bound, enough), 1e-12);
       EXPECT_LE(sufficient, pair.result.lower_bound);
+      EXPECT_EQ(cell.distances.of(pair), std::max(bound, sufficient));
       improved += enough > bound;
     }
   }

@@ -6,6 +6,8 @@
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
+#include <Eigen/Geometry>
+
 #include <memory>
 #include <optional>
 #include <vector>
@@ -54,6 +56,11 @@ class Scene {
   /// Takes one pose for each body and one for each of Objects::frames(), all in one frame.
   /// Failure: throws std::invalid_argument also if there is not one pose for each frame.
   void update(const BodyPoses& poses, const FramePoses& frames);
+
+  /// The pose with which the scene answers, of a body that carries geometry or of an object that no link holds; nullopt
+  /// if it is not known, or if the body has no geometry.
+  std::optional<Eigen::Isometry3d> poseOf(int body) const;
+  std::optional<Eigen::Isometry3d> poseOfObject(int number) const;
 
   // Every question throws std::invalid_argument for a link, <collision> or object that does not exist, and for
   // two objects with half-spaces.

@@ -70,8 +70,12 @@ class GuaranteedDistances {
   void update(const BodyPoses& poses);
   void update(const BodyPoses& poses, const FramePoses& frames);
 
+  /// Takes the poses that the scene was given last, and those of its moving objects. What the scene has checked is not
+  /// checked again. Throws std::invalid_argument for a scene of another robot or with other objects.
+  void update(const BodyPoses& poses, const Scene& scene);
+
   /// [m] A lower bound of the signed distance of a pair over all states; never above the lower bound of the answer.
-  /// `enough` [m]: once the bound is above this, it is not improved.
+  /// `enough` [m]: once the bound is above this, it is not improved. What was found for a pair in these poses is kept.
   ///
   /// Failure: NaN if the pair is Unknown, or if a pose between the two is missing. Throws std::invalid_argument for a
   ///          link, <collision> or object that does not exist.
@@ -86,8 +90,11 @@ class GuaranteedDistances {
 
   /// The pair of `pairs` with the smallest guaranteed distance minus its threshold. It asks the scene for the closest of
   /// them, as many as are needed. The question's thresholds and threshold are not used.
+  /// `enough` [m]: the bound of a pair is not improved once it is above its threshold by more than this. If all pairs
+  /// are, the minimum is that of bounds that may be coarse.
   /// Failure: throws std::invalid_argument for a scene of another robot or with other objects.
-  GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, Question question = {});
+  GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, Question question = {},
+                         double enough = std::numeric_limits<double>::infinity());
 
   /// The same of all checked pairs.
   GuaranteedMinimum find(Scene& scene, const PairDistances& thresholds);
@@ -95,7 +102,7 @@ class GuaranteedDistances {
   /// The same answer from pairs that the scene has listed for the same poses; it asks the scene only if they do not
   /// decide. A cycle that has asked Scene::closestBelow() anyway so pays for few bounds. All poses must be known.
   GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, const ListedPairs& listed,
-                         const Question& question = {});
+                         const Question& question = {}, double enough = std::numeric_limits<double>::infinity());
 
   /// The same of listed pairs alone, if these are all that can decide: every pair that is not farther apart than the
   /// closest one by more than largestLoss().
@@ -115,8 +122,9 @@ class GuaranteedDistances {
   double largestLoss(const std::vector<double>& travel);
 
  private:
-  void requireSame(const Scene& scene, const PairDistances& thresholds) const;
-  bool settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds, GuaranteedMinimum& minimum);
+  void requireSame(const Scene& scene) const;
+  bool settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds, double enough,
+              GuaranteedMinimum& minimum);
 
   std::unique_ptr<PairBounds> bounds_;
   int closest_ = 2;                      ///< how many pairs find() asks for
