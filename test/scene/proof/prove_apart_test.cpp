@@ -1,10 +1,9 @@
 #include "proximity_server/scene/proof/prove_apart.h"
 
 #include "proximity_server/scene/loading/joined_robots.h"
-#include "proximity_server/scene/motion/frames_on_links.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
+#include "scene/proof/random_boxes.h"
 #include "scene/random_objects.h"
 #include "scene/small_robots.h"
 
@@ -42,15 +41,6 @@ JointBox boxOf(const SceneModel& model, const std::vector<std::pair<double, doub
 PairProof proofOf(const std::shared_ptr<const SceneModel>& model, const char* a, const char* b, const JointBox& box,
                   const ProofQuestion& question = {}) {
   return proveApart(model, {pairOf(*model, a, b)}, box, question).at(0);
-}
-
-double distanceIn(Scene& scene, const Positions& positions, const ShapeRefPair& pair) {
-  const BodyPoses poses = forwardKinematics(scene.model().robot, positions);
-  if (scene.objects())
-    scene.update(poses, framePoses(*scene.objects(), poses));
-  else
-    scene.update(poses);
-  return scene.proximity(pair).result.upper_bound;
 }
 
 TEST(ProveApart, ProvesUpToTheAngleAtWhichTheyMeet) {
@@ -189,53 +179,6 @@ TEST(ProveApart, WrongQuestionsAreRefused) {
 }
 
 // --- laws
-
-std::vector<ShapeRefPair> checkedPairs(const SceneModel& model, const Objects* objects) {
-  std::vector<ShapeRefPair> pairs = Candidates(model.pairs).list();
-  if (objects) objects->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) { pairs.push_back({a, b}); });
-  return pairs;
-}
-
-/// Random intervals within the limits.
-JointBox someBox(const RobotModel& robot, Chance& chance) {
-  JointBox box = jointRanges(robot);
-  for (JointRange& interval : box) {
-    const double size = chance.decades(-1.5, 0.8), centre = chance.between(-2.5, 2.5);
-    const bool slides = robot.joints[interval.joint].type == Joint::Type::Prismatic;
-    const double half = (slides ? 0.1 : 0.5) * size, middle = (slides ? 0.2 : 1.0) * centre;
-    interval.lower = chance.below(8) == 0 ? middle : middle - half;
-    interval.upper = interval.lower == middle ? middle : middle + half;
-  }
-  return box;
-}
-
-/// A state of a box; half of them are corners in most joints.
-Positions someStateIn(const RobotModel& robot, const JointBox& box, Chance& chance) {
-  const bool is_corner = chance.below(2) == 0;
-  Positions positions(robot.joints.size(), 0.0);
-  for (const JointRange& interval : box) {
-    const int kind = is_corner ? chance.below(5) : 4;
-    positions[interval.joint] = kind == 4  ? chance.between(interval.lower, interval.upper)
-                                : kind < 2 ? interval.lower
-                                           : interval.upper;
-    positions[interval.joint] = std::min(positions[interval.joint], interval.upper);
-  }
-  return positions;
-}
-
-bool hasOnePositionEach(const RobotModel& robot, const ShapeRefPair& pair) {
-  for (const int joint : jointsBetween(robot, robot.links[pair.a.link()].body, robot.links[pair.b.link()].body))
-    if (!hasOnePosition(robot.joints[joint]) || !hasOnePosition(robot.joints[robot.leaderOf(joint).joint]))
-      return false;
-  return true;
-}
-
-std::vector<ShapeRefPair> provablePairs(const SceneModel& model) {
-  std::vector<ShapeRefPair> pairs;
-  for (const ShapeRefPair& pair : checkedPairs(model, nullptr))
-    if (hasOnePositionEach(model.robot, pair)) pairs.push_back(pair);
-  return pairs;
-}
 
 constexpr double kRounding = 1e-12;  // [m] of the kinematics and of the distance in a state
 
