@@ -1,10 +1,13 @@
 // Which pairs of a robot's links and objects cannot come into contact, whatever its joints do within their intervals.
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/proof/certify.h"
 #include "proximity_server/scene/proof/free_box.h"
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
 #include "tools/program/tool_main.h"
+#include "tools/prove/certificate_check.h"
+#include "tools/prove/certificate_file.h"
 #include "tools/prove/proof_report.h"
 #include "tools/robot/object_schedule.h"
 #include "tools/robot/robot_files.h"
@@ -32,7 +35,7 @@ enum class ProofPairs : unsigned char { Checked, Disabled, All };
 
 struct ProveArguments {
   RobotFiles robot;
-  std::string objects, box, about, refuting;
+  std::string objects, box, about, refuting, certificate, check;
   double radius = 0.0;
   BoxSize size = BoxSize::Given;
   ProofPairs pairs = ProofPairs::Checked;
@@ -112,12 +115,19 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
                   "text or json (default: text)");
   program.addText("--refuting", "FILE", arguments.refuting,
                   "write the states in which refuted pairs are in contact: CSV, for clearance --states");
+  program.addText("--certificate", "FILE", arguments.certificate,
+                  "write the evidence of all proven pairs, which --check verifies");
+  program
+      .addText("--check", "FILE", arguments.check,
+               "prove nothing, and verify such evidence; the robot, the SRDF and the objects must be the same")
+      .excludes = {"--box",   "--about",     "--clearance",   "--pairs",  "--only",     "--shares",
+                   "--boxes", "--tightness", "--time-budget", "--format", "--refuting", "--certificate"};
   addRobotOptions(program, arguments.robot);
   addQuiet(program, arguments.robot.warnings);
   addThreads(program, question.threads);
   program.setFooter(
-      "Exit codes: 0: all pairs are proven to stay apart; 1: bad input, or memory, threads or disk did not\n"
-      "suffice; 2: a pair is refuted or undecided.");
+      "Exit codes: 0: all pairs are proven to stay apart, or the certificate is verified; 1: bad input, or memory,\n"
+      "threads or disk did not suffice; 2: a pair is refuted or undecided, has no certificate, or one that is wrong.");
 }
 
 std::vector<double> radiiOf(const ProveArguments& arguments, const scene::RobotModel& robot) {
@@ -199,12 +209,34 @@ void shrinkToFree(const ProveArguments& arguments, const std::vector<scene::Shap
   report.question.deadline = std::chrono::steady_clock::time_point::max();
 }
 
+/// Writes the certificate of all proven pairs. Returns false if one of them has none.
+bool certify(const ProofReport& report, const CertificateSubject& subject, const std::string& file) {
+  ApartCertificate certificate{report.question.contact_distance, report.box, {}};
+  const auto certificates = scene::certify(report.model, report.proofs, report.question);
+  bool is_complete = true;
+  for (std::size_t i = 0; i < certificates.size(); ++i) {
+    if (certificates[i]) {
+      certificate.pairs.push_back(*certificates[i]);
+    } else if (report.proofs[i].outcome == scene::ProofOutcome::Proven) {
+      std::cerr << "prove: " << file << ": there is no certificate of " << nameOf(report.proofs[i].pair, subject)
+                << " within --boxes " << report.question.most_boxes << "\n";
+      is_complete = false;
+    }
+  }
+  writeFile(file, certificateText(certificate, subject));
+  return is_complete;
+}
+
 ExitCode run(const ProveArguments& arguments) {
-  if (!arguments.refuting.empty()) requireWritable(arguments.refuting);
+  for (const std::string& file : {arguments.refuting, arguments.certificate})
+    if (!file.empty()) requireWritable(file);
   ProofReport report{loadSceneModel(arguments.robot), {}, arguments.question, {}};
   printWarningsOf(*report.model, arguments.robot.warnings);
-  report.box = boxOf(arguments, report.model->robot);
   report.question.objects = objectsOf(arguments, report.model);
+  const CertificateSubject subject{*report.model, report.question.objects.get(),
+                                   arguments.objects.empty() ? "" : readTextFile(arguments.objects)};
+  if (!arguments.check.empty()) return checkCertificate(arguments.check, subject, report.question.threads);
+  report.box = boxOf(arguments, report.model->robot);
   const std::vector<scene::ShapeRefPair> pairs = pairsOf(arguments, *report.model, report.question.objects.get());
   if (pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": there is no pair to prove apart");
   if (arguments.time_budget) {
@@ -213,17 +245,20 @@ ExitCode run(const ProveArguments& arguments) {
     report.question.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
                                                   std::min(*arguments.time_budget, kLongest)));
   }
+  bool is_certified = true;
   {
     ProgressBar bar;
     report.question.progress = [&](double settled) { bar.show("volume settled", settled); };
     if (arguments.size == BoxSize::Largest) shrinkToFree(arguments, pairs, report);
     report.proofs = scene::proveApart(report.model, pairs, report.box, report.question);
+    report.question.progress = [&](double share) { bar.show("certificates", share); };
+    if (!arguments.certificate.empty()) is_certified = certify(report, subject, arguments.certificate);
   }
   const bool is_text = arguments.format == ProofFormat::Text;
   writeTo(std::cout, "standard output", is_text ? proofText(report) : proofJson(report));
   flushTo(std::cout, "standard output");
   if (!arguments.refuting.empty()) writeFile(arguments.refuting, refutingStates(report));
-  return report.isProven() ? ExitCode::Done : ExitCode::AssertionFails;
+  return report.isProven() && is_certified ? ExitCode::Done : ExitCode::AssertionFails;
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <fstream>
 #include <sstream>
 #include <string>
 
@@ -146,7 +147,55 @@ TEST_F(Prove, WhatABudgetLeavesIsUndecided) {
   EXPECT_TRUE(says(result.output, "\nundecided: 1 of 1 pairs; more: --boxes, --time-budget\n")) << result.output;
 }
 
+TEST_F(Prove, TheCertificateOfAProofVerifies) {
+  const std::string certificate = files_.path("certificate.json");
+  const std::string box = files_.write("box.yaml", "slide: [-0.9, 1]");
+  EXPECT_EQ(run("--pairs all --box " + box + " --certificate " + certificate).exit_code, 0);
+  const CommandResult result = run("--check " + certificate);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(says(result.output,
+                   "Robot \"two sliders\": 5 pairs with a certificate, in contact up to 1e-06 m.\n"
+                   "  slide from -0.9 to 1\n\nverified (5)\n"))
+      << result.output;
+  EXPECT_TRUE(says(result.output, "\nnot verified (0)\n")) << result.output;
+  EXPECT_TRUE(says(result.output, "\nverified: no pair of the certificate comes into contact in the box\n"));
+}
+
+TEST_F(Prove, OnlyProvenPairsAreInTheCertificate) {
+  const std::string certificate = files_.path("certificate.json");
+  EXPECT_EQ(run("--pairs all --certificate " + certificate).exit_code, 2) << "base and sled come into contact";
+  const CommandResult result = run("--check " + certificate);
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(says(result.output, "\nverified (4)\n")) << result.output;
+  EXPECT_FALSE(says(result.output, "base - sled")) << result.output;
+}
+
+TEST_F(Prove, AWrongCertificateIsRefusedWithItsPair) {
+  const std::string path = files_.path("certificate.json");
+  EXPECT_EQ(run("--only base --only ball --pairs all --certificate " + path).exit_code, 0);
+  Json certificate = Json::parse(std::ifstream(path));
+  certificate["pairs"][0]["bound"] = 2.26;  // the ball is 4.25 + 2 slide from the base, and slide from -1
+  const CommandResult result = run("--check " + files_.write("wrong.json", certificate.dump()));
+  EXPECT_EQ(result.exit_code, 2) << result.errors;
+  EXPECT_TRUE(
+      says(result.output, "\nnot verified (1)\n  base - ball: node 1, where slide=-1..2: its axes prove 2.2499"))
+      << result.output;
+  EXPECT_TRUE(says(result.output, "\nthe certificate is wrong\n")) << result.output;
+}
+
+TEST_F(Prove, ACertificateOfAnotherRobotIsRefused) {
+  const std::string certificate = files_.path("certificate.json");
+  EXPECT_EQ(run("--pairs all --only mast --certificate " + certificate).exit_code, 0);
+  std::string other = kTwoSliders;
+  urdf_ = files_.write("other.urdf", other.replace(other.find("xyz=\"5 0 0\""), 11, "xyz=\"6 0 0\""));
+  expectRefused("--check " + certificate, "certificate.json: certificate.hashes.joints: is ");
+}
+
 TEST_F(Prove, BadInputIsRefusedByName) {
+  expectRefused("--check absent.json", "prove: absent.json: cannot be read");
+  expectRefused("--check " + files_.write("no.json", "{\"format\""), "no.json: no JSON: ");
+  expectRefused("--check no.json --box box.yaml", "--check");
+  expectRefused("--certificate absent/c.json", "absent/c.json");
   expectRefused("--box absent.yaml", "prove: absent.yaml: cannot be read");
   expectRefused("--box " + files_.write("bad.yaml", "slid: 1"), "bad.yaml, line 1: slid: there is no movable joint");
   expectRefused("--about slide=3 --radius 0.5", "prove: --about: joint \"slide\" is at 3, and its limits are -1 and 2");
