@@ -10,7 +10,9 @@ class ProgramOptions;
 enum class ExitCode : int {
   Done = 0,
   BadInput = 1,        ///< also if memory, threads or disk space do not suffice
-  AssertionFails = 2,  ///< --assert-above of clearance; of prove: a pair is not proven apart; of model_check: a finding
+  /// --assert-above of clearance; of prove: a pair is not proven apart, or a certificate is wrong; of model_check: a
+  /// finding
+  AssertionFails = 2,
   Refuted = 3          ///< --second-opinion of clearance
 };
 

@@ -63,8 +63,8 @@ std::string textOf(const ApartCertificate& certificate, const Flaws& flaws, cons
     if (flaws[i])
       wrong += name + *flaws[i] + "\n";
     else
-      verified += name + "at least " + shortest(pair.bound) + " m, in " + std::to_string(pair.tree.size() / 2 + 1) +
-                  " parts of the box\n";
+      verified +=
+          name + "at least " + shortest(pair.bound) + " m; boxes: " + std::to_string(pair.tree.size() / 2 + 1) + "\n";
   }
   const std::size_t count_wrong = wrongIn(flaws), left_out = leftOut(certificate, subject);
   text += "\nverified (" + std::to_string(flaws.size() - count_wrong) + ")\n" + verified;

@@ -21,6 +21,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -211,18 +212,22 @@ void shrinkToFree(const ProveArguments& arguments, const std::vector<scene::Shap
 
 /// Writes the certificate of all proven pairs. Returns false if one of them has none.
 bool certify(const ProofReport& report, const CertificateSubject& subject, const std::string& file) {
-  ApartCertificate certificate{report.question.contact_distance, report.box, {}};
+  ApartCertificate certificate{report.question.contact_distance, {}, {}};
   const auto certificates = scene::certify(report.model, report.proofs, report.question);
   bool is_complete = true;
+  std::set<int> joints;
   for (std::size_t i = 0; i < certificates.size(); ++i) {
     if (certificates[i]) {
       certificate.pairs.push_back(*certificates[i]);
+      for (const scene::JointRange& interval : report.proofs[i].box) joints.insert(interval.joint);
     } else if (report.proofs[i].outcome == scene::ProofOutcome::Proven) {
       std::cerr << "prove: " << file << ": there is no certificate of " << nameOf(report.proofs[i].pair, subject)
                 << " within --boxes " << report.question.most_boxes << "\n";
       is_complete = false;
     }
   }
+  for (const scene::JointRange& interval : report.box)
+    if (joints.count(interval.joint) > 0) certificate.box.push_back(interval);
   writeFile(file, certificateText(certificate, subject));
   return is_complete;
 }
