@@ -4,6 +4,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "scene/model/body_pose.h"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace proximity_server::scene {
@@ -14,7 +15,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// The position of a joint; mimic joints follow their leader.
-double jointPosition(const RobotModel& model, int joint, const std::vector<double>& positions) {
+double positionIn(const std::vector<double>& positions, const RobotModel& model, int joint) {
   const Joint::Mimic leader = model.leaderOf(joint);
   return followedPosition(leader, positions[leader.joint]);
 }
@@ -44,6 +45,16 @@ Isometry3d jointMotion(const Joint& joint, double position) {
   return Isometry3d::Identity();
 }
 
+double jointPosition(const RobotModel& model, const Joint& joint, const Isometry3d& parent_T_child) {
+  const Link& parent = model.links[joint.parent_link];
+  const Isometry3d moved = (parent.body_T_link * joint.parent_T_joint).inverse() * parent_T_child;
+  if (joint.type == Joint::Type::Prismatic) return joint.axis.dot(moved.translation());
+  const Eigen::Quaterniond turned(moved.linear());
+  // The angle is between -2 pi and 2 pi, because two quaternions stand for the same rotation.
+  const double angle = 2.0 * narrowphase::angleOf(joint.axis.dot(turned.vec()), turned.w());
+  return std::remainder(angle, 2.0 * M_PI);
+}
+
 // Eigen's FromTwoVectors() computes the same, but compiling its templates takes seven seconds in each source.
 Eigen::Quaterniond turnFromZ(const Vector3d& unit) {
   const double sine2 = unit.head<2>().squaredNorm();
@@ -64,7 +75,7 @@ BodyPoses forwardKinematics(const RobotModel& model, const std::vector<double>& 
       poses[i] = Isometry3d::Identity();
       continue;
     }
-    const Isometry3d motion = jointMotion(model.joints[body.joint], jointPosition(model, body.joint, positions));
+    const Isometry3d motion = jointMotion(model.joints[body.joint], positionIn(positions, model, body.joint));
     poses[i] = poseOnParent(model, body, *poses[body.parent], motion);
   }
   return poses;

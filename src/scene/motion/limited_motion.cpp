@@ -198,14 +198,4 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
   return {PhasedMotion(std::move(phases)), std::move(stops)};
 }
 
-double jointPosition(const RobotModel& model, const Joint& joint, const Isometry3d& parent_T_child) {
-  const Link& parent = model.links[joint.parent_link];
-  const Isometry3d moved = (parent.body_T_link * joint.parent_T_joint).inverse() * parent_T_child;
-  if (slides(joint)) return joint.axis.dot(moved.translation());
-  const Quaterniond turned(moved.linear());
-  // The angle is between -2 pi and 2 pi, because two quaternions stand for the same rotation.
-  const double angle = 2.0 * narrowphase::angleOf(joint.axis.dot(turned.vec()), turned.w());
-  return std::remainder(angle, kTurn);
-}
-
 }  // namespace proximity_server::scene

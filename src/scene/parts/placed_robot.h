@@ -61,6 +61,9 @@ class PlacedRobot {
   /// Parts that are not placed anew stay where they were.
   void place(int body, const Eigen::Isometry3d& pose) { placeBody(pose, bodies_[body]); }
   bool hasGeometry(int body) const { return bodies_[body].is_used; }
+
+  /// From now on update() takes the pose of a body also if no geometry is fixed to it.
+  void keepPoseOf(int body) { bodies_[body].is_used = true; }
   bool isKnown(int body) const { return bodies_[body].known; }
   std::optional<Eigen::Isometry3d> poseOfBody(int body) const;
   void takeOriginOf(int body) { origin_ = bodies_[body].origin; }
@@ -96,6 +99,9 @@ class PlacedRobot {
 
   /// The pose of part b's body in the frame of part a's body.
   RelativePose relative(int a, int b) const;
+
+  /// The pose of a body of the robot in the frame of another one. Both must be known.
+  RelativePose relativeBodies(int a, int b) const { return relative(bodies_[a], bodies_[b]); }
 
   /// True if the first of two has half-spaces, which only the second may have. Throws std::invalid_argument if both have.
   bool isUnboundedFirst(int a, int b) const;
@@ -134,7 +140,7 @@ class PlacedRobot {
 
  private:
   struct BodyPlace {
-    bool is_used = false;  ///< true if geometry is fixed to it
+    bool is_used = false;  ///< true if geometry is fixed to it, or by keepPoseOf()
     bool known = false;
     Eigen::Matrix3d rotation;
     Eigen::Vector3d origin;
@@ -148,6 +154,7 @@ class PlacedRobot {
     Eigen::Vector3d centre;
   };
 
+  static RelativePose relative(const BodyPlace& a, const BodyPlace& b);
   static double gapOf(const Sphere& a, const Sphere& b) { return (b.centre - a.centre).norm() - (a.radius + b.radius); }
   double gapWithObject(int a, int b) const;
   const BodyPlace& bodyOf(int part) const { return bodies_[(*this)[part].body]; }

@@ -1,5 +1,6 @@
 #include "scene/pieces/mesh_cache.h"
 
+#include "system/fnv_hash.h"
 #include "system/whole_file.h"
 
 #include <algorithm>
@@ -17,26 +18,8 @@ namespace {
 
 constexpr const char* kVersion = "proximity_server-pieces-5";
 
-/// Source: Fowler, Noll, Vo: FNV-1a, 64 bits.
-class Hash {
- public:
-  void add(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) value_ = (value_ ^ bytes[i]) * 0x100000001b3ULL;
-  }
-  void add(const std::string& text) { add(text.data(), text.size()); }
-  std::string text() const {
-    std::array<char, 17> digits{};
-    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value_));
-    return digits.data();
-  }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325ULL;
-};
-
 std::string keyOf(const TriangleMesh& mesh, double tolerance, double time_budget) {
-  Hash hash;
+  system::FnvHash hash;
   hash.add(kVersion);
   hash.add(&tolerance, sizeof tolerance);
   hash.add(&time_budget, sizeof time_budget);
@@ -46,7 +29,7 @@ std::string keyOf(const TriangleMesh& mesh, double tolerance, double time_budget
 }
 
 std::string checksumOf(const std::string& content) {
-  Hash hash;
+  system::FnvHash hash;
   hash.add(content);
   return hash.text();
 }

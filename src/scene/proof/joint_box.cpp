@@ -1,13 +1,13 @@
 #include "proximity_server/scene/proof/joint_box.h"
 
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "scene/object_files/field.h"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {
@@ -70,7 +70,10 @@ JointBox boxAbout(const RobotModel& robot, const Positions& state, const std::ve
 }
 
 JointBox jointBoxFrom(const std::string& yaml, const std::string& source, const RobotModel& robot, JointBox box) {
-  const FileValue value = readYaml(yaml, source);
+  return jointBoxFrom(readYaml(yaml, source), source, robot, std::move(box));
+}
+
+JointBox jointBoxFrom(const FileValue& value, const std::string& source, const RobotModel& robot, JointBox box) {
   const Field file(value, source);
   for (const std::string& name : file.members()) {
     const Field member = file.member(name);

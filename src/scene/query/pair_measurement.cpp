@@ -45,6 +45,8 @@ int& countOf(Visit::Bound bound, PairCounts& counts) {
       return counts.at_rest;
     case Visit::Bound::Motion:
       return counts.by_motion;
+    case Visit::Bound::Proof:
+      return counts.by_proof;
     case Visit::Bound::Sphere:
     case Visit::Bound::Box:
       break;
@@ -60,7 +62,10 @@ PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const 
       robot_(model.robot, std::move(volumes)),
       pieces_(robot_, model.robot.pieces.size(), skipping, memory),
       kept_(memory == Memory::None ? 0 : rememberedPairs(model.pairs.checked.size())),
-      paddings_(paddingsOf(model.pairs)) {}
+      paddings_(paddingsOf(model.pairs)),
+      proven_(model) {
+  for (const int body : proven_.bodies()) robot_.keepPoseOf(body);
+}
 
 void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
   if (memory_ != Memory::None) {
@@ -87,9 +92,18 @@ std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, const Pa
   return Visit{{a, b}, lower_bound, number, padding};
 }
 
-Visit PairMeasurement::refined(Visit visit, double limit) const {
+Visit PairMeasurement::refined(Visit visit, double limit) {
   visit.bound = Visit::Bound::Box;
   if (skipping_ == Skipping::Off) return visit;
+  if (!proven_.empty()) {
+    // A smaller bound is not used, so that the other pairs are visited in the same order as without proofs.
+    const double bound = proven_.boundOf(visit, robot_) - visit.padding;
+    if (bound > limit) {
+      visit.lower_bound = bound;
+      visit.bound = Visit::Bound::Proof;
+      return visit;
+    }
+  }
   const Part &a = robot_[visit.a], &b = robot_[visit.b];
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const KeptAnswer* kept = keptOf(visit)) {

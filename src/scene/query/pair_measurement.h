@@ -7,6 +7,7 @@
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/visit_queue.h"
 #include "scene/query/closest_pieces.h"
+#include "scene/query/proven_pairs.h"
 
 #include <memory>
 #include <optional>
@@ -25,9 +26,10 @@ struct DistanceBounds {
 /// expensive:
 ///
 /// 1. the bounding spheres of both shapes;
-/// 2. the kept answer minus a bound on the motion since then, or the kept answer itself if the two are at rest;
-/// 3. the bounding boxes of both shapes;
-/// 4. the interiors of closed meshes and the closest pieces of both, by the narrowphase.
+/// 2. what is proven for the positions of the joints, if a file of conditional pairs was given (ProvenPairs);
+/// 3. the kept answer minus a bound on the motion since then, or the kept answer itself if the two are at rest;
+/// 4. the bounding boxes of both shapes;
+/// 5. the interiors of closed meshes and the closest pieces of both, by the narrowphase.
 ///
 /// Spheres and boxes of whole shapes are convex, so they contain the interiors too.
 ///
@@ -37,7 +39,10 @@ class PairMeasurement {
   PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping,
                   Memory memory = Memory::OfAnswers);
 
-  void update(const BodyPoses& poses) { robot_.update(poses); }
+  void update(const BodyPoses& poses) {
+    robot_.update(poses);
+    proven_.forgetPositions();
+  }
   void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses) { robot_.updateFrames(poses); }
   void forgetFrames() { robot_.forgetFrames(); }
   const PlacedRobot& robot() const { return robot_; }
@@ -57,7 +62,7 @@ class PairMeasurement {
   std::optional<Visit> visitOf(const ShapeRefPair& pair, const PartPair& parts, int number) const;
 
   /// Improves the bound of a visit by the steps that cost less than computing, until it is above the limit [m].
-  Visit refined(Visit visit, double limit) const;
+  Visit refined(Visit visit, double limit);
 
   /// Computes a pair, unless its kept answer still holds. Beyond the limit [m] a proof is enough. After the deadline
   /// the answer is Unknown.
@@ -114,6 +119,7 @@ class PairMeasurement {
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;
   PairDistances paddings_;
+  ProvenPairs proven_;
   PairCounts counts_;
 };
 

@@ -21,6 +21,10 @@ using BodyPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 /// Error: a few units in the last place; the same bits on every processor.
 Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 
+/// Returns the position of a joint with one degree of freedom, [rad] in (-pi, pi] or [m], given the pose of its child
+/// body in its parent body.
+double jointPosition(const RobotModel& model, const Joint& joint, const Eigen::Isometry3d& parent_T_child);
+
 /// The shortest rotation that turns the z axis into a unit vector; half a turn about x for -z.
 /// Error: a few units in the last place.
 Eigen::Quaterniond turnFromZ(const Eigen::Vector3d& unit);

@@ -80,8 +80,4 @@ struct LimitedMotion {
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated = {});
 
-/// Returns the position of a joint with one degree of freedom, [rad] in (-pi, pi] or [m], given the pose of its child
-/// body in its parent body.
-double jointPosition(const RobotModel& model, const Joint& joint, const Eigen::Isometry3d& parent_T_child);
-
 }  // namespace proximity_server::scene
