@@ -80,6 +80,7 @@ struct Config {
   std::string mesh_cache = "user";  ///< the parameter as it was given; configFrom() sets model.mesh_cache by it
   scene::ModelOptions model;
   scene::PairFilterOptions filter;
+  std::string conditional_pairs;    ///< an absolute path, see scene::addConditionalPairs(); "": none
   double tolerance = 1e-9;          ///< [m] accepted gap between the bounds of a distance
   double max_tf_age = 0.2;          ///< [s]
   double max_tf_skew = 0.05;        ///< [s]

@@ -308,8 +308,10 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   parameters.acceptUnread("diagnostic_period");  // diagnostic_updater reads it
   parameters.warnAboutUnknown();
   config.model.mesh_cache = config.mesh_cache == "user" ? scene::userMeshCache() : config.mesh_cache;
-  const bool is_path = config.objects_file.empty() || config.objects_file.front() == '/';
-  parameters.require(is_path, "objects_file", "is '" + config.objects_file + "', no absolute path");
+  const std::pair<const char*, const std::string&> paths[] = {{"objects_file", config.objects_file},
+                                                              {"conditional_pairs", config.conditional_pairs}};
+  for (const auto& [parameter, path] : paths)
+    parameters.require(path.empty() || path.front() == '/', parameter, "is '" + path + "', no absolute path");
   const std::string problem = contradictionIn(config.monitor);
   if (!problem.empty()) throw std::invalid_argument("parameter " + name_space + "/" + problem);
   return config;

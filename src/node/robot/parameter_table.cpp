@@ -78,6 +78,10 @@ std::vector<Parameter> parameterTable(Config& config) {
       "If this list is not empty, only its pairs are checked, whatever the SRDF says.");
   add("group", &config.filter.group, {}, "", kReload,
       "Only pairs in which a link of this SRDF group moves are checked. \"\": no restriction.");
+  add("conditional_pairs", &config.conditional_pairs, {}, "", kReload,
+      "Absolute path of a file of `pair_audit --write-conditional-pairs`: ranges of joint positions in which pairs are "
+      "proven apart. Where the bound of a pair is enough, it is not measured; no answer changes. The file of another "
+      "robot, padding or mesh tolerance is refused. \"\": none.");
   add("tolerance", &config.tolerance, {1e-14, 0.1}, "m", kReload,
       "Accepted gap between the two certified bounds of a distance. A larger gap is faster.");
 

@@ -7,6 +7,7 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/proof/conditional_pairs.h"
 
 #include <ros/console.h>
 
@@ -79,6 +80,7 @@ scene::LevelThresholds thresholdsOf(const scene::RobotModel& robot, const std::v
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {
   const std::vector<std::string> srdfs = srdfsOf(texts);
   scene::SceneModel model = scene::makeSceneModel(loadModel(texts, config), srdfs, config.filter);
+  if (!config.conditional_pairs.empty()) scene::readConditionalPairs(config.conditional_pairs, model);
   scene::warnOfNearPairs(model, thresholdsOf(model.robot, srdfs, config));
   return std::make_shared<const scene::SceneModel>(std::move(model));
 }
