@@ -1,9 +1,11 @@
 // Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them.
 #include "proximity_server/scene/levels/always_near.h"
 #include "tools/pair_audit/audit_report.h"
+#include "tools/pair_audit/conditional_search.h"
 #include "tools/pair_audit/level_shares.h"
 #include "tools/pair_audit/pair_study.h"
 #include "tools/pair_audit/robot_setup.h"
+#include "tools/pair_audit/safe_limits.h"
 #include "tools/pair_audit/srdf_writer.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
@@ -28,7 +30,9 @@ constexpr scene::StopAndWarn kUsual{0.02, 0.05};  // [m] the defaults of the nod
 struct AuditArguments {
   RobotFiles robot;
   StudyOptions study;
-  std::string write, write_thresholds, setup;
+  std::string write, write_thresholds, write_conditional, write_limits, setup;
+  double conditional_distance = kUsual.warn;
+  long boxes = 2000;
 };
 
 void declare(ProgramOptions& program, AuditArguments& arguments) {
@@ -50,6 +54,15 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
                   "an SRDF that disables what is adjacent, always in contact or never near");
   program.addText("--write-thresholds", "FILE", arguments.write_thresholds,
                   "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
+  program.addText("--write-conditional-pairs", "FILE", arguments.write_conditional,
+                  "for the parameter conditional_pairs: ranges of joint positions in which pairs are proven apart");
+  addLength(program, "--conditional-distance", arguments.conditional_distance, 0.0,
+            "how far they are proven apart there (default: 0.05, the warn distance of the node)")
+      .needs = "--write-conditional-pairs";
+  program.addText("--write-safe-limits", "FILE", arguments.write_limits,
+                  "limits for prove --box, within which the robot is proven not to collide with itself");
+  addCount(program, "--boxes", arguments.boxes, 1, 1000000000,
+           "parts into which a proof of these two divides a box (default: 2000)");
   program.addText(
       "--setup", "DIR", arguments.setup,
       "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest");
@@ -132,8 +145,47 @@ void writeProposal(const AuditArguments& arguments, const std::shared_ptr<const 
   if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }
 
+std::vector<scene::ConditionalPair> searchConditional(const AuditArguments& arguments,
+                                                      const std::shared_ptr<const scene::SceneModel>& model,
+                                                      const PairStudy& study) {
+  ProgressBar bar;
+  ConditionalOptions options;
+  options.distance = arguments.conditional_distance;
+  options.most_boxes = arguments.boxes;
+  options.threads = arguments.study.threads;
+  options.progress = [&](double done) { bar.show("conditional pairs", done); };
+  return conditionalPairs(model, study, options);
+}
+
+SafeLimits searchLimits(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
+                        const PairStudy& study) {
+  ProgressBar bar;
+  SafeLimitOptions options;
+  options.most_boxes = arguments.boxes;
+  options.seed = arguments.study.seed;
+  options.threads = arguments.study.threads;
+  options.progress = [&](double done) { bar.show("safe limits", done); };
+  return safeLimits(model, study, options);
+}
+
+/// Writes what is proven of joint ranges, as far as the options ask for it.
+void writeProofs(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
+                 const PairStudy& study) {
+  if (!arguments.write_conditional.empty()) {
+    const std::vector<scene::ConditionalPair> pairs = searchConditional(arguments, model, study);
+    writeTo(std::cout, "standard output", conditionalText(model->robot, pairs));
+    writeFile(arguments.write_conditional, scene::conditionalPairsYaml(model->robot, pairs));
+  }
+  if (!arguments.write_limits.empty()) {
+    const SafeLimits safe = searchLimits(arguments, model, study);
+    writeTo(std::cout, "standard output", safeLimitsText(model->robot, safe));
+    writeFile(arguments.write_limits, safeLimitsYaml(model->robot, safe));
+  }
+}
+
 ExitCode run(const AuditArguments& arguments) {
-  for (const std::string& file : {arguments.write, arguments.write_thresholds}) {
+  for (const std::string& file :
+       {arguments.write, arguments.write_thresholds, arguments.write_conditional, arguments.write_limits}) {
     if (!file.empty()) requireWritable(file);
   }
   if (!arguments.setup.empty()) requireEmpty(arguments.setup);
@@ -144,6 +196,7 @@ ExitCode run(const AuditArguments& arguments) {
   writeTo(std::cout, "standard output", auditReport(*model, study, srdf));
   const bool writes = !arguments.write.empty() || !arguments.write_thresholds.empty() || !arguments.setup.empty();
   if (writes) writeProposal(arguments, model, study);
+  writeProofs(arguments, model, study);
   flushTo(std::cout, "standard output");
   return ExitCode::Done;
 }

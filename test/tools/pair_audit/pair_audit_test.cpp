@@ -1,13 +1,17 @@
 // The executable from end to end, on a robot whose pairs are in the class that paper says, and on the Panda.
+#include "proximity_server/scene/proof/conditional_pairs.h"
+#include "proximity_server/scene/proof/prove_apart.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
+#include "scene/small_robots.h"
 #include "tools/program/run_command.h"
 #include "tools/robot/crossing_sliders.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace proximity_server::tools::pair_audit_test {
 
@@ -104,6 +108,58 @@ TEST_F(PairAudit, WhatIsFixedToANeighbourIsNoNeighbour) {
   const std::string report = runCommand(PAIR_AUDIT " " + files_.write("arm.urdf", kFoldingArm) + " 2>&1").output;
   EXPECT_EQ(linesUnder("within 0.02 m in some states (1)", report), Lines{"upper - cover: down to contact"}) << report;
   EXPECT_EQ(linesUnder("adjacent (joined by one joint) (1)", report).size(), 1U) << report;
+}
+
+// The cover meets the upper arm where the elbow is bent by a right angle: its corner (0.1, 0.05) is then at (0.05, -0.1),
+// where the upper arm ends.
+constexpr double kMeeting = M_PI / 2.0, kSearchError = 3.14 / 64.0;
+
+TEST_F(PairAudit, WritesRangesInWhichPairsAreProvenApart) {
+  const std::string urdf = files_.write("arm.urdf", kFoldingArm), out = files_.path("pairs.yaml");
+  const std::string options = " --samples 2000 --conditional-distance 0 --write-conditional-pairs " + out;
+  const CommandResult result = runCommand(PAIR_AUDIT " " + urdf + options + " 2>&1");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(linesUnder("Proven apart in a range of one joint, or in all states (1)", result.output).size(), 1U)
+      << result.output;
+  SceneModel model = *modelOf(std::string(kFoldingArm));
+  readConditionalPairs(out, model);
+  const LinkPair& pair =
+      model.pairs.pairs[model.pairs.find(model.robot.findLink("upper"), model.robot.findLink("cover"))];
+  ASSERT_EQ(pair.proven.ranges.size(), 1U) << readFile(out);
+  const JointRange& range = pair.proven.ranges[0].at(0);
+  EXPECT_EQ(range.lower, 0.0);
+  EXPECT_LT(range.upper, kMeeting);
+  EXPECT_GT(range.upper, kMeeting - kSearchError);
+  EXPECT_EQ(runCommand(PAIR_AUDIT " " + urdf + " --conditional-distance 0 2>&1").exit_code, 1);
+}
+
+TEST_F(PairAudit, WritesLimitsWithinWhichTheRobotIsProvenApart) {
+  const std::string urdf = files_.write("arm.urdf", kFoldingArm), out = files_.path("limits.yaml");
+  const CommandResult result =
+      runCommand(PAIR_AUDIT " " + urdf + " --samples 2000 --write-safe-limits " + out + " 2>&1");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(says(result.output, "Safe limits: 2 pairs are proven apart within them")) << result.output;
+  EXPECT_TRUE(says(result.output, "They say nothing about these pairs (0)")) << result.output;
+  const auto model = modelOf(std::string(kFoldingArm));
+  const JointBox box = jointBoxFrom(readFile(out), out, model->robot, knownRanges(model->robot));
+  ASSERT_EQ(box.size(), 1U);
+  EXPECT_EQ(box[0].lower, 0.0);
+  EXPECT_LT(box[0].upper, kMeeting);
+  EXPECT_GT(box[0].upper, kMeeting - kSearchError);
+  for (const std::string link : {"fore", "cover"})
+    EXPECT_EQ(proveApart(model, {pairOf(*model, "upper", link)}, box)[0].outcome, ProofOutcome::Proven);
+}
+
+TEST_F(PairAudit, SafeLimitsNameThePairsThatTheyDoNotCover) {
+  const std::string out = files_.path("limits.yaml");
+  const CommandResult result = run("--samples 2000 --srdf " + srdf_ + " --write-safe-limits " + out);
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const Lines uncovered = linesUnder("They say nothing about these pairs (7)", result.output);
+  ASSERT_EQ(uncovered.size(), 7U) << result.output;
+  EXPECT_EQ(std::count(uncovered.begin(), uncovered.end(), "base - tip: disabled in the SRDF"), 1);
+  EXPECT_EQ(std::count(uncovered.begin(), uncovered.end(), "base - rod: always in contact"), 1);
+  EXPECT_EQ(std::count(uncovered.begin(), uncovered.end(), "base - loose: a joint between them has no known limits"),
+            1);
 }
 
 TEST_F(PairAudit, NamesWhatTheSrdfGetsWrong) {

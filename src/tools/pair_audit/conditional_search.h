@@ -1,0 +1,41 @@
+#pragma once
+
+#include "proximity_server/scene/proof/conditional_pairs.h"
+#include "tools/pair_audit/pair_study.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace proximity_server::tools {
+
+struct ConditionalOptions {
+  double distance = 0.05;  ///< [m] how far apart the pairs are in their ranges
+  long most_boxes = 2000;  ///< of each proof
+  int threads = 1;
+  std::function<void(double done)> progress;  ///< from 0 to 1, in the thread of the caller
+};
+
+/// Finds ranges of one joint in which a pair is proven apart, whatever the other joints do within their limits.
+///
+/// 1. If that is proven within all limits, it is the only range.
+/// 2. Otherwise a range of each joint is searched from its lower limit, from its upper one, and from its position in the
+///    state in which the study saw the pair farthest apart. Its ends move outwards as long as the proof succeeds.
+/// 3. Ranges of one joint that overlap become one. Those of less than kLeastShare of a joint's limits are left out.
+///
+/// `limits` has an interval for each joint between the two.
+scene::ConditionalPair provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
+                                    const scene::JointBox& limits, const ConditionalOptions& options);
+
+/// provenRanges() of the checked pairs that have any, within the limits of the URDF. Pairs with a joint whose limits are
+/// not known are left out. The result is the same for any number of threads.
+std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const scene::SceneModel>& model,
+                                                     const PairStudy& study, const ConditionalOptions& options);
+
+constexpr double kLeastShare = 0.05;
+
+/// The ranges of each pair, for people.
+std::string conditionalText(const scene::RobotModel& robot, const std::vector<scene::ConditionalPair>& pairs);
+
+}  // namespace proximity_server::tools
