@@ -138,17 +138,6 @@ std::string inLines(const std::string& text, std::size_t characters) {
   return result;
 }
 
-std::string summary(const Clearance& clearance) {
-  const std::string level = levelName(clearance.level);
-  if (clearance.level == Clearance::INVALID) return level + "\n" + inLines(clearance.status.message, 40);
-  const Proximity& pair = clearance.deciding;
-  const std::string text = level + "\n" + pair.a.link + " - " + pair.b.link + " " + millimetres(pair.distance);
-  if (clearance.level == Clearance::COLLISION) return text;
-  const std::string guaranteed = clearance.by_guaranteed ? ", guaranteed " + millimetres(pair.guaranteed) : "";
-  return text + guaranteed + ", " + levelOfThreshold(clearance.level) + " at " +
-         millimetres(clearance.deciding_threshold);
-}
-
 bool isSame(const ShapeRef& p, const ShapeRef& q) { return p.kind == q.kind && p.robot == q.robot && p.link == q.link; }
 bool areSame(const Proximity& p, const Proximity& q) { return isSame(p.a, q.a) && isSame(p.b, q.b); }
 
@@ -238,7 +227,7 @@ void ClearanceMarkers::addSummary(const Clearance& clearance, Drawing& drawing) 
   Marker marker = drawing.base;
   marker.ns = "level";
   marker.type = Marker::TEXT_VIEW_FACING;
-  marker.text = summary(clearance);
+  marker.text = std::string(levelName(clearance.level)) + "\n" + inLines(clearance.status.message, 40);
   marker.color = drawing.level_colour;
   marker.scale.z = text_height_;
   // RViz centres a text, and its lines are about 1.2 heights apart.

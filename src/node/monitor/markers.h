@@ -18,8 +18,8 @@ visualization_msgs::MarkerArray pieceMarkers(const Robot& robot);
 
 /// Draws the clearances of one robot. Every cycle has these markers, by namespace:
 ///
-/// "level"      a text above the robot in the colour of the level: the level, the pair that sets it, its distance and
-///              threshold. If the level is INVALID, the text gives the reason, and nothing else is drawn.
+/// "level"      a text above the robot in the colour of the level: the level and the message of the status. If the
+///              level is INVALID, nothing else is drawn.
 /// "deciding"   a thick line between the closest points of that pair, in the colour of the level.
 /// "witnesses"  a line between the closest points of every listed pair, in the colour of its own level.
 /// "distances"  labels with the distances of the next few pairs for which there is room.

@@ -56,10 +56,11 @@ MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& prese
 void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
-  gradients_.reset();
   guarantees_.reset();
   constraints_.reset();
   robot_ = robot;
+  gradients_.emplace(*robot_);
+  text_.emplace(gradients_->derivatives().degreesOfFreedom());
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
   self_level_ = object_level_ = std::nullopt;
@@ -73,7 +74,8 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
 void Monitor::use(MonitoredObjects& objects) {
   scene_->use(objects.objects.all);
   std::swap(monitored_, objects);
-  if (gradients_) gradients_->use(monitored_.objects.all, monitored_.carriers);
+  gradients_->use(monitored_.objects.all, monitored_.carriers);
+  text_capacity_ = text_->capacity(monitored_.longest_name);
   if (guarantees_) guarantees_->use(monitored_.objects.all);
   aged_ = robot_->uncertainty();
 }
@@ -104,23 +106,17 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
 }
 
 /// Prepares the gradients at the poses of this cycle.
-void Monitor::updateGradients(const PoseSnapshot& snapshot) {
-  if (!gradients_) {
-    gradients_.emplace(*robot_);
-    gradients_->use(objects().all, monitored_.carriers);
-  }
-  gradients_->update(snapshot.poses);
-}
-
 void Monitor::assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
-  if (!settings.gradients) {
+  gradients_->update(snapshot.poses);
+  gradients_->assignPositions(positions_, snapshot.poses);
+  text_->move(positions_, snapshot.stamp);
+  if (settings.gradients) {
+    clearance_.joint_names = gradients_->names();
+    clearance_.joint_positions = positions_;
+  } else {
     clearance_.joint_names.clear();
     clearance_.joint_positions.clear();
-    return;
   }
-  updateGradients(snapshot);
-  clearance_.joint_names = gradients_->names();
-  gradients_->assignPositions(clearance_.joint_positions, snapshot.poses);
 }
 
 /// Reserves as much memory as any pair needs.
@@ -147,7 +143,6 @@ double Monitor::guaranteedOf(const scene::PairProximity& pair, const MonitorSett
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
-  updateGradients(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
   return constraints_->rowsOf({clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(),
@@ -218,6 +213,14 @@ void Monitor::assignLevels(const Cycle& cycle, const scene::PairProximity& minim
   clearance_.deciding_threshold = deciding.level.threshold;
   clearance_.deciding_reached = isReached(deciding);
   clearance_.level = levelCode(deciding.level.level);
+  explain(deciding.pair);
+}
+
+/// Writes the text about the pair that sets the level.
+void Monitor::explain(const scene::PairProximity& deciding) {
+  gradients_->assign(explained_, deciding);
+  clearance_.status.message.reserve(text_capacity_);
+  text_->write(clearance_.status.message, clearance_, explained_.gradient);
 }
 
 /// Sets the minimum and the level of one kind of pairs, and returns the pair that sets this level; nullopt if no pair

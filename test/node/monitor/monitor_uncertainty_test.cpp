@@ -148,7 +148,7 @@ TEST_F(UncertainMonitor, IsInvalidAndNamesTheJointWhereNothingLimitsItsMotion) {
   velocities_.velocities[0] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(message(), unknown + "its velocity is not known");
   velocities_.velocities[0] = 0.0;
-  EXPECT_EQ(message(), "");
+  EXPECT_EQ(message(), "base is 300.0 mm from arm, guaranteed 300.0 mm; warn below 250 mm");
 }
 
 TEST_F(UncertainMonitor, NeedsTheSpeedOfAFrameThatMayMove) {

@@ -1,0 +1,112 @@
+#include "node/monitor/clearance_text.h"
+
+#include "node/answers/conversions.h"
+#include "node/robot/level_name.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+
+namespace proximity_server::node {
+namespace {
+
+/// [s] Positions that are farther apart in time give no velocity.
+constexpr double kLongestPause = 1.0;
+/// [m/s] A slower motion is not told: positions of encoders are as noisy.
+constexpr double kAtRest = 5e-4;
+/// A second joint is named if it closes the gap at least half as fast as the first one.
+constexpr double kShareOfSecond = 0.5;
+constexpr double kTurn = 6.283185307179586;
+
+/// [characters] More than all words and numbers of a text.
+constexpr std::size_t kWords = 256;
+
+void append(std::string& text, const char* format, double number) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, format, number);
+  text += buffer;
+}
+
+void writeDistance(std::string& text, const Proximity& pair) {
+  text += pair.a.link;
+  if (pair.state == Proximity::TOUCHING) {
+    text += " touches ";
+    text += pair.b.link;
+  } else if (pair.distance < 0.0) {
+    text += " overlaps ";
+    text += pair.b.link;
+    append(text, pair.depth_is_lower_bound ? " by at least %.1f mm" : " by %.1f mm", -1000.0 * pair.distance);
+  } else {
+    append(text, " is %.1f mm from ", 1000.0 * pair.distance);
+    text += pair.b.link;
+  }
+}
+
+void writeThreshold(std::string& text, const Clearance& clearance) {
+  if (clearance.level == Clearance::COLLISION) return;
+  text += "; ";
+  for (const char* letter = levelOfThreshold(clearance.level); *letter; ++letter)
+    text += static_cast<char>(std::tolower(*letter));
+  append(text, " below %.4g mm", 1000.0 * clearance.deciding_threshold);
+}
+
+}  // namespace
+
+void ClearanceText::move(const std::vector<double>& positions, const ros::Time& stamp) {
+  const double elapsed = stamp.toSec() - stamp_.toSec();
+  if (elapsed == 0.0) return;  // the same transforms once more
+  const bool follows = elapsed > 0.0 && elapsed <= kLongestPause && positions_.size() == positions.size();
+  velocities_.resize(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    double way = follows ? positions[i] - positions_[i] : kNaN;
+    if (columns_[i].kind == scene::DegreeOfFreedom::Kind::Rotation) way = std::remainder(way, kTurn);
+    velocities_[i] = way / elapsed;
+  }
+  positions_ = positions;
+  stamp_ = stamp;
+}
+
+void ClearanceText::write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const {
+  text.clear();
+  writeDistance(text, clearance.deciding);
+  if (clearance.by_guaranteed && clearance.level != Clearance::COLLISION)
+    append(text, ", guaranteed %.1f mm", 1000.0 * clearance.deciding.guaranteed);
+  writeMotion(text, gradient);
+  writeThreshold(text, clearance);
+}
+
+void ClearanceText::writeMotion(std::string& text, const std::vector<double>& gradient) const {
+  double rate = 0.0, fastest = 0.0, second = 0.0;  // [m/s] negative: closing
+  std::size_t joint_of_fastest = 0, joint_of_second = 0;
+  for (std::size_t i = 0; i < std::min(gradient.size(), velocities_.size()); ++i) {
+    const double of_joint = gradient[i] * velocities_[i];
+    if (!std::isfinite(of_joint)) continue;
+    rate += of_joint;
+    if (of_joint < fastest) {
+      second = fastest;
+      joint_of_second = joint_of_fastest;
+      fastest = of_joint;
+      joint_of_fastest = i;
+    } else if (of_joint < second) {
+      second = of_joint;
+      joint_of_second = i;
+    }
+  }
+  if (std::abs(rate) < kAtRest) return;
+  append(text, rate < 0.0 ? ", closing %.0f mm/s" : ", opening %.0f mm/s", 1000.0 * std::abs(rate));
+  if (rate > 0.0) return;
+  text += " by ";
+  text += columns_[joint_of_fastest].name;
+  if (second > kShareOfSecond * fastest || second == 0.0) return;
+  text += " and ";
+  text += columns_[joint_of_second].name;
+}
+
+std::size_t ClearanceText::capacity(std::size_t longest_name) const {
+  std::size_t longest_joint = 0;
+  for (const scene::DegreeOfFreedom& column : columns_) longest_joint = std::max(longest_joint, column.name.size());
+  return 2 * longest_name + 2 * longest_joint + kWords;
+}
+
+}  // namespace proximity_server::node
