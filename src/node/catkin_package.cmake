@@ -36,6 +36,7 @@ add_message_files(FILES
   PairProof.msg
   PairRule.msg
   Proximity.msg
+  Record.msg
   QueryStatus.msg
   ShapeInfo.msg
   ShapeRef.msg

@@ -26,14 +26,19 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       private_nh_(private_nh),
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
       tf_listener_(tf_, robot_->config().realtime_priority),
+      recorder_(robot_->config(), private_nh_.getNamespace()),
       objects_(
           robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
-          [this](const Robot& robot) { monitor_.takeObjects(robot); }, ObjectLimits(),
-          objectsAtStart(robot_->config())),
+          [this](const Robot& robot) {
+            recorder_.know(objects_.current());
+            monitor_.takeObjects(robot);
+          },
+          ObjectLimits(), objectsAtStart(robot_->config())),
       object_keeper_(robot_->config().objects_file, objects_),
-      monitor_(nh_, private_nh_, tf_, robot_),
+      monitor_(nh_, private_nh_, tf_, robot_, recorder_),
       diagnostics_(
-          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); }),
+          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); },
+          [this] { return recorder_.outcome(); }),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
       objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
       object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
@@ -59,7 +64,10 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       settings_server_(private_nh_, [this](const MonitorSettings& settings) { onSettings(settings); }),
       reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
       enable_monitor_srv_(
-          withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)) {
+          withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)),
+      save_record_srv_(
+          withQueue(private_nh_, long_requests_).advertiseService("save_record", &ProximityNode::onSaveRecord, this)) {
+  recorder_.know(objects_.current());
   tf_.watch(*robot_);
   announce(*robot_);
   publishObjects();
@@ -105,6 +113,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
       loaded->useDefaults(current);
       objects_.follow(loaded, [&] {
         std::atomic_store(&robot_, loaded);
+        recorder_.know(objects_.current());
         monitor_.follow(loaded);
       });
     });
@@ -127,6 +136,17 @@ bool ProximityNode::onEnableMonitor(std_srvs::SetBool::Request& request, std_srv
   request.data ? monitor_.enable() : monitor_.disable();
   response.success = true;
   response.message = request.data ? "the monitor runs" : "the monitor is silent";
+  return true;
+}
+
+bool ProximityNode::onSaveRecord(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
+  if (!monitor_.beginRecord()) {
+    response.message = "record_seconds is 0: nothing is recorded";
+    return true;
+  }
+  const Recorder::Outcome outcome = recorder_.await();
+  response.success = outcome.problem.empty();
+  response.message = response.success ? outcome.file : outcome.problem;
   return true;
 }
 

@@ -51,6 +51,7 @@ class ProximityNode {
   void publishChangedObjects();
   void publishObjects();  // also lets object_keeper_ write them
   bool onReload(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
+  bool onSaveRecord(std_srvs::Trigger::Request& request, std_srvs::Trigger::Response& response);
   bool onEnableMonitor(std_srvs::SetBool::Request& request, std_srvs::SetBool::Response& response);
 
   /// Throws std::invalid_argument if the settings contradict each other, or thresholds of the robot. Then nothing
@@ -78,6 +79,7 @@ class ProximityNode {
   std::mutex reload_mutex_;
   TfPoses tf_;
   TfListener tf_listener_;
+  Recorder recorder_;
   ObjectStore objects_;  // declared before monitor_, so that its first cycle knows the objects at the start
   ObjectKeeper object_keeper_;
   MonitorLoop monitor_;
@@ -112,6 +114,7 @@ class ProximityNode {
   SettingsServer settings_server_;
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
+  ros::ServiceServer save_record_srv_;
   Registration registration_;  // the last member, because it registers all services and topics above
 };
 

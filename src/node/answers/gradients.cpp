@@ -9,17 +9,13 @@
 #include <utility>
 
 namespace proximity_server::node {
-namespace {
 
-/// The position of a joint with one degree of freedom; NaN for other joints, and if a pose is missing.
-double positionOf(const scene::RobotModel& robot, const scene::Joint& joint, const scene::BodyPoses& poses) {
+double jointPositionAt(const scene::RobotModel& robot, const scene::Joint& joint, const scene::BodyPoses& poses) {
   const std::optional<Eigen::Isometry3d>& parent = poses[robot.links[joint.parent_link].body];
   const std::optional<Eigen::Isometry3d>& child = poses[robot.links[joint.child_link].body];
   if (!scene::hasOnePosition(joint) || !parent || !child) return kNaN;
   return scene::jointPosition(robot, joint, parent->inverse() * *child);
 }
-
-}  // namespace
 
 Gradients::Gradients(const Robot& robot) : model_(robot.sharedModel()), derivatives_(model_) {
   for (const scene::DegreeOfFreedom& column : derivatives_.degreesOfFreedom().list()) names_.push_back(column.name);
@@ -38,7 +34,7 @@ void Gradients::assign(Proximity& message, const scene::PairProximity& pair) con
 void Gradients::assignPositions(std::vector<double>& positions, const scene::BodyPoses& poses) const {
   positions.clear();
   for (const scene::DegreeOfFreedom& column : derivatives_.degreesOfFreedom().list())
-    positions.push_back(positionOf(model_->robot, model_->robot.joints[column.joint], poses));
+    positions.push_back(jointPositionAt(model_->robot, model_->robot.joints[column.joint], poses));
 }
 
 }  // namespace proximity_server::node

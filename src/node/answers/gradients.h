@@ -11,6 +11,10 @@
 
 namespace proximity_server::node {
 
+/// The position of a joint at these poses, [rad] in (-pi, pi] or [m]; NaN for planar and floating joints, and if a pose
+/// is missing.
+double jointPositionAt(const scene::RobotModel& robot, const scene::Joint& joint, const scene::BodyPoses& poses);
+
 /// Writes the derivatives of a robot's distances into messages. Each caller needs an object of its own, because it is
 /// not thread-safe. Messages that have held as many numbers before allocate no memory.
 class Gradients {

@@ -22,13 +22,17 @@ bool isAboutTf(const QueryStatus& status) {
 
 Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
                          std::function<std::shared_ptr<const Robot>()> robot,
-                         std::function<std::vector<std::string>()> jumps)
-    : current_health_(std::move(health)), current_robot_(std::move(robot)), current_jumps_(std::move(jumps)) {
+                         std::function<std::vector<std::string>()> jumps, std::function<Recorder::Outcome()> record)
+    : current_health_(std::move(health)),
+      current_robot_(std::move(robot)),
+      current_jumps_(std::move(jumps)),
+      current_record_(std::move(record)) {
   updater_.setHardwareID(current_robot_()->robotModel().name);
   updater_.add("tf", this, &Diagnostics::reportTf);
   updater_.add("model", this, &Diagnostics::reportModel);
   updater_.add("clearance", this, &Diagnostics::reportClearance);
   updater_.add("timing", this, &Diagnostics::reportTiming);
+  updater_.add("record", this, &Diagnostics::reportRecord);
   timer_ = nh.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { update(); });
 }
 
@@ -112,6 +116,16 @@ void Diagnostics::reportTiming(Status& status) {
   }
   status.add("cycles since the last report", cycles);
   status.add("slowest of them [s]", health_.slowest_cycle.toSec());
+}
+
+void Diagnostics::reportRecord(Status& status) {
+  const Recorder::Outcome record = current_record_();
+  if (!record.problem.empty())
+    status.summary(Level::ERROR, record.problem);
+  else
+    status.summary(Level::OK, record.file.empty() ? "no record yet" : "recorded");
+  status.add("latest record", record.file);
+  status.add("cycles lost by a slow disk", record.lost);
 }
 
 }  // namespace proximity_server::node

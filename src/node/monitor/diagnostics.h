@@ -18,7 +18,8 @@ namespace proximity_server::node {
 class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
-              std::function<std::shared_ptr<const Robot>()> robot, std::function<std::vector<std::string>()> jumps);
+              std::function<std::shared_ptr<const Robot>()> robot, std::function<std::vector<std::string>()> jumps,
+              std::function<Recorder::Outcome()> record);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -29,10 +30,12 @@ class Diagnostics {
   void reportModel(Status& status);
   void reportClearance(Status& status);
   void reportTiming(Status& status);
+  void reportRecord(Status& status);
 
   std::function<MonitorHealth()> current_health_;
   std::function<std::shared_ptr<const Robot>()> current_robot_;
   std::function<std::vector<std::string>()> current_jumps_;  // see JointJumps::recent()
+  std::function<Recorder::Outcome()> current_record_;
   std::shared_ptr<const Robot> robot_;
   MonitorHealth health_{};
   std::uint64_t cycles_before_ = 0;

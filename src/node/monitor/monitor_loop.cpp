@@ -34,8 +34,9 @@ const ros::WallDuration kWarningPeriod(10.0);
 }  // namespace
 
 MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
-                         const std::shared_ptr<const Robot>& robot)
+                         const std::shared_ptr<const Robot>& robot, Recorder& recorder)
     : tf_(tf),
+      recorder_(recorder),
       velocities_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
@@ -156,6 +157,11 @@ void MonitorLoop::disable() {
   health_.enabled = false;
 }
 
+bool MonitorLoop::beginRecord() {
+  const Lock lock(mutex_);
+  return recorder_.beginSaving();
+}
+
 MonitorHealth MonitorLoop::health() {
   const Lock lock(mutex_);
   MonitorHealth health = health_;
@@ -215,6 +221,7 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   const VelocitySnapshot velocities = lookUpVelocities();
   const Clearance& clearance = monitor_.cycle(snapshot, velocities, health_.settings, frames);
   clearance_pub_.publish(clearance);
+  recorder_.add(*monitor_.robot(), snapshot, frames, clearance, health_.settings);
   warnIfInvalid(clearance);
   if (constraints_pub_.getNumSubscribers() > 0)
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));

@@ -2,6 +2,7 @@
 
 #include "node/monitor/markers.h"
 #include "node/monitor/monitor.h"
+#include "node/record/recorder.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/steady_timer.h"
@@ -39,7 +40,7 @@ class MonitorLoop {
  public:
   /// Subscribes to joint_states in the namespace of `nh`, and publishes in that of `private_nh`.
   MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
-              const std::shared_ptr<const Robot>& robot);
+              const std::shared_ptr<const Robot>& robot, Recorder& recorder);
   ~MonitorLoop();
 
   void follow(const std::shared_ptr<const Robot>& robot);
@@ -52,6 +53,9 @@ class MonitorLoop {
   void enable();
   void disable();
   MonitorHealth health();
+
+  /// Begins a record, see Recorder::beginSaving().
+  bool beginRecord();
 
  private:
   void setRate(double rate);
@@ -76,6 +80,7 @@ class MonitorLoop {
   void listenToVelocities();
 
   TfPoses& tf_;
+  Recorder& recorder_;
   JointVelocities velocities_;
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;

@@ -262,12 +262,16 @@ ObjectList ObjectStore::list(const CurrentObjects& now) const {
 
 ObjectStore::Snapshot ObjectStore::snapshot() const {
   const CurrentObjects now = current();
+  return {fileOf(now), now.objects.revision};
+}
+
+scene::ObjectFile ObjectStore::fileOf(const CurrentObjects& now) {
+  scene::ObjectFile file;
   const ChangeFrames frames(*now.robot);
-  Snapshot snapshot{{}, now.objects.revision};
   for (const int number : now.objects.all->numbers())
-    snapshot.file.objects.push_back(fileEntryOf(frames, *now.objects.all->object(number)));
-  snapshot.file.rules = now.rules;
-  return snapshot;
+    file.objects.push_back(fileEntryOf(frames, *now.objects.all->object(number)));
+  file.rules = now.rules;
+  return file;
 }
 
 std::uint64_t ObjectStore::revision() const { return currentRobot()->objects().get().revision; }

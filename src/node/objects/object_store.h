@@ -75,6 +75,7 @@ class ObjectStore {
     std::uint64_t revision = 0;
   };
   Snapshot snapshot() const;
+  static scene::ObjectFile fileOf(const CurrentObjects& now);
 
   std::uint64_t nodeStart() const { return node_start_; }
   std::uint64_t revision() const;

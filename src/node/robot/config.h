@@ -92,6 +92,12 @@ struct Config {
   scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked;
   scene::ObjectFile objects;                   ///< the objects at the start of the node
   std::string objects_file;                    ///< an absolute path; "": objects are not kept for the next start
+  double record_seconds = 10.0;                ///< [s] before an event; 0: nothing is recorded
+  std::string record_directory;                ///< an absolute path; "": only the service writes, into ROS_HOME
+  int record_count = 20;                       ///< the number of records that are kept
+  double record_memory = 8.0;                  ///< [MB]
+  std::vector<std::string> record_on;          ///< stop, collision, invalid; empty: all
+  std::string parameters;                      ///< all parameters that are set, as XML-RPC
   std::vector<std::string> constraint_joints;  ///< joints that the controller of ~constraints moves; empty: all
   JointLimits max_deceleration;
   UncertaintyValues uncertainty;

@@ -309,9 +309,14 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   parameters.warnAboutUnknown();
   config.model.mesh_cache = config.mesh_cache == "user" ? scene::userMeshCache() : config.mesh_cache;
   const std::pair<const char*, const std::string&> paths[] = {{"objects_file", config.objects_file},
-                                                              {"conditional_pairs", config.conditional_pairs}};
+                                                              {"conditional_pairs", config.conditional_pairs},
+                                                              {"record_directory", config.record_directory}};
   for (const auto& [parameter, path] : paths)
     parameters.require(path.empty() || path.front() == '/', parameter, "is '" + path + "', no absolute path");
+  for (const std::string& event : config.record_on)
+    parameters.require(event == "stop" || event == "collision" || event == "invalid", "record_on",
+                       "has '" + event + "', which is neither stop, collision nor invalid");
+  if (values.valid()) config.parameters = values.toXml();
   const std::string problem = contradictionIn(config.monitor);
   if (!problem.empty()) throw std::invalid_argument("parameter " + name_space + "/" + problem);
   return config;

@@ -126,6 +126,22 @@ std::vector<Parameter> parameterTable(Config& config) {
       "true: two objects that no link holds are checked too, if one of them moves with a frame. What a link holds is "
       "checked against all objects in any case.");
 
+  heading =
+      "Records: the last seconds before an event, as a bag that `clearance --replay` answers again; see "
+      "[records](../src/node/record/README.md).";
+  add("record_seconds", &config.record_seconds, {0, 3600}, "s", kStart,
+      "How much is kept and written of the time before an event. 0: nothing is recorded.");
+  add("record_directory", &config.record_directory, {}, "", kStart,
+      "Absolute path of a folder that exists, for records of the events of `record_on`. \"\": only the service "
+      "`save_record` writes, into proximity_server in `ROS_HOME` (~/.ros).");
+  add("record_on", &config.record_on, {}, "", kStart,
+      "A change of the level to one of these is an event: `[stop, collision, invalid]`. `[]`: all three.");
+  add("record_count", &config.record_count, {1, 100000}, "", kStart,
+      "So many records are kept of a node; the oldest ones are removed.");
+  add("record_memory", &config.record_memory, {0.1, 10000}, "MB", kStart,
+      "The memory for `record_seconds`. If a cycle has many pairs and bodies, and the rate is high, it may hold less: "
+      "a cycle of a robot with 30 links and 10 listed pairs takes about 8 kB.");
+
   heading = "The system.";
   add("realtime_priority", &config.realtime_priority, {0, 99}, "", kStart,
       "SCHED_FIFO priority of the threads of monitor and tf: they run before every program that is not real-time. 0: "

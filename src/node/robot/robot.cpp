@@ -229,7 +229,7 @@ Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& con
 Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
     : config_(config),
       sources_(robotSources(config)),
-      srdfs_(srdfsOf(texts)),
+      texts_(texts),
       model_(loadSceneModel(texts, config)),
       frames_(framesOf(model_->robot, sources_)),
       candidates_(model_->pairs),
@@ -245,7 +245,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       base_speeds_(baseSpeedsOf(model_->robot, config)),
       object_speeds_(scene::frameSpeedsFrom(config.object_speed, "parameter object_speed")),
       constraint_columns_(constraintColumnsOf(model_->robot, config.constraint_joints)),
-      thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfs_, config))),
+      thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfsOf(texts), config))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(
           [first = std::make_shared<const scene::Scene>(model_)] { return first->forAnotherThread(); })),
@@ -284,7 +284,7 @@ int Robot::referenceRobot() const {
 std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) const {
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
-  return scene::Candidates(scene::filterPairs(robotModel(), srdfs_, filter)).list();
+  return scene::Candidates(scene::filterPairs(robotModel(), srdfsOf(texts_), filter)).list();
 }
 
 void assignDefaults(scene::LevelThresholds& thresholds, const MonitorSettings& settings) {

@@ -51,6 +51,9 @@ class Robot {
   /// The sources of the robots of the model, in the order of RobotModel::robots.
   const std::vector<RobotSource>& sources() const { return sources_; }
 
+  /// The texts of these robots.
+  const std::vector<RobotTexts>& texts() const { return texts_; }
+
   /// The frame of a link in tf, with the prefix of its robot.
   const std::string& frameOf(int link) const { return frames_[link]; }
 
@@ -119,7 +122,7 @@ class Robot {
  private:
   Config config_;
   std::vector<RobotSource> sources_;
-  std::vector<std::string> srdfs_;
+  std::vector<RobotTexts> texts_;
   std::shared_ptr<const scene::SceneModel> model_;
   std::vector<std::string> frames_;  ///< the tf frame of each link
   scene::Candidates candidates_;

@@ -315,7 +315,7 @@ TEST_F(ClearanceTopic, MarkersJoinTheClosestPointsAndTellTheDistance) {
   };
   const auto array = markers.next([&](const MarkerArray& candidate) {
     const auto level = find(candidate, "level");
-    return level != candidate.markers.end() && level->text == "WARN\nbase - ball 40.0 mm, WARN at 50.0 mm";
+    return level != candidate.markers.end() && level->text == "WARN\nbase is 40.0 mm from ball; warn below 50\nmm";
   });
   ASSERT_TRUE(array);
   const auto lines = find(*array, "witnesses");

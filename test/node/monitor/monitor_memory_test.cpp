@@ -5,6 +5,7 @@
 #include "heap_in_use.h"
 #include "node/gantry.h"
 #include "node/monitor/monitor.h"
+#include "node/record/recorder.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 
@@ -116,6 +117,7 @@ class MonitoredGantry {
     const long before = allocations();
     const PoseSnapshot& snapshot = tf_.lookUp(lookup_, is_latest ? ros::Time() : stampOf(cycles_));
     const Clearance& clearance = monitor_.cycle(snapshot, {}, settings_);
+    recorder_.add(*robot_, snapshot, {}, clearance, settings_);
     if (has_controller_) rows_in_use_ = usedRows(monitor_.constraints(snapshot, settings_));
     allocations_ += allocations() - before - (is_new ? of_the_latest_ : 0) - (is_latest ? 0 : at_a_stamp_);
     return clearance;
@@ -159,6 +161,7 @@ class MonitoredGantry {
   TfPoses tf_;
   Monitor monitor_;
   MonitorSettings settings_;
+  Recorder recorder_{Config(), "/memory_test"};
   TfLookup lookup_{*robot_, {0, 1, 2}};
 };
 

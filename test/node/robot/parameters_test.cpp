@@ -200,7 +200,7 @@ XmlRpcValue otherValue(const Parameter& parameter) {
   } else if (std::holds_alternative<std::string*>(parameter.field)) {
     value = "/other";
   } else if (std::holds_alternative<std::vector<std::string>*>(parameter.field)) {
-    value[0] = "a";
+    value[0] = parameter.name == "record_on" ? "stop" : "a";
   } else if (std::holds_alternative<std::vector<Parameter::Names>*>(parameter.field)) {
     value[0][0] = "a";
     value[0][1] = "b";

@@ -1,0 +1,26 @@
+// The service of a running node.
+#include "node/diagnosis.h"
+#include "node/gantry.h"
+
+#include <std_srvs/Trigger.h>
+
+#include <filesystem>
+#include <string>
+
+namespace proximity_server::node::save_record_test {
+
+TEST(SaveRecord, WritesABagAndTellsItsName) {
+  connectedGantry(1).hold({1.0, 0.0, 0.0});
+  const std::string begin = "/tmp/proximity_save_record/proximity_server/proximity_server_";
+  const auto response = call<std_srvs::TriggerResponse>("/proximity_server/save_record", std_srvs::TriggerRequest());
+  EXPECT_TRUE(response.success) << response.message;
+  ASSERT_EQ(response.message.find(begin), 0u) << response.message;
+  EXPECT_GT(std::filesystem::file_size(response.message), 10000u);
+  const auto status = Diagnosis("proximity_server: record").next();
+  ASSERT_TRUE(status);
+  EXPECT_EQ(status->message, "recorded");
+  std::filesystem::remove_all("/tmp/proximity_save_record");
+  connectedGantry(1).release();
+}
+
+}  // namespace proximity_server::node::save_record_test
