@@ -17,6 +17,7 @@ constexpr std::size_t kMostRanked = 16;
 
 NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
     : batch_(std::move(batch)),
+      times_closest_(batch_->order.size(), 0),
       limits_(LaneBounds::kBlock),
       limits_of_(LaneBounds::kBlock),
       uppers_(LaneBounds::kBlock * kMostRanked),
@@ -85,11 +86,28 @@ void NearestPairs::takeBounds(const LaneBounds& lanes, double limit) {
     for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
     limits_[state] = -kInfinity;  // so that the lanes find no pair near in this state
   }
+  order_ = batch_->order;
+  // Which overlap gives bounds within an accuracy depends on the order.
+  if (!(accuracy_ > 0.0)) putLikelyFirst();
   if (has_limit)
-    for (const int pair : batch_->order) keepNear(lanes, pair);
+    for (const int pair : order_) keepNear(lanes, pair);
   if (accuracy_ > 0.0) boundPieces(lanes);
   for (double& of_state : limits_)
     if (of_state == -kInfinity) of_state = limit;
+}
+
+/// Puts the pairs that were often among the closest in the last block first in the order. Along edges they are close
+/// again, and give all others a small limit.
+void NearestPairs::putLikelyFirst() {
+  std::size_t sorted = 0;
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const int times = times_closest_[order_[i]];
+    if (times == 0) continue;
+    const auto begin = order_.begin(), end = begin + static_cast<std::ptrdiff_t>(sorted++);
+    const auto place = std::find_if(begin, end, [&](int other) { return times_closest_[other] < times; });
+    std::rotate(place, begin + static_cast<std::ptrdiff_t>(i), begin + static_cast<std::ptrdiff_t>(i) + 1);
+  }
+  std::fill(times_closest_.begin(), times_closest_.end(), 0);
 }
 
 /// [m] For each state the limit of the distance of a pair.
@@ -236,6 +254,8 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
     else
       measure(exact, visit);
   }
+  for (const Found& found : found_.all())
+    if (found.pair < static_cast<int>(pairs())) ++times_closest_[found.pair];
   return sorted();
 }
 

@@ -18,8 +18,9 @@ namespace proximity_server::scene {
 ///
 /// 1. Each state has a limit: the distance of the question, or the k-th smallest upper bound so far, because the k
 ///    closest pairs are not farther.
-/// 2. Go through the pairs; those that are near most often come first. Keep the states in which the balls of the pair
-///    are within the limit, and bound the distance in these states in lanes. This may lower the limit.
+/// 2. Go through the pairs; those that were among the closest most often in the last block come first, then those that
+///    are near most often. Keep the states in which the balls of the pair are within the limit, and bound the distance
+///    in these states in lanes. This may lower the limit.
 /// 3. For each state: put the kept pairs whose lower bound is within the limit into a queue, the smallest bound first.
 /// 4. Take the first pair and compute it. The k-th smallest distance so far is the next limit. A pair without a bound
 ///    of the lanes gets one from its boxes first.
@@ -85,6 +86,7 @@ class NearestPairs {
   void forgetThresholds() { takeThresholds({}); }
   void takeThresholds(const PairDistances& thresholds);
   const double* limitsOf(int pair);
+  void putLikelyFirst();
   void keepNear(const LaneBounds& lanes, int pair);
   void keep(Kept kept);
   void lowerLimit(const Kept& kept);
@@ -108,6 +110,8 @@ class NearestPairs {
   double accuracy_ = 0.0;             ///< [m] for within(); 0: pieces are not bounded in lanes
   std::vector<double> thresholds_;    ///< [m] for each pair of links: subtracted from its distance
   PairDistances own_thresholds_;      ///< [m] the same of all pairs
+  std::vector<int> times_closest_;    ///< for each pair of links: in how many states of the last block
+  std::vector<int> order_;            ///< the pairs of links, as they are bounded
   std::vector<double> limits_;        ///< [m] for each state, with kSettledFor
   std::vector<double> limits_of_;     ///< [m] for each state: the limit plus the threshold of a pair
   std::vector<float> uppers_;         ///< [m] for each state: the k smallest upper bounds, ascending

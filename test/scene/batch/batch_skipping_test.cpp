@@ -306,6 +306,30 @@ TEST_P(Many, AnAnswerDoesNotDependOnTheOrderOfTheStates) {
   expectSame(answersOf(batch, shuffled), whole_, order);
 }
 
+/// Along edges the pairs of one block are likely to be those of the next one: nothing else may be taken from it.
+TEST_P(Many, AnAnswerAlongEdgesIsThatOfTheStateAlone) {
+  const int steps = 150, edges = repeats(12);
+  const MatrixXd ends = randomStates(robot(), edges + 1, 5);
+  MatrixXd states(steps * edges, ends.cols());
+  for (Index i = 0; i < states.rows(); ++i) {
+    const double part = static_cast<double>(i % steps) / steps;
+    states.row(i) = (1.0 - part) * ends.row(i / steps) + part * ends.row(i / steps + 1);
+  }
+  SceneBatch batch(model_), other(model_);
+  const Answers whole = answersOf(batch, states);
+  std::vector<Index> order = numbers(0, states.rows());
+  std::reverse(order.begin(), order.end());
+  const MatrixXd reversed = states.colwise().reverse();
+  expectSame(answersOf(other, reversed), whole, order);
+  std::shuffle(order.begin(), order.end(), std::mt19937(6));
+  MatrixXd shuffled(states.rows(), states.cols());
+  for (Index i = 0; i < states.rows(); ++i) shuffled.row(i) = states.row(order[i]);
+  expectSame(answersOf(other, shuffled), whole, order);
+  if (!kIsSanitized) {
+    EXPECT_GT(states.rows(), 3 * LaneBounds::kBlock);
+  }
+}
+
 TEST_P(Many, AnAnswerDoesNotDependOnTheLayoutOfTheStates) {
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_rows = states_;
   MatrixXd apart = MatrixXd::Constant(2 * states_.rows(), 3 * states_.cols(), kNaN);
