@@ -53,18 +53,21 @@ void writeThreshold(std::string& text, const Clearance& clearance) {
 
 }  // namespace
 
-void ClearanceText::move(const std::vector<double>& positions, const ros::Time& stamp) {
-  const double elapsed = stamp.toSec() - stamp_.toSec();
-  if (elapsed == 0.0) return;  // the same transforms once more
-  const bool follows = elapsed > 0.0 && elapsed <= kLongestPause && positions_.size() == positions.size();
-  velocities_.resize(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    double way = follows ? positions[i] - positions_[i] : kNaN;
-    if (columns_[i].kind == scene::DegreeOfFreedom::Kind::Rotation) way = std::remainder(way, kTurn);
-    velocities_[i] = way / elapsed;
-  }
-  positions_ = positions;
+void ClearanceText::move(const scene::BodyPoses& poses, const ros::Time& stamp) {
+  if (stamp == stamp_) return;  // the same transforms once more
+  std::swap(before_, poses_);
+  poses_ = poses;
+  elapsed_ = before_.empty() ? 0.0 : (stamp - stamp_).toSec();
   stamp_ = stamp;
+}
+
+/// [rad/s] or [m/s] NaN if it is not known.
+double ClearanceText::velocityOf(const scene::DegreeOfFreedom& column) const {
+  if (!(elapsed_ > 0.0 && elapsed_ <= kLongestPause)) return kNaN;
+  const scene::Joint& joint = robot_.joints[column.joint];
+  double way = jointPositionAt(robot_, joint, poses_) - jointPositionAt(robot_, joint, before_);
+  if (column.kind == scene::DegreeOfFreedom::Kind::Rotation) way = std::remainder(way, kTurn);
+  return way / elapsed_;
 }
 
 void ClearanceText::write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const {
@@ -79,8 +82,9 @@ void ClearanceText::write(std::string& text, const Clearance& clearance, const s
 void ClearanceText::writeMotion(std::string& text, const std::vector<double>& gradient) const {
   double rate = 0.0, fastest = 0.0, second = 0.0;  // [m/s] negative: closing
   std::size_t joint_of_fastest = 0, joint_of_second = 0;
-  for (std::size_t i = 0; i < std::min(gradient.size(), velocities_.size()); ++i) {
-    const double of_joint = gradient[i] * velocities_[i];
+  for (std::size_t i = 0; i < gradient.size(); ++i) {
+    if (gradient[i] == 0.0) continue;
+    const double of_joint = gradient[i] * velocityOf(columns_[i]);
     if (!std::isfinite(of_joint)) continue;
     rate += of_joint;
     if (of_joint < fastest) {

@@ -18,13 +18,15 @@ namespace proximity_server::node {
 /// rate is the sum over all joints, so it lacks what tf frames of objects and bases contribute.
 class ClearanceText {
  public:
-  /// For a robot with these columns.
-  explicit ClearanceText(const scene::DegreesOfFreedom& columns) : columns_(columns.list()) {}
+  /// The robot must outlive it.
+  explicit ClearanceText(const scene::RobotModel& robot)
+      : robot_(robot), columns_(scene::DegreesOfFreedom(robot).list()) {}
 
-  /// Takes the positions of the columns in this cycle, see Gradients::assignPositions().
-  void move(const std::vector<double>& positions, const ros::Time& stamp);
+  /// Takes the poses of this cycle.
+  void move(const scene::BodyPoses& poses, const ros::Time& stamp);
 
-  /// Writes about a clearance that is not INVALID. `gradient` is that of its deciding pair; empty if it is not known.
+  /// Writes about a clearance that is not INVALID. `gradient` is that of its deciding pair; empty: the motion is
+  /// not told.
   /// Allocates nothing if the text has a capacity of capacity().
   void write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const;
 
@@ -32,12 +34,14 @@ class ClearanceText {
   std::size_t capacity(std::size_t longest_name) const;
 
  private:
+  double velocityOf(const scene::DegreeOfFreedom& column) const;
   void writeMotion(std::string& text, const std::vector<double>& gradient) const;
 
-  std::vector<scene::DegreeOfFreedom> columns_;
-  std::vector<double> positions_;   ///< in the latest cycle
-  std::vector<double> velocities_;  ///< [rad/s] or [m/s]; NaN if unknown
-  ros::Time stamp_;                 ///< of positions_
+  const scene::RobotModel& robot_;
+  const std::vector<scene::DegreeOfFreedom> columns_;
+  scene::BodyPoses before_, poses_;  ///< in the latest two cycles with different stamps
+  ros::Time stamp_;                  ///< of poses_
+  double elapsed_ = 0.0;             ///< [s] between the two; 0: there are no two
 };
 
 }  // namespace proximity_server::node

@@ -60,7 +60,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   constraints_.reset();
   robot_ = robot;
   gradients_.emplace(*robot_);
-  text_.emplace(gradients_->derivatives().degreesOfFreedom());
+  text_.emplace(robot_->robotModel());
   scene_ = robot_->borrowScene();
   moving_scene_ = robot_->borrowMovingScene();
   self_level_ = object_level_ = std::nullopt;
@@ -106,17 +106,21 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
 }
 
 /// Prepares the gradients at the poses of this cycle.
+void Monitor::updateGradients(const PoseSnapshot& snapshot) {
+  if (!std::exchange(has_gradients_, true)) gradients_->update(snapshot.poses);
+}
+
 void Monitor::assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
-  gradients_->update(snapshot.poses);
-  gradients_->assignPositions(positions_, snapshot.poses);
-  text_->move(positions_, snapshot.stamp);
-  if (settings.gradients) {
-    clearance_.joint_names = gradients_->names();
-    clearance_.joint_positions = positions_;
-  } else {
+  has_gradients_ = false;
+  text_->move(snapshot.poses, snapshot.stamp);
+  if (!settings.gradients) {
     clearance_.joint_names.clear();
     clearance_.joint_positions.clear();
+    return;
   }
+  updateGradients(snapshot);
+  clearance_.joint_names = gradients_->names();
+  gradients_->assignPositions(clearance_.joint_positions, snapshot.poses);
 }
 
 /// Reserves as much memory as any pair needs.
@@ -143,6 +147,7 @@ double Monitor::guaranteedOf(const scene::PairProximity& pair, const MonitorSett
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
+  updateGradients(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
   return constraints_->rowsOf({clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(),
@@ -213,12 +218,16 @@ void Monitor::assignLevels(const Cycle& cycle, const scene::PairProximity& minim
   clearance_.deciding_threshold = deciding.level.threshold;
   clearance_.deciding_reached = isReached(deciding);
   clearance_.level = levelCode(deciding.level.level);
-  explain(deciding.pair);
+  explain(deciding.pair, cycle.snapshot);
 }
 
-/// Writes the text about the pair that sets the level.
-void Monitor::explain(const scene::PairProximity& deciding) {
-  gradients_->assign(explained_, deciding);
+/// Writes the text about the pair that sets the level. Far from all thresholds its motion does not matter.
+void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& snapshot) {
+  explained_.gradient.clear();
+  if (clearance_.level != Clearance::CLEAR) {
+    updateGradients(snapshot);
+    gradients_->assign(explained_, deciding);
+  }
   clearance_.status.message.reserve(text_capacity_);
   text_->write(clearance_.status.message, clearance_, explained_.gradient);
 }

@@ -88,10 +88,11 @@ class Monitor {
   void reserveMemory(Proximity& message, const MonitorSettings& settings) const;
   void assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair);
   double guaranteedOf(const scene::PairProximity& pair, const MonitorSettings& settings);
+  void updateGradients(const PoseSnapshot& snapshot);
   void assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
   const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
   void assignLevels(const Cycle& cycle, const scene::PairProximity& minimum);
-  void explain(const scene::PairProximity& deciding);
+  void explain(const scene::PairProximity& deciding, const PoseSnapshot& snapshot);
   std::optional<scene::GuaranteedDecidingPair> levelOfKind(scene::PairKind kind, const Cycle& cycle,
                                                            const scene::PairProximity& minimum);
   bool isReached(const scene::GuaranteedDecidingPair& deciding);
@@ -110,18 +111,18 @@ class Monitor {
   ScenePool::Lease scene_;  // the leases are declared after robot_, because they return to its pools
   MovingScenePool::Lease moving_scene_;
   MonitoredObjects monitored_;
-  std::optional<Guarantees> guarantees_;    ///< for this robot and these objects, if the robot is uncertain
-  std::vector<scene::PairProximity> near_;  ///< the closest pairs of this cycle, for the guarantees
-  double others_ = 0.0;                                          ///< [m] all other pairs are farther apart
-  scene::Uncertainty aged_;                                      ///< that of the robot, with the motion since the poses
-  std::optional<Gradients> gradients_;                           ///< for this robot and these objects
-  std::optional<ClearanceText> text_;                            ///< for this robot
-  std::size_t text_capacity_ = 0;                                ///< [characters] of the longest text
-  std::vector<double> positions_;                    ///< of the joints in this cycle, see Gradients::assignPositions()
-  Proximity explained_;                              ///< has the gradient of the pair that sets the level
-  std::optional<Constraints> constraints_;           ///< for this robot; made when they are first needed
-  scene::LevelThresholds thresholds_;                ///< those of the robot, with the defaults of the latest settings
-  std::optional<scene::ClearanceLevel> self_level_;  ///< level of the pairs of links; nullopt: INVALID
+  std::optional<Guarantees> guarantees_;               ///< for this robot and these objects, if the robot is uncertain
+  std::vector<scene::PairProximity> near_;             ///< the closest pairs of this cycle, for the guarantees
+  double others_ = 0.0;                                ///< [m] all other pairs are farther apart
+  scene::Uncertainty aged_;                            ///< that of the robot, with the motion since the poses
+  std::optional<Gradients> gradients_;                 ///< for this robot and these objects
+  bool has_gradients_ = false;                         ///< of this cycle
+  std::optional<ClearanceText> text_;                  ///< for this robot
+  std::size_t text_capacity_ = 0;                      ///< [characters] of the longest text
+  Proximity explained_;                                ///< has the gradient of the pair that sets the level
+  std::optional<Constraints> constraints_;             ///< for this robot; made when they are first needed
+  scene::LevelThresholds thresholds_;                  ///< those of the robot, with the defaults of the latest settings
+  std::optional<scene::ClearanceLevel> self_level_;    ///< level of the pairs of links; nullopt: INVALID
   std::optional<scene::ClearanceLevel> object_level_;  ///< level of the pairs with an object; nullopt: INVALID
   Clearance clearance_;
   ScaleInput scale_input_;           ///< input of the latest search for a scale that was complete

@@ -89,6 +89,14 @@ std::vector<Vector3d> pointsOf(const scene::Piece& piece) {
   return points;
 }
 
+/// [m] The diagonal of the box around the geometry of a link.
+double sizeOf(const scene::RobotModel& robot, int link) {
+  Eigen::AlignedBox3d box;
+  for (const int piece : robot.piecesOf(link))
+    for (const Vector3d& point : pointsOf(robot.pieces[piece])) box.extend(point);
+  return box.diagonal().norm();
+}
+
 /// Measures how far points lie outside of the collision geometry of links: a small ball that can be anywhere.
 class Probe {
  public:
@@ -215,8 +223,9 @@ std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>&
     if (!visual.hasGeometry(link)) continue;
     const std::string& name = visual.links[link].name;
     if (!model->robot.hasGeometry(link)) {
-      findings.push_back({Severity::Warning, "geometry", name, "it has visual, but no collision geometry.",
-                          "Nothing is checked against it."});
+      // A small visual often shows where a frame is.
+      findings.push_back({sizeOf(visual, link) > 2.0 * tolerance ? Severity::Warning : Severity::Note, "geometry", name,
+                          "it has visual, but no collision geometry.", "Nothing is checked against it."});
       continue;
     }
     double farthest = -1.0;

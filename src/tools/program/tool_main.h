@@ -9,11 +9,11 @@ class ProgramOptions;
 /// The exit code of a tool.
 enum class ExitCode : int {
   Done = 0,
-  BadInput = 1,        ///< also if memory, threads or disk space do not suffice
+  BadInput = 1,  ///< also if memory, threads or disk space do not suffice
   /// --assert-above of clearance; of prove: a pair is not proven apart, or a certificate is wrong; of model_check: a
   /// finding
   AssertionFails = 2,
-  Refuted = 3          ///< --second-opinion of clearance
+  Refuted = 3  ///< --second-opinion of clearance
 };
 
 /// The main() of a tool: reads the options of the command line, then calls `run`.

@@ -62,9 +62,9 @@ TEST(ClearanceLineOfAngles, TakesTheShortWayAcrossHalfATurn) {
   const std::string urdf = R"(<robot name="wheel"><link name="base"/><link name="arm"/>
     <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>)";
   const Robot robot(urdf, "", Config());
-  ClearanceText text(scene::DegreesOfFreedom(robot.robotModel()));
-  text.move({3.1}, ros::Time(1.0));
-  text.move({-3.1}, ros::Time(1.5));
+  ClearanceText text(robot.robotModel());
+  text.move(scene::forwardKinematics(robot.robotModel(), std::vector<double>{3.1}), ros::Time(1.0));
+  text.move(scene::forwardKinematics(robot.robotModel(), std::vector<double>{-3.1}), ros::Time(1.5));
   Clearance clearance;
   clearance.level = Clearance::COLLISION;
   clearance.deciding.a.link = "base";

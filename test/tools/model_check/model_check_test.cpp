@@ -111,6 +111,10 @@ TEST_F(ModelCheck, NamesLinksThatAreSeenAndNotChecked) {
   parts.more = link("lamp", box("visual")) +
                "<joint name=\"weld\" type=\"fixed\"><parent link=\"a\"/><child link=\"lamp\"/></joint>";
   expectFinding(parts, "warning: geometry: lamp: it has visual, but no collision geometry.");
+  const std::string small = "<visual><geometry><box size=\"0.01 0.01 0.01\"/></geometry></visual>";
+  parts.more =
+      link("lamp", small) + "<joint name=\"weld\" type=\"fixed\"><parent link=\"a\"/><child link=\"lamp\"/></joint>";
+  expectFinding(parts, "note: geometry: lamp: ");
 }
 
 TEST_F(ModelCheck, MeasuresHowFarTheVisualReachesOutOfTheCollisionGeometry) {
