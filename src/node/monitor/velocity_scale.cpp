@@ -28,11 +28,13 @@ QueryStatus decelerationStatus(const Robot& robot, const std::vector<int>& joint
   return {};
 }
 
-/// The latency and decelerations for scene::velocityScale(). A joint without a deceleration gets infinity: it does not
-/// move, or it is a mimic joint and stops with its leader.
+/// The latency and decelerations for scene::velocityScale(). With `pose_latency` the uncertainty contains the motion
+/// during the age of the poses. A joint without a deceleration gets infinity: it does not move, or it is a mimic joint
+/// and stops with its leader.
 scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings) {
   scene::Braking braking;
-  braking.latency = stopLatency(age, settings);
+  braking.latency =
+      robot.config().pose_latency == PoseLatency::Off ? stopLatency(age, settings) : settings.stop_latency;
   for (const std::optional<double>& deceleration : robot.maxDecelerations())
     braking.deceleration.push_back(deceleration.value_or(std::numeric_limits<double>::infinity()));
   return braking;

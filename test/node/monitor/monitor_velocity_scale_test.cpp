@@ -122,6 +122,20 @@ TEST_F(ScaleOfSliders, CountsTheAgeOfThePosesAsLatency) {
 }
 
 // Regression: on a busy machine the scale of a robot at rest went to and fro between 0 and what was found in time.
+// With pose_latency the age of 0.05 s is in the uncertainty alone. At s times 1 m/s the middle sphere goes on for 0.1 s.
+// The uncertainty is 0.05 m, that of the others at rest is 0.
+TEST_F(ScaleOfSliders, CountsTheAgeOfThePosesOnce) {
+  config_.pose_latency = PoseLatency::Velocity;
+  config_.max_acceleration.of_all = 0.0;
+  follow("");
+  VelocitySnapshot measured = velocities(0.0, 1.0, 0.0);
+  measured.stamps.assign(3, ros::Time(1000.0));
+  PoseSnapshot snapshot = withTheRightSphereAt(*robot_, 0.5);
+  snapshot.age = ros::Duration(0.05);
+  const double scale = scaleIn(snapshot, measured).scale;
+  EXPECT_NEAR(0.1 * scale + 0.25 * scale * scale, 0.28 - 0.05, 1e-5);
+}
+
 TEST_F(ScaleOfSliders, OfAnUnchangedStateIsNotLoweredByASearchThatRanOutOfTime) {
   const double in_time = middleAt(1.0);
   settings_.rate = 1e9;
