@@ -122,7 +122,7 @@ void PairBounds::assume(const Uncertainty& uncertainty) {
 /// Forgets what depends on poses, objects and uncertainty.
 void PairBounds::forgetState() {
   for (Place& place : places_) place.is_found = false;
-  for (Ways& ways : ways_) ways.is_found = false;
+  for (Ways& ways : ways_) ways.is_begun = false;
   bounded_.clear();
   largest_loss_.reset();
 }
@@ -314,35 +314,44 @@ void PairBounds::place(int frame) {
   if (frame == kOfB) add_inverse(b_.chain, chains.of_a);
 }
 
-/// [m] Upper bounds of the ways of a shape's points, by the ball around them: relative to its body, to the parent of its
-/// body, and so on. NaN where a pose is missing.
-const std::vector<double>& PairBounds::waysOf(const ShapeRef& ref) {
-  Ways& ways = ways_[volumes_->of(ref)];
-  if (ways.is_found) return ways.relative_to;
-  ways.is_found = true;
-  ways.relative_to.clear();
-  double sum = place(ref, 0, seen_) ? 0.0 : std::numeric_limits<double>::quiet_NaN();
-  const Bounds& bounds = seen_.part.whole().bounds;
-  const Vector3d centre = seen_.pose * bounds.centre;
-  const double rounding = kPoseRounding * (bounds.reach + seen_.pose.translation().norm());
-  const auto add = [&](const Displacement& own) {
+/// Adds the ways by some displacements [m].
+void PairBounds::Ways::add(const std::vector<Displacement>& displacements, double& sum) const {
+  for (const Displacement& own : displacements) {
     if (!own.turns()) {
       sum += own.width;
-      return;
+      continue;
     }
     Vector3d lever = centre - own.origin;
     if (own.kind == Displacement::Kind::Turn) lever = own.axis.cross(lever);
-    sum += own.width * ((1.0 + kPoseRounding) * (lever.norm() + bounds.radius) + rounding);
-  };
-  for (const Displacement& own : seen_.chain) add(own);
-  ways.relative_to.push_back(sum);
-  for (int body = joints_.bodyOf(ref); body >= 0; body = joints_.robot().bodies[body].parent) {
-    const Place& place = placeOf(body);
-    if (!place.is_known) sum = std::numeric_limits<double>::quiet_NaN();
-    for (const Displacement& own : place.displacements) add(own);
-    ways.relative_to.push_back(sum);
+    sum += own.width * ((1.0 + kPoseRounding) * (lever.norm() + radius) + rounding);
   }
-  return ways.relative_to;
+}
+
+/// Begins with the ways of a shape relative to its body.
+void PairBounds::begin(const ShapeRef& ref, Ways& ways) {
+  double sum = place(ref, 0, seen_) ? 0.0 : std::numeric_limits<double>::quiet_NaN();
+  const Bounds& bounds = seen_.part.whole().bounds;
+  ways.is_begun = true;
+  ways.centre = seen_.pose * bounds.centre;
+  ways.radius = bounds.radius;
+  ways.rounding = kPoseRounding * (bounds.reach + seen_.pose.translation().norm());
+  ways.body = joints_.bodyOf(ref);
+  ways.add(seen_.chain, sum);
+  ways.relative_to.assign(1, sum);
+}
+
+/// [m] An upper bound of the way of a shape's points relative to the body that is so many steps before its own one.
+double PairBounds::wayOf(const ShapeRef& ref, std::size_t steps) {
+  Ways& ways = ways_[volumes_->of(ref)];
+  if (!ways.is_begun) begin(ref, ways);
+  while (ways.relative_to.size() <= steps) {
+    const Place& place = placeOf(ways.body);
+    double sum = place.is_known ? ways.relative_to.back() : std::numeric_limits<double>::quiet_NaN();
+    ways.add(place.displacements, sum);
+    ways.relative_to.push_back(sum);
+    ways.body = joints_.robot().bodies[ways.body].parent;
+  }
+  return ways.relative_to[steps];
 }
 
 /// [m] What the lower bound of a pair loses at most. It is coarser than that of the chain of the pair, and costs much
@@ -356,7 +365,7 @@ double PairBounds::quickLossOf(const PairProximity& pair) {
     ++(a > b ? steps_a : steps_b);
     later = robot.bodies[later].parent;
   }
-  const double way = waysOf(pair.asked.a)[steps_a] + waysOf(pair.asked.b)[steps_b];
+  const double way = wayOf(pair.asked.a, steps_a) + wayOf(pair.asked.b, steps_b);
   const double rounding = static_cast<double>(4 * robot.bodies.size() + 8) * kEpsilon;  // of the sums
   return lossOf((1.0 + rounding) * way + swellingOf(pair.asked.a) + swellingOf(pair.asked.b), pair.result.lower_bound);
 }

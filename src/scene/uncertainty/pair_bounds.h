@@ -55,10 +55,15 @@ class PairBounds {
     std::vector<Displacement> displacements;
   };
 
-  /// [m] Upper bounds of the ways of a shape's points: relative to its body, to the parent of its body, and so on.
+  /// Upper bounds of the ways of a shape's points, found as far as they have been needed.
   struct Ways {
-    bool is_found = false;  ///< for the present poses and uncertainty
-    std::vector<double> relative_to;
+    bool is_begun = false;  ///< for the present poses and uncertainty
+    Eigen::Vector3d centre;
+    double radius, rounding;  ///< [m] of the ball around the shape, and of the distance of its centre from an axis
+    int body;                 ///< what displaces it relative to its parent comes next
+    std::vector<double> relative_to;  ///< [m] its body, the parent of its body, and so on; NaN: a pose is missing
+
+    void add(const std::vector<Displacement>& displacements, double& sum) const;
   };
 
   /// The pair of pieces whose bound is the smallest, and where it is attained.
@@ -94,7 +99,8 @@ class PairBounds {
   bool place(const ShapeRef& ref, int number, Side& side);
   bool addPlace(int body, std::vector<Displacement>& chain) const;
   const Place& placeOf(int body);
-  const std::vector<double>& waysOf(const ShapeRef& ref);
+  void begin(const ShapeRef& ref, Ways& ways);
+  double wayOf(const ShapeRef& ref, std::size_t steps);
   double quickLossOf(const PairProximity& pair);
   double boundOf(const PairProximity& pair, double enough);
   Eigen::Vector3d jointOrigin(int body) const;
@@ -154,7 +160,7 @@ class PairBounds {
   std::vector<Bounded> bounded_;
   std::vector<Place> places_;  ///< by body
   std::vector<Ways> ways_;     ///< by the numbers of Volumes
-  Side seen_;                  ///< working memory of waysOf()
+  Side seen_;                  ///< working memory of begin()
   std::optional<double> largest_loss_;
 
   // The pair that is looked at. The second shape is the first side if the first one has half-spaces.
