@@ -71,6 +71,11 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   use(objects);
 }
 
+void Monitor::assumeLevel(Clearance::_level_type level) {
+  self_level_ = object_level_ = std::nullopt;
+  if (level < Clearance::INVALID) self_level_ = object_level_ = static_cast<scene::ClearanceLevel>(level);
+}
+
 void Monitor::use(MonitoredObjects& objects) {
   scene_->use(objects.objects.all);
   std::swap(monitored_, objects);

@@ -71,6 +71,9 @@ class Monitor {
   StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                               const MonitorSettings& settings, const FrameSnapshot& frames = {});
 
+  /// For a replay: the level before the first cycle, by which hysteresis may hold it. INVALID: none.
+  void assumeLevel(Clearance::_level_type level);
+
   /// The message of the latest cycle; its `cycle` is 0 before the first one.
   const Clearance& latest() const { return clearance_; }
 

@@ -95,7 +95,11 @@ class Recorder::Writing {
   void add(const Entry& entry, const ObjectStore::CurrentObjects& known) {
     const RecordedCycle& cycle = entry.cycle;
     const Robot& robot = *known.robot;
-    const auto write = [&](const std::string& topic, const auto& message) { bag_.write(topic, cycle.time, message); };
+    // Readers sort by the time, so each message has a later one, also while the clock stands still or jumps back.
+    const auto write = [&](const std::string& topic, const auto& message) {
+      time_ = std::max(cycle.time, time_ + ros::Duration(0, 1));
+      bag_.write(topic, time_, message);
+    };
     if (robot_ != known.robot) write(topics_.robot, recordOf(robot, event_.name, event_.stamp));
     if (robot_ != known.robot || objects_ != known.objects.all) {
       std_msgs::String text;
@@ -125,6 +129,7 @@ class Recorder::Writing {
   std::shared_ptr<const Robot> robot_;
   std::shared_ptr<const scene::Objects> objects_;
   dynamic_reconfigure::Config settings_;
+  ros::Time time_;  ///< of the latest message
   sensor_msgs::JointState joints_;
 };
 

@@ -22,9 +22,14 @@
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
 
+#include <unistd.h>
+
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -223,10 +228,22 @@ ExitCode run(const ClearanceOptions& options) {
   return runText(options, question, *states, plot ? &*plot : nullptr);
 }
 
+/// A record of the node is answered by the node's monitor, which is in a program beside this one.
+void replayIfAsked(int argc, char** argv) {
+  const bool is_asked =
+      std::any_of(argv, argv + argc, [](const char* text) { return text == std::string("--replay"); });
+  if (!is_asked) return;
+  const std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "replay";
+  execv(program.c_str(), argv);
+  std::cerr << "clearance: --replay needs the ROS package: there is no " << program << '\n';
+  std::exit(static_cast<int>(ExitCode::BadInput));
+}
+
 }  // namespace
 }  // namespace proximity_server::tools
 
 int main(int argc, char** argv) {
+  proximity_server::tools::replayIfAsked(argc, argv);
   proximity_server::tools::ProgramOptions program(
       "clearance",
       "How close a robot is to itself, and to objects, in recorded or planned states, and between them;\n"

@@ -58,7 +58,7 @@ TEST(RecordRing, RefusesWhatDoesNotFitAndIsThenAsBefore) {
 
 TEST(RecordRing, HandsEntriesFromOneThreadToAnother) {
   RecordRing ring(1024);
-  constexpr std::uint32_t kEntries = 20000;
+  constexpr std::uint32_t kEntries = 5000;
   std::thread writer([&] {
     for (std::uint32_t i = 0; i < kEntries;)
       if (std::uint8_t* const place = ring.reserve(sizeof i)) {

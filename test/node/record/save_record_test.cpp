@@ -4,6 +4,7 @@
 
 #include <std_srvs/Trigger.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 
@@ -19,6 +20,8 @@ TEST(SaveRecord, WritesABagAndTellsItsName) {
   const auto status = Diagnosis("proximity_server: record").next();
   ASSERT_TRUE(status);
   EXPECT_EQ(status->message, "recorded");
+  const std::string replay = std::filesystem::path(NODE_EXECUTABLE).parent_path() / "replay";
+  EXPECT_EQ(std::system((replay + " --replay " + response.message).c_str()), 0) << "the states of a running node";
   std::filesystem::remove_all("/tmp/proximity_save_record");
   connectedGantry(1).release();
 }

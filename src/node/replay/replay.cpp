@@ -1,0 +1,278 @@
+#include "node/replay/replay.h"
+
+#include "node/objects/object_store.h"
+#include "node/robot/level_name.h"
+#include "node/robot/load_config.h"
+#include "proximity_server/scene/object_files/file_value.h"
+
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
+#include <std_msgs/String.h>
+
+#include <cstdio>
+#include <functional>
+#include <stdexcept>
+#include <utility>
+
+namespace proximity_server::node {
+namespace {
+
+constexpr std::size_t kMostDifferences = 10;
+
+/// What a variant of the robot changes in the record.
+struct Variant {
+  std::optional<double> mesh_tolerance;
+  bool has_padding = true;
+};
+
+bool endsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+std::string formatted(const char* format, double number) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, number);
+  return text;
+}
+
+std::shared_ptr<const Robot> robotOf(const Record& record, const Variant& variant) {
+  XmlRpc::XmlRpcValue values;
+  int offset = 0;
+  if (!record.parameters.empty() && !values.fromXml(record.parameters, &offset))
+    throw std::invalid_argument("its parameters cannot be read");
+  Config config = configFrom(values, "record");
+  if (variant.mesh_tolerance) {
+    config.model.mesh_tolerance = *variant.mesh_tolerance;
+    config.model.link_mesh_tolerance.clear();
+  }
+  if (!variant.has_padding) {
+    config.model.default_padding = 0.0;
+    config.model.link_padding.clear();
+    config.filter.pair_padding.clear();
+  }
+  std::vector<RobotTexts> texts;
+  for (std::size_t i = 0; i < record.robot_descriptions.size(); ++i)
+    texts.push_back({record.robot_descriptions[i], record.semantic_descriptions.at(i)});
+  if (texts.empty()) throw std::invalid_argument("it has no robot");
+  return std::make_shared<const Robot>(texts, config);
+}
+
+/// Reads a record, and calls a function with the robot, its objects and each cycle.
+class RecordReader {
+ public:
+  using OnCycle = std::function<void(const RecordedCycle& cycle)>;
+
+  RecordReader(std::string file, const Variant& variant) : file_(std::move(file)), variant_(variant) {}
+
+  void read(const OnCycle& on_cycle) {
+    try {
+      rosbag::Bag bag(file_, rosbag::bagmode::Read);
+      rosbag::View view(bag);
+      for (const rosbag::MessageInstance& message : view) take(message, on_cycle);
+    } catch (const std::exception& error) {  // rosbag has exceptions of its own
+      throw std::invalid_argument(file_ + ": " + error.what());
+    }
+    if (!robot) throw std::invalid_argument(file_ + ": no record of the node: there is no topic .../record/robot");
+  }
+
+  Record record;  ///< the latest one, as the next two
+  std::shared_ptr<const Robot> robot;
+  MonitoredObjects objects;
+  bool is_new = false;  ///< true if robot or objects have changed since the last cycle
+
+ private:
+  void take(const rosbag::MessageInstance& message, const OnCycle& on_cycle) {
+    const std::string& topic = message.getTopic();
+    if (endsWith(topic, "/record/robot")) {
+      record = *instance<Record>(message);
+      robot = robotOf(record, variant_);
+      none_ = robot->objects().get();
+      is_new = true;
+    } else if (!robot) {
+      return;
+    } else if (endsWith(topic, "/record/objects")) {
+      useObjects(instance<std_msgs::String>(message)->data);
+    } else if (endsWith(topic, "/record/settings")) {
+      cycle_.settings = monitorSettingsFrom(*instance<dynamic_reconfigure::Config>(message), "record");
+    } else if (endsWith(topic, "/record/poses")) {
+      placePoses(*instance<tf2_msgs::TFMessage>(message), *robot, objects.frames.names, cycle_);
+    } else if (endsWith(topic, "/clearance")) {
+      cycle_.clearance = *instance<Clearance>(message);
+      cycle_.time = message.getTime();
+      on_cycle(cycle_);
+      is_new = false;
+    }
+  }
+
+  template <class Message>
+  static boost::shared_ptr<Message> instance(const rosbag::MessageInstance& message) {
+    if (auto found = message.instantiate<Message>()) return found;
+    throw std::invalid_argument(message.getTopic() + " has the definition of another version");
+  }
+
+  void useObjects(const std::string& text) {
+    scene::ObjectFile file = scene::objectFileFrom(scene::readYaml(text, "its objects"), "its objects");
+    if (!variant_.has_padding)
+      for (scene::ObjectEdit& object : file.objects) object.padding = 0.0;
+    robot->objects().set(none_);
+    const FindFrame no_tf = [](const Robot&, const std::string& frame) -> Eigen::Isometry3d {
+      throw std::invalid_argument("frame " + frame + " is not known");
+    };
+    const ObjectStore store(
+        robot, 1, no_tf, [](const Robot&) {}, ObjectLimits(), file);
+    objects = MonitoredObjects(*robot, robot->objects().get());
+    is_new = true;
+  }
+
+  const std::string file_;
+  const Variant variant_;
+  RobotObjects none_;
+  RecordedCycle cycle_;
+};
+
+PoseSnapshot snapshotOf(const RecordedCycle& cycle) {
+  PoseSnapshot snapshot;
+  snapshot.poses = cycle.poses;
+  snapshot.stamp = cycle.clearance.header.stamp;
+  snapshot.age = cycle.clearance.tf_age;
+  snapshot.skew = cycle.clearance.tf_skew;
+  if (cycle.clearance.level == Clearance::INVALID) snapshot.status = cycle.clearance.status;
+  return snapshot;
+}
+
+std::string namesOf(const Proximity& pair) { return pair.a.link + " - " + pair.b.link; }
+
+/// "" if the bounds of the closest pair overlap, and the levels are the same.
+std::string differenceOf(const Clearance& now, const Clearance& before) {
+  if (now.level != before.level)
+    return std::string(levelName(now.level)) + ", in the record " + levelName(before.level) + "; " +
+           now.status.message + ", in the record " + before.status.message;
+  if (now.level == Clearance::INVALID) return {};
+  const Proximity &p = now.minimum, &q = before.minimum;
+  if (p.lower_bound <= q.upper_bound + kRoundingOfMessages && q.lower_bound <= p.upper_bound + kRoundingOfMessages)
+    return {};
+  return "the closest pair " + namesOf(p) + " is at " + formatted("%.9g", p.distance) + " m, in the record " +
+         namesOf(q) + " at " + formatted("%.9g", q.distance) + " m";
+}
+
+void writeRow(std::ostream& rows, const Clearance& now, const Clearance& before) {
+  char stamp[32];
+  std::snprintf(stamp, sizeof stamp, "%u.%09u", now.header.stamp.sec, now.header.stamp.nsec);
+  rows << stamp << ',' << levelName(now.level) << ',' << levelName(before.level) << ',' << now.deciding.a.link << ','
+       << now.deciding.b.link;
+  for (const double number : {now.deciding.distance, now.deciding.guaranteed, now.minimum.lower_bound,
+                              now.minimum.upper_bound, before.minimum.lower_bound, before.minimum.upper_bound})
+    rows << ',' << formatted("%.17g", number);
+  rows << '\n';
+}
+
+/// What is not as it was when the record was made.
+std::vector<std::string> reasonsOf(const RecordReader& reader, const ReplayOptions& options) {
+  std::vector<std::string> reasons;
+  if (reader.record.version != PROXIMITY_VERSION)
+    reasons.push_back("the record is of version " + reader.record.version + ", this is " PROXIMITY_VERSION);
+  if (options.mesh_tolerance)
+    reasons.push_back("the mesh tolerance is " + formatted("%g", *options.mesh_tolerance) + " m");
+  if (reader.robot->config().pose_latency == PoseLatency::Velocity)
+    reasons.push_back("pose_latency is velocity: a record has no velocities of joint_states");
+  reasons.push_back("meshes are read from where they are now, and may have changed");
+  return reasons;
+}
+
+/// The shape of a message; -1 as an index if there is none of this name.
+scene::ShapeRef refOf(const ShapeRef& message, const Robot& robot, const scene::Objects& objects) {
+  if (message.kind == ShapeRef::OBJECT) return scene::ShapeRef::ofObject(objects.find(message.link));
+  return {robot.robotModel().findLink(message.link)};
+}
+
+/// The last cycle until the event.
+struct EventCycle {
+  RecordedCycle cycle;
+  std::string event;
+};
+EventCycle eventOf(const ReplayOptions& options) {
+  EventCycle found;
+  RecordReader reader(options.file, {options.mesh_tolerance});
+  reader.read([&](const RecordedCycle& cycle) {
+    const ros::Time end = reader.record.event_stamp + ros::Duration(0, 1000);  // its messages are some ns apart
+    if (found.event.empty() || cycle.time <= end) found = {cycle, reader.record.event};
+  });
+  return found;
+}
+
+/// [m] The distance of the pair that set the level, for a variant of the robot.
+double distanceOf(const ReplayOptions& options, const Variant& variant, const RecordedCycle& event) {
+  double distance = kNaN;
+  RecordReader reader(options.file, variant);
+  reader.read([&](const RecordedCycle& cycle) {
+    if (cycle.clearance.cycle != event.clearance.cycle) return;
+    const auto scene = reader.robot->borrowScene();
+    scene->use(reader.objects.objects.all);
+    if (cycle.frames.size() == reader.objects.frames.names.size())
+      scene->update(cycle.poses, cycle.frames);
+    else
+      scene->update(cycle.poses);
+    const scene::Objects& objects = *reader.objects.objects.all;
+    const Proximity& pair = event.clearance.deciding;
+    distance = scene->proximity({refOf(pair.a, *reader.robot, objects), refOf(pair.b, *reader.robot, objects)})
+                   .result.distance;
+  });
+  return distance;
+}
+
+}  // namespace
+
+ReplayResult replay(const ReplayOptions& options, std::ostream& rows) {
+  ReplayResult result;
+  Monitor monitor;
+  RecordReader reader(options.file, {options.mesh_tolerance});
+  rows << "stamp,level,recorded_level,link_a,link_b,distance,guaranteed,minimum_lower,minimum_upper,"
+          "recorded_minimum_lower,recorded_minimum_upper\n";
+  reader.read([&](const RecordedCycle& cycle) {
+    if (reader.is_new) {
+      const bool is_first = monitor.robot() == nullptr;
+      if (monitor.robot() != reader.robot) monitor.follow(reader.robot);
+      MonitoredObjects objects = reader.objects;
+      monitor.use(objects);
+      if (is_first) monitor.assumeLevel(cycle.clearance.level);
+    }
+    MonitorSettings settings = cycle.settings;
+    settings.lookahead = 0.0;
+    const Clearance& now = monitor.cycle(snapshotOf(cycle), {}, settings, {cycle.frames, {}, {}});
+    writeRow(rows, now, cycle.clearance);
+    ++result.cycles;
+    const std::string difference = differenceOf(now, cycle.clearance);
+    if (difference.empty()) return;
+    ++result.different;
+    if (result.first_differences.size() < kMostDifferences)
+      result.first_differences.push_back("cycle " + std::to_string(cycle.clearance.cycle) + ": " + difference);
+  });
+  result.reasons = reasonsOf(reader, options);
+  return result;
+}
+
+std::string explainEvent(const ReplayOptions& options) {
+  const EventCycle found = eventOf(options);
+  const Clearance& clearance = found.cycle.clearance;
+  if (clearance.level == Clearance::INVALID)
+    return found.event + ": no pair, the level is INVALID: " + clearance.status.message + "\n";
+  const auto share = [](const char* what, double metres) {
+    return formatted("  %8.3f mm  ", 1000.0 * metres) + what + "\n";
+  };
+  const double decided =
+      clearance.level == Clearance::COLLISION ? clearance.deciding.distance : clearance.deciding.guaranteed;
+  const double distance = distanceOf(options, {options.mesh_tolerance, true}, found.cycle);
+  const double bare = distanceOf(options, {options.mesh_tolerance, false}, found.cycle);
+  const double surfaces = distanceOf(options, {0.0, false}, found.cycle);
+  const double threshold = clearance.deciding_threshold;
+  std::string text = found.event + ": " + levelName(clearance.level) + ": " + clearance.status.message + "\n";
+  text += share("distance that decided", decided) + share("uncertainty", distance - decided) +
+          share("padding", bare - distance) + share("pieces in place of meshes", surfaces - bare) +
+          share("distance of the surfaces of the model", surfaces);
+  const char* const verdict = surfaces <= 0.0         ? "contact: the surfaces of the model touch or overlap"
+                              : surfaces <= threshold ? "near: the surfaces themselves are within the threshold of "
+                                                      : "envelope: without it the pair is beyond the threshold of ";
+  return text + verdict + (surfaces <= 0.0 ? "" : formatted("%.4g mm", 1000.0 * threshold)) + "\n";
+}
+
+}  // namespace proximity_server::node

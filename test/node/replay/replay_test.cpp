@@ -1,0 +1,100 @@
+// Records that are answered again.
+#include "node/replay/replay.h"
+#include "node/record/recorded_sliders.h"
+#include "node/robot/load_config.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <sstream>
+
+namespace proximity_server::node::replay_test {
+
+class Replayed : public RecordedSliders {
+ protected:
+  std::string recordOfRandomCycles(unsigned seed, int cycles) {
+    start();
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<> position(0.1, 0.3);
+    for (int i = 0; i < cycles; ++i) {
+      if (i == cycles / 2) {
+        add(ballAt(standingAt(0.35, 0.0, 0.0)));
+        know();
+      }
+      ++levels_[cycleAt(position(random)).level];
+    }
+    return stop().file;
+  }
+  std::map<int, int> levels_;
+};
+
+TEST_F(Replayed, HaveTheSameLevelsAndTheSameBytesTwice) {
+  config_.record_on = {"invalid"};
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const std::string file = recordOfRandomCycles(seed, 50);
+    std::ostringstream first, second;
+    const ReplayResult result = replay({file, {}}, first);
+    EXPECT_EQ(result.cycles, 50u);
+    EXPECT_TRUE(result.agrees()) << result.first_differences[0];
+    replay({file, {}}, second);
+    EXPECT_EQ(first.str(), second.str());
+  }
+  for (const int level : {Clearance::WARN, Clearance::STOP, Clearance::COLLISION}) EXPECT_GT(levels_[level], 20);
+}
+
+TEST_F(Replayed, AreHeldByTheHysteresisOfBefore) {
+  start();
+  cycleAt(0.5);
+  cycleAt(0.21);
+  recorder_.emplace(config_, "/other");
+  know();
+  EXPECT_EQ(cycleAt(0.221).level, Clearance::STOP) << "the distance of 21 mm is within the hysteresis";
+  std::ostringstream rows;
+  EXPECT_TRUE(replay({stop().file, {}}, rows).agrees());
+}
+
+TEST_F(Replayed, TellWhatDiffersWithAnotherPadding) {
+  config_.model.default_padding = 0.005;  // is in no parameter of the record
+  const std::string file = recordOfRandomCycles(1, 50);
+  std::ostringstream rows;
+  const ReplayResult result = replay({file, {}}, rows);
+  EXPECT_FALSE(result.agrees());
+  EXPECT_LE(result.first_differences.size(), 10u);
+  EXPECT_NE(result.first_differences.at(0).find("in the record"), std::string::npos);
+}
+
+TEST_F(Replayed, AreContactIfTheSurfacesOverlap) {
+  start();
+  cycleAt(0.5);
+  cycleAt(0.19);
+  const std::string text = explainEvent({stop().file, {}});
+  EXPECT_EQ(text.find("collision: COLLISION: middle overlaps right by 10.0 mm"), 0u) << text;
+  EXPECT_NE(text.find("contact: the surfaces"), std::string::npos) << text;
+}
+
+TEST_F(Replayed, AreTheEnvelopeIfThePaddingDoesIt) {
+  XmlRpc::XmlRpcValue values;
+  values["default_padding"] = 0.01;
+  const Config padded = configFrom(values, "node");
+  config_.model = padded.model;
+  config_.parameters = padded.parameters;
+  start();
+  cycleAt(0.5);
+  cycleAt(0.232);
+  const std::string text = explainEvent({stop().file, {}});
+  EXPECT_EQ(text.find("stop: STOP: middle is 12.0 mm from right"), 0u) << text;
+  EXPECT_NE(text.find("12.000 mm  distance that decided\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("20.000 mm  padding\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("32.000 mm  distance of the surfaces"), std::string::npos) << text;
+  EXPECT_NE(text.find("envelope: without it the pair is beyond the threshold of 20 mm"), std::string::npos) << text;
+}
+
+TEST_F(Replayed, AreRefusedByNameIfThereIsNoRecord) {
+  std::ostringstream rows;
+  const auto refusal = [&](const std::string& file) { return scene::errorOf([&] { replay({file, {}}, rows); }); };
+  EXPECT_EQ(refusal("/nowhere.bag").find("/nowhere.bag: "), 0u);
+  EXPECT_EQ(refusal(files_.write("text.bag", "no bag")).find(files_.path("text.bag: ")), 0u);
+}
+
+}  // namespace proximity_server::node::replay_test
