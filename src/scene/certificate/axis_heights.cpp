@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace proximity_server::scene {
 
@@ -75,6 +76,12 @@ double supportHeight(const Shape& shape, const Vector3d& d) {
 const JointRange* findInterval(const std::vector<JointRange>& box, int joint) {
   const auto found = std::find_if(box.begin(), box.end(), [&](const JointRange& own) { return own.joint == joint; });
   return found == box.end() ? nullptr : &*found;
+}
+
+std::vector<JointRange> withInterval(std::vector<JointRange> box, const JointRange& interval) {
+  for (JointRange& own : box)
+    if (own.joint == interval.joint) own = interval;
+  return box;
 }
 
 AxisHeights::AxisHeights(const RobotModel& robot, const std::vector<JointRange>& box, int from, int to,
@@ -163,13 +170,16 @@ double AxisHeights::rounding(const Height& height, double reach) const {
 }
 
 double AxisHeights::highest(const Shape& shape, const Isometry3d& body_T_shape, double reach) const {
-  constexpr double kMost = 1e30;  // [m] and 1 + |q|: no product or sum below overflows
-  if (!(steps_ < kMost && lengths_ + reach < kMost)) return std::numeric_limits<double>::infinity();
-  double highest = -std::numeric_limits<double>::infinity();
+  constexpr double kMost = 1e30;  // [m] and 1 + |q|: beyond it products may overflow
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  if (!(steps_ < kMost && lengths_ + reach < kMost)) return kUnknown;
+  double highest = -kUnknown;
   for (const Height& height : heights_) {
-    const double here = supportHeight(shape, body_T_shape.linear().transpose() * height.direction) +
+    const double core = supportHeight(shape, body_T_shape.linear().transpose() * height.direction) +
                         height.direction.dot(body_T_shape.translation()) + height.offset;
-    highest = std::max(highest, here + height.direction_error * reach + height.offset_error + rounding(height, reach));
+    const double bound = core + height.direction_error * reach + height.offset_error + rounding(height, reach);
+    if (std::isnan(bound)) return kUnknown;
+    highest = std::max(highest, bound);
   }
   return highest + shape.margin();  // the margin is a ball: it reaches as far along each unit vector
 }

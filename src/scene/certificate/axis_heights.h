@@ -16,6 +16,9 @@ inline constexpr double kChainRounding = 64.0 * std::numeric_limits<double>::eps
 /// The interval of a joint in a box; nullptr if it has none.
 const JointRange* findInterval(const std::vector<JointRange>& box, int joint);
 
+/// The box with another interval of a joint.
+std::vector<JointRange> withInterval(std::vector<JointRange> box, const JointRange& interval);
+
 /// The heights of the points of one body along an axis that is fixed to another body, in all states of a box.
 ///
 /// In one state the height of a point p, in the frame of its body, is direction . p + offset. Such a function for each

@@ -5,10 +5,12 @@
 #include "scene/pieces/interior.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace proximity_server::scene {
 

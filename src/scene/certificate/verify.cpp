@@ -29,20 +29,15 @@ class TreeCheck {
       const Flaw flaw = node.joint < 0 ? flawOfLeaf(node, box) : flawOfDivision(node, box);
       if (flaw) return "node " + std::to_string(i + 1) + ", where" + textOf(box) + ": " + *flaw;
       if (node.joint < 0) continue;
-      open.push_back(cut(box, {node.joint, node.at, findInterval(box, node.joint)->upper}));
-      open.push_back(cut(box, {node.joint, findInterval(box, node.joint)->lower, node.at}));
+      const JointRange divided = *findInterval(box, node.joint);
+      open.push_back(withInterval(box, {node.joint, node.at, divided.upper}));
+      open.push_back(withInterval(box, {node.joint, divided.lower, node.at}));
     }
     if (open.empty()) return std::nullopt;
     return "its tree ends before the part where" + textOf(open.back());
   }
 
  private:
-  static Box cut(Box box, const JointRange& part) {
-    for (JointRange& interval : box)
-      if (interval.joint == part.joint) interval = part;
-    return box;
-  }
-
   std::string textOf(const Box& box) const {
     std::string text;
     for (const JointRange& interval : box)

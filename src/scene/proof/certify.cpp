@@ -20,12 +20,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using narrowphase::Shape;
 
-JointBox with(JointBox box, const JointRange& part) {
-  for (JointRange& interval : box)
-    if (interval.joint == part.joint) interval = part;
-  return box;
-}
-
 /// Writes the certificate of one pair.
 class CertificateWriter {
  public:
@@ -45,12 +39,12 @@ class CertificateWriter {
         certificate.tree.push_back({-1, 0.0, axes_});
         continue;
       }
-      const JointRange* divided = intervalOf(box, hindrance(box));
+      const JointRange* divided = findInterval(box, hindrance(box));
       if (!divided) return std::nullopt;
       const double middle = 0.5 * (divided->lower + divided->upper);
       certificate.tree.push_back({divided->joint, middle});
-      open.push_back(with(box, {divided->joint, middle, divided->upper}));
-      open.push_back(with(box, {divided->joint, divided->lower, middle}));
+      open.push_back(withInterval(box, {divided->joint, middle, divided->upper}));
+      open.push_back(withInterval(box, {divided->joint, divided->lower, middle}));
     }
     if (flawIn(certificate, proof_.box, model_, question_.objects.get())) return std::nullopt;
     return certificate;
@@ -145,7 +139,7 @@ class CertificateWriter {
     for (const JointRange& interval : box) {
       const double middle = 0.5 * (interval.lower + interval.upper);
       if (!(interval.lower < middle && middle < interval.upper)) continue;
-      const JointBox still = with(box, {interval.joint, middle, middle});
+      const JointBox still = withInterval(box, {interval.joint, middle, middle});
       const double separated = axes_.empty() ? separation_.fromHalfSpaces(still) : along(axes_.back(), still);
       if (joint >= 0 && !(separated > most)) continue;
       most = separated;

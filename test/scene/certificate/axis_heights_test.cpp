@@ -71,7 +71,8 @@ TEST(AxisHeights, AFollowerHasTheIntervalOfItsLeader) {
   EXPECT_NEAR(highest(-Vector3d::UnitY()), std::sin(0.5) + 0.1, 1e-12);  // 0.1 - 2 * 0.3
 }
 
-TEST(AxisHeights, PositionsThatOverflowBoundNothing) {
+TEST(AxisHeights, NumbersThatAreNoneOrOverflowBoundNothing) {
+  EXPECT_EQ(highestOfBall(kTurning, {0, 0.0, 1.0}, Vector3d(NAN, 0, 0)), std::numeric_limits<double>::infinity());
   EXPECT_EQ(highestOfBall(kTurning, {0, -1e300, 1e300}, Vector3d::UnitY()), std::numeric_limits<double>::infinity());
 }
 

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
+#include "scene/example_robots.h"
 #include "scene/proof/random_boxes.h"
 #include "scene/random_objects.h"
 
@@ -90,6 +91,40 @@ TEST(Certify, EveryProofHasACertificateThatVerifiesAndIsTrue) {
   EXPECT_GT(divided, 50);
   EXPECT_GT(several_axes, 50);
   EXPECT_GT(near_bound, 100);
+}
+
+/// Certificates of all pairs that are proven within the limits of a robot, each verified. Returns their number.
+int countCertified(const std::shared_ptr<const SceneModel>& model, const std::vector<ShapeRefPair>& pairs) {
+  const JointBox box = knownRanges(model->robot);
+  ProofQuestion question;
+  question.contact_distance = 1e-6;
+  question.most_boxes = 2000;
+  const std::vector<PairProof> proofs = proveApart(model, pairs, box, question);
+  const auto certificates = certify(model, proofs, question);
+  int certified = 0;
+  for (std::size_t i = 0; i < proofs.size(); ++i) {
+    EXPECT_EQ(certificates[i].has_value(), proofs[i].outcome == ProofOutcome::Proven)
+        << nameOf(pairs[i].a, model->robot) << " - " << nameOf(pairs[i].b, model->robot);
+    if (!certificates[i]) continue;
+    ++certified;
+    EXPECT_EQ(flawIn(*certificates[i], box, *model), std::nullopt);
+  }
+  return certified;
+}
+
+TEST(Certify, PairsOfTheDemoRobotHaveCertificates) {
+  const auto model = demoModel();
+  EXPECT_GE(countCertified(model, Candidates(model->pairs).list()), 18);
+}
+
+TEST(Certify, PairsThatPandasSrdfDisablesHaveCertificates) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  const auto model = modelOf(kExampleRobots[0], resolve, quickLoading());
+  std::vector<ShapeRefPair> disabled;
+  for (const LinkPair& pair : model->pairs.pairs)
+    if (pair.reason == PairReason::SrdfDisabled) disabled.push_back({pair.link_a, pair.link_b});
+  EXPECT_GE(countCertified(model, disabled), 16);
 }
 
 // --- a certificate that was changed
