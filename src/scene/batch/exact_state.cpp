@@ -3,8 +3,10 @@
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/body_pose.h"
+#include "scene/model/numbers.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -12,13 +14,22 @@ namespace proximity_server::scene {
 
 using Eigen::Isometry3d;
 
+namespace {
+
+// [rad] or [m] States whose joints are farther apart are not on one edge. A guess that is wrong costs one distance.
+constexpr double kSmallStep = 0.1;
+
+}  // namespace
+
 ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
     : batch_(std::move(batch)),
       measurement_(std::make_unique<PairMeasurement>(*batch_->model, batch_->volumes, Skipping::On, Memory::None)),
       poses_(batch_->model->robot.bodies.size(), Isometry3d::Identity()),
       pose_of_(poses_.size(), 0),
       body_of_(poses_.size(), 0),
-      sphere_of_(static_cast<std::size_t>(batch_->volumes->rootCount()), 0) {
+      sphere_of_(static_cast<std::size_t>(batch_->volumes->rootCount()), 0),
+      last_positions_(batch_->model->robot.joints.size(), kInfinity),
+      guesses_(batch_->pairs.size()) {
   if (!batch_->objects) return;
   measurement_->use(batch_->objects->objects);
   frames_.resize(batch_->objects->frame_links.size());
@@ -104,6 +115,28 @@ void ExactState::placePair(int pair) {
   placeSphere(visit.b);
 }
 
+/// Compares the state with the last one in which a pair was computed, and takes its place.
+void ExactState::takeStep() {
+  if (compared_ == state_) return;
+  compared_ = state_;
+  bool is_near = true;
+  for (std::size_t joint = 0; joint < last_positions_.size(); ++joint) {
+    const double position = positions_[static_cast<Eigen::Index>(joint) * stride_];
+    is_near &= std::abs(position - last_positions_[joint]) <= kSmallStep;
+    last_positions_[joint] = position;
+  }
+  if (!is_near) edge_begin_ = state_;
+}
+
+/// The pieces of a pair that were the closest the last time on this edge, and the place for those of this state.
+LeafPair* ExactState::guessFor(int pair) {
+  takeStep();
+  Guess& guess = guesses_[pair];
+  if (guess.state < edge_begin_) guess.leaves = {};
+  guess.state = state_;
+  return &guess.leaves;
+}
+
 bool ExactState::isBelow(int pair, double distance) {
   const std::optional<Visit> visit = boundedWithin(pair, distance);
   return visit && isBelow(*visit, distance);
@@ -120,7 +153,7 @@ PairProximity ExactState::proximity(int pair, double threshold) {
   placePair(pair);
   Question question;
   question.threshold = threshold;
-  return measurement_->settle(refsOf(pair), question);
+  return measurement_->settle(refsOf(pair), question, guessFor(pair));
 }
 
 Representation ExactState::representationOf(const PartPair& pair) const {
@@ -138,6 +171,10 @@ bool ExactState::isPlaced(const Visit& visit) {
 
 bool ExactState::isPlaced() {
   return std::all_of(batch_->visits.begin(), batch_->visits.end(), [&](const Visit& visit) { return isPlaced(visit); });
+}
+
+PairProximity ExactState::measure(const Visit& visit, double limit) {
+  return measurement_->measure(refsOf(visit.number), visit, limit, {}, guessFor(visit.number));
 }
 
 PairProximity ExactState::measure(const Visit& visit, double limit, const Question& question) {

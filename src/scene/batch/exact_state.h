@@ -21,7 +21,8 @@ namespace proximity_server::scene {
 /// 1. place() stores where the positions are in memory.
 /// 2. A question places the two bodies of its pair and the bodies that carry them, unless an earlier question about
 ///    this state has placed them. The poses are those of forwardKinematics().
-/// 3. PairMeasurement answers, without any memory of other answers.
+/// 3. PairMeasurement answers, without any memory of other answers. If the state is near the last one, as along an edge,
+///    it computes the pieces first that were the closest there. No answer depends on that.
 ///
 /// Pairs are numbers among BatchModel::pairs. After construction nothing is allocated, except if the search of
 /// pieces needs a longer queue than ever before.
@@ -62,14 +63,25 @@ class ExactState {
   Visit withBoxes(const Visit& visit, double limit) const { return measurement_->refined(visit, limit); }
 
   /// Like proximity(), if isPlaced(). If a lower bound of the distance is above the limit [m], that bound is enough.
-  PairProximity measure(const Visit& visit, double limit, const Question& question = {});
+  PairProximity measure(const Visit& visit, double limit);
+
+  /// The same for another question than the default one.
+  PairProximity measure(const Visit& visit, double limit, const Question& question);
 
   /// The pose of a body of the robot.
   const Eigen::Isometry3d& poseOf(int body);
 
  private:
+  /// The pieces of a pair that were the closest when it was last computed.
+  struct Guess {
+    LeafPair leaves;
+    std::uint64_t state = 0;
+  };
+
   const ShapeRefPair& refsOf(int pair) const { return batch_->pairs[pair]; }
   const Visit& visitOf(int pair) const { return batch_->visits[pair]; }
+  void takeStep();
+  LeafPair* guessFor(int pair);
   void placePair(int pair);
   void placeSphere(int part);
   void placeOrigin();
@@ -89,6 +101,10 @@ class ExactState {
   std::vector<std::uint64_t> body_of_;    ///< for each body: the state in which PlacedRobot has it
   std::vector<std::uint64_t> sphere_of_;  ///< for each root: the state in which PlacedRobot has its sphere
   std::uint64_t origin_of_ = 0;           ///< the state to which the origin of the spheres belongs
+  std::uint64_t compared_ = 0;            ///< the state that was last compared with the one before
+  std::uint64_t edge_begin_ = 0;          ///< the first state of the edge: then each one is near the one before
+  std::vector<double> last_positions_;    ///< in the state that was last compared
+  std::vector<Guess> guesses_;            ///< for each pair
   FramePoses frames_;                     ///< of moving objects
   std::uint64_t frames_of_ = 0;           ///< the state in which PlacedRobot has them
 };

@@ -4,6 +4,7 @@
 #include "scene/lanes/lane_kernels.h"
 #include "scene/lanes/lane_model.h"
 #include "scene/lanes/piece_bounds.h"
+#include "scene/query/closest_pieces.h"
 
 #include <Eigen/Geometry>
 
@@ -11,11 +12,6 @@
 #include <vector>
 
 namespace proximity_server::scene {
-
-/// [m] If a pair is proven to be farther than a distance by this much, Scene finds it beyond that distance, too: the
-/// search of Scene ends within the tolerance of 1e-9 m, and its lower bound may be that much below the truth. Twice the
-/// tolerance, because of the rounding of the poses.
-constexpr double kSettledFor = 2e-9;
 
 /// Bounds of the signed distances of the candidate pairs in a block of states. Each lane of a vector has one state.
 ///

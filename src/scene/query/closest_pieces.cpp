@@ -84,15 +84,25 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
+  const auto distanceOf = [&](const LeafPair& leaves) {
+    return distanceInBodyA(leaves, pair, a_T_b, optionsFor(question, current_limit(), pair.padding));
+  };
+  narrowphase::SignedDistance of_likely;
   const auto compute = [&](const LeafPair& leaves) {
-    const narrowphase::Options options = optionsFor(question, current_limit(), pair.padding);
-    closest.offer(leaves, distanceInBodyA(leaves, pair, a_T_b, options), limit);
+    const bool is_known = of_likely.status == narrowphase::Status::Converged && leaves == likely &&
+                          !(current_limit() < limit);  // a smaller limit may end the search earlier
+    closest.offer(leaves, is_known ? of_likely : distanceOf(leaves), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) {
     compute({a_.root, b_.root});
     return closest;
   }
-  if (likely.areLeaves()) compute(likely);
+  if (likely.areLeaves() && memory_ == Memory::OfAnswers) {
+    compute(likely);
+  } else if (likely.areLeaves()) {
+    of_likely = distanceOf(likely);
+    if (of_likely.status == narrowphase::Status::Converged) limit = std::min(limit, of_likely.distance + kSettledFor);
+  }
   for (begin(pair, a_T_b, current_limit()); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
@@ -100,7 +110,7 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
       queue_.push(visit);
     } else if (!isLeaf(visit)) {
       split(visit, a_T_b, current_limit());
-    } else if (const LeafPair leaves{visit.a, visit.b}; !(leaves == likely)) {
+    } else if (const LeafPair leaves{visit.a, visit.b}; memory_ == Memory::None || !(leaves == likely)) {
       compute(leaves);
     }
   }

@@ -9,6 +9,11 @@
 
 namespace proximity_server::scene {
 
+/// [m] If a pair is proven to be farther than a distance by this much, Scene finds it beyond that distance, too: the
+/// search of Scene ends within the tolerance of 1e-9 m, and its lower bound may be that much below the truth. Twice the
+/// tolerance, because of the rounding of the poses.
+constexpr double kSettledFor = 2e-9;
+
 inline bool isBeyond(const narrowphase::SignedDistance& result, double limit) { return result.lower_bound > limit; }
 
 /// True if no other pair of pieces can be closer. That is so for an overlap, if the question does not ask for its
@@ -71,8 +76,10 @@ class PieceSearch {
   /// Makes room for the warm starts of so many pieces, of the robot and its objects together.
   void makeRoomFor(std::size_t pieces);
 
-  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is a guess and is computed first.
-  /// `found` is an earlier result that becomes part of the answer.
+  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is a guess and is computed first. With
+  /// Memory::None its distance only limits the search: among equally close pieces those are found that would be found
+  /// without it, if the tolerance is at most the default one. `found` is an earlier result that becomes part of the
+  /// answer.
   ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
                         const Question& question, const ClosestPieces* found = nullptr);
 

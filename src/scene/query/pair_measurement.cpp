@@ -178,10 +178,11 @@ ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose&
 
 /// Returns only the proof if all pieces are beyond the limit.
 PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
-                                       const Question& question) {
+                                       const Question& question, LeafPair* guess) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
-  const LeafPair likely = kept ? kept->leaves : LeafPair();
+  const LeafPair likely = kept ? kept->leaves : guess ? *guess : LeafPair();
   const ClosestPieces closest = closestOf(visit, a_T_b, likely, limit, question);
+  if (guess && !closest.empty()) *guess = closest.leaves;
   PairProximity in_body_a = proof(visit);
   in_body_a.result = closest.result;
   in_body_a.result.lower_bound = closest.lower_bound;
@@ -218,7 +219,7 @@ PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& vi
 }
 
 PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& visit, double limit,
-                                       const Question& question) {
+                                       const Question& question, LeafPair* guess) {
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const auto kept = answerAtRest(visit, a_T_b, question)) {
     ++counts_.at_rest;
@@ -228,7 +229,7 @@ PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& vi
     ++counts_.unknown;
     return unknown(pair);
   }
-  const PairProximity in_body_a = compute(visit, a_T_b, limit, question);
+  const PairProximity in_body_a = compute(visit, a_T_b, limit, question, guess);
   if (in_body_a.result.status == narrowphase::Status::Unknown)
     ++counts_.unknown;  // too far for the narrowphase
   else
@@ -236,7 +237,7 @@ PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& vi
   return asAsked(pair, visit, in_body_a);
 }
 
-PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& question) {
+PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& question, LeafPair* guess) {
   ++counts_.total;
   std::optional<Visit> visit = visitOf(pair, 0);
   if (!visit) {
@@ -245,7 +246,7 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
   }
   const double limit = question.threshold + (question.thresholds ? question.thresholds->of(pair) : 0.0);
   if (limit < kInfinity && !(visit->lower_bound > limit)) visit = refined(*visit, limit);
-  if (!(visit->lower_bound > limit)) return measure(pair, *visit, limit, question);
+  if (!(visit->lower_bound > limit)) return measure(pair, *visit, limit, question, guess);
   ++countOf(visit->bound, counts_);
   return asAsked(pair, *visit, proof(*visit));
 }

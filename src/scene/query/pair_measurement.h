@@ -65,12 +65,14 @@ class PairMeasurement {
   Visit refined(Visit visit, double limit);
 
   /// Computes a pair, unless its kept answer still holds. Beyond the limit [m] a proof is enough. After the deadline
-  /// the answer is Unknown.
-  PairProximity measure(const ShapeRefPair& pair, const Visit& visit, double limit, const Question& question);
+  /// the answer is Unknown. `guess`, if given, are pieces that may be the closest; with Memory::None the answer does not
+  /// depend on them. They become the closest ones, if any were computed.
+  PairProximity measure(const ShapeRefPair& pair, const Visit& visit, double limit, const Question& question,
+                        LeafPair* guess = nullptr);
 
   /// Answers a question about one pair with all steps: by bounds if they decide the question's threshold, otherwise it
-  /// is computed.
-  PairProximity settle(const ShapeRefPair& pair, const Question& question);
+  /// is computed. `guess` is that of measure().
+  PairProximity settle(const ShapeRefPair& pair, const Question& question, LeafPair* guess = nullptr);
 
   /// True if the lower bound of a pair is above `distance` [m]. The result is the same as that of settle() with this
   /// threshold, but the distance of nearer pairs is not computed. `visit`: the pair with the bound of its spheres.
@@ -109,7 +111,8 @@ class PairMeasurement {
   // poses.
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                             const Question& question) const;
-  PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question);
+  PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question,
+                        LeafPair* guess);
   PairProximity asAsked(const ShapeRefPair& pair, const Visit& visit, const PairProximity& in_body_a) const;
 
   const SceneModel& model_;
