@@ -428,12 +428,13 @@ PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& norm
           {leaves, normal, from + of_a.point, from + of_b.point}};
 }
 
-/// Tries the other frames, unless they cannot help: the closest points lose about as much in each of them. Then it turns
-/// the normal, see turn().
+/// Tries the other frames, unless they cannot help: only one of the two is displaced, and the closest points lose about
+/// as much in each of them. Then it turns the normal, see turn().
 void PairBounds::improve(Along& best, double enough) {
   constexpr double kMuchMore = 1.05;
   if (b_.part.isUnbounded()) return;
-  if (best.present - swelling_ - best.bound > kMuchMore * best.loss) {
+  const bool are_both_displaced = !a_.chain.empty() && !b_.chain.empty();
+  if (are_both_displaced || best.present - swelling_ - best.bound > kMuchMore * best.loss) {
     for (const int frame : {kOfA, kOfB}) {
       const Along other = along(best.where.leaves, best.where.normal, frame);
       if (other.bound > best.bound) best = other;
