@@ -89,8 +89,9 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   };
   narrowphase::SignedDistance of_likely;
   const auto compute = [&](const LeafPair& leaves) {
+    // With a smaller limit the search may end earlier, unless the answer is beyond that limit anyway.
     const bool is_known = of_likely.status == narrowphase::Status::Converged && leaves == likely &&
-                          !(current_limit() < limit);  // a smaller limit may end the search earlier
+                          (!(current_limit() < limit) || isBeyond(of_likely, current_limit()));
     closest.offer(leaves, is_known ? of_likely : distanceOf(leaves), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) {
