@@ -104,18 +104,18 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
     of_likely = distanceOf(likely);
     if (of_likely.status == narrowphase::Status::Converged) limit = std::min(limit, of_likely.distance + kSettledFor);
   }
-  for (begin(pair, a_T_b, current_limit()); !queue_.empty() && !(queue_.lowestBound() > current_limit());) {
-    Visit visit = queue_.pop();
-    if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
-    if (visit.lower_bound > std::min(queue_.lowestBound(), current_limit())) {
-      queue_.push(visit);
-    } else if (!isLeaf(visit)) {
-      split(visit, a_T_b, current_limit());
-    } else if (const LeafPair leaves{visit.a, visit.b}; memory_ == Memory::None || !(leaves == likely)) {
+  for (begin(pair, a_T_b, current_limit()); !queue_.empty() && !(lowestBound() > current_limit());) {
+    VolumePair volumes = queue_.pop();
+    if (!volumes.has_box_bound) volumes = withBoxes(volumes, a_T_b);
+    if (volumes.lower_bound > std::min(lowestBound(), current_limit())) {
+      queue_.push(volumes);
+    } else if (!areLeaves(volumes)) {
+      split(volumes, a_T_b, current_limit());
+    } else if (const LeafPair leaves{volumes.a, volumes.b}; memory_ == Memory::None || !(leaves == likely)) {
       compute(leaves);
     }
   }
-  closest.leaveOut(std::min(left_out_, queue_.lowestBound()));
+  closest.leaveOut(std::min(left_out_, lowestBound()));
   return closest;
 }
 
@@ -123,17 +123,17 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   a_ = robot_[pair.a];
   b_ = robot_[pair.b];
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
-  const auto isBeyondIt = [&](const Visit& leaves) {
-    return isBeyond(distanceInBodyA({leaves.a, leaves.b}, pair, a_T_b, options), limit);
+  const auto isBeyondIt = [&](const LeafPair& leaves) {
+    return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options), limit);
   };
-  if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({{a_.root, b_.root}, -kInfinity, 0, pair.padding});
-  for (begin(pair, a_T_b, limit); !queue_.empty() && !(queue_.lowestBound() > limit);) {
-    Visit visit = queue_.pop();
-    if (visit.bound == Visit::Bound::Sphere) visit = withBoxes(visit, a_T_b);
-    if (visit.lower_bound > limit) continue;
-    if (!isLeaf(visit))
-      split(visit, a_T_b, limit);
-    else if (!isBeyondIt(visit))
+  if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({a_.root, b_.root});
+  for (begin(pair, a_T_b, limit); !queue_.empty() && !(lowestBound() > limit);) {
+    VolumePair volumes = queue_.pop();
+    if (!volumes.has_box_bound) volumes = withBoxes(volumes, a_T_b);
+    if (volumes.lower_bound > limit) continue;
+    if (!areLeaves(volumes))
+      split(volumes, a_T_b, limit);
+    else if (!isBeyondIt({volumes.a, volumes.b}))
       return false;
   }
   return true;
@@ -148,43 +148,43 @@ narrowphase::SignedDistance PieceSearch::distanceInBodyA(const LeafPair& leaves,
   return padded(PlacedRobot::distanceInBodyA(a, b, a_T_b, options, start), pair.padding);
 }
 
-Visit PieceSearch::withBoxes(Visit visit, const RelativePose& a_T_b) const {
-  if (skipping_ == Skipping::On && PlacedRobot::boxesPay(a_[visit.a], b_[visit.b]))
-    visit.lower_bound =
-        std::max(visit.lower_bound, boxGap(a_[visit.a].bounds, b_[visit.b].bounds, a_T_b) - visit.padding);
-  visit.bound = Visit::Bound::Box;
-  return visit;
+PieceSearch::VolumePair PieceSearch::withBoxes(VolumePair volumes, const RelativePose& a_T_b) const {
+  const Volume &a = a_[volumes.a], &b = b_[volumes.b];
+  if (skipping_ == Skipping::On && PlacedRobot::boxesPay(a, b))
+    volumes.lower_bound = std::max(volumes.lower_bound, boxGap(a.bounds, b.bounds, a_T_b) - padding_);
+  volumes.has_box_bound = true;
+  return volumes;
 }
 
 /// Fills the queue with the volumes to visit. The bound of the pair is not used, so that among equally close pieces the
 /// same ones are found, whatever is known of the pair.
 void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double limit) {
   queue_.clear();
-  visits_ = 0;
+  pushed_ = 0;
+  padding_ = pair.padding;
   left_out_ = kInfinity;
   if (skipping_ == Skipping::On && !a_.object && !b_.object) {
     const LeafBoxes &a = robot_.volumes().leavesOf(pair.a), &b = robot_.volumes().leavesOf(pair.b);
     if (LeafGaps::areFew(a, b, a_T_b)) {
       for (const LeafGaps::Gap& gap : gaps_.between(a, b, a_T_b, pair.padding, limit))
-        queue_.push({{gap.a, gap.b}, gap.lower_bound, visits_++, pair.padding, Visit::Bound::Box});
+        queue_.push({gap.lower_bound, pushed_++, gap.a, gap.b, true});
       left_out_ = gaps_.smallestOfOthers();
       return;
     }
   }
-  split({{a_.root, b_.root}, -kInfinity, 0, pair.padding}, a_T_b, limit);
+  split({-kInfinity, 0, a_.root, b_.root, false}, a_T_b, limit);
 }
 
 /// Replaces a pair of volumes by the pairs with the parts of one of them, see splitsFirst(). Pairs beyond the limit [m]
 /// are left out.
-void PieceSearch::split(const Visit& visit, const RelativePose& a_T_b, double limit) {
-  const Volume &a = a_[visit.a], &b = b_[visit.b];
+void PieceSearch::split(const VolumePair& whole, const RelativePose& a_T_b, double limit) {
+  const Volume &a = a_[whole.a], &b = b_[whole.b];
   const bool split_a = splitsFirst(a, b);
   for (const int part : split_a ? a.parts : b.parts) {
-    Visit next{{split_a ? part : visit.a, split_a ? visit.b : part}, -kInfinity, visits_++, visit.padding};
+    VolumePair next{-kInfinity, pushed_++, split_a ? part : whole.a, split_a ? whole.b : part, false};
     // A bound of a whole also holds for its parts.
     if (skipping_ == Skipping::On)
-      next.lower_bound =
-          std::max(visit.lower_bound, sphereGap(a_[next.a].bounds, b_[next.b].bounds, a_T_b) - visit.padding);
+      next.lower_bound = std::max(whole.lower_bound, sphereGap(a_[next.a].bounds, b_[next.b].bounds, a_T_b) - padding_);
     if (next.lower_bound > limit)
       left_out_ = std::min(left_out_, next.lower_bound);
     else

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "proximity_server/scene/query/question.h"
+#include "scene/bounds/heap.h"
 #include "scene/bounds/leaf_boxes.h"
+#include "scene/model/numbers.h"
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/visit_queue.h"
 
@@ -88,12 +90,26 @@ class PieceSearch {
   bool areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit);
 
  private:
+  /// Two volumes, one of each part, in the queue of a search. It is half as large as a Visit, and a search moves
+  /// hundreds of them.
+  struct VolumePair {
+    double lower_bound;  ///< [m] of their signed distance minus the padding
+    int number;          ///< decides between equal bounds
+    int a, b;
+    bool has_box_bound;  ///< false if the bound is that of the spheres
+
+    bool operator<(const VolumePair& other) const {
+      return lower_bound != other.lower_bound ? lower_bound > other.lower_bound : number > other.number;
+    }
+  };
+
   void begin(const Visit& pair, const RelativePose& a_T_b, double limit);
-  bool isLeaf(const Visit& visit) const { return a_[visit.a].isLeaf() && b_[visit.b].isLeaf(); }
+  bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
   narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
                                               const narrowphase::Options& options);
-  Visit withBoxes(Visit visit, const RelativePose& a_T_b) const;
-  void split(const Visit& visit, const RelativePose& a_T_b, double limit);
+  VolumePair withBoxes(VolumePair volumes, const RelativePose& a_T_b) const;
+  void split(const VolumePair& whole, const RelativePose& a_T_b, double limit);
+  double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
 
   const PlacedRobot& robot_;
   Part a_, b_;  ///< of the pair that the question is about
@@ -101,8 +117,9 @@ class PieceSearch {
   const Memory memory_;
   WarmStarts warm_starts_;
   LeafGaps gaps_;
-  VisitQueue queue_;
-  int visits_ = 0;
+  Heap<VolumePair> queue_;
+  int pushed_ = 0;         ///< the number of pairs that the search has made so far
+  double padding_ = 0.0;   ///< [m]
   double left_out_ = 0.0;  ///< [m] the smallest lower bound of all pairs that were not put into the queue
 };
 
