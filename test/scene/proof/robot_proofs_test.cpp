@@ -1,6 +1,7 @@
 // Boxes of joint positions of real robots. With PROXIMITY_REPEATS many more states are searched.
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "scene/example_robots.h"
+#include "scene/proof/random_boxes.h"
 #include "scene/random_states.h"
 
 #include <gtest/gtest.h>
@@ -10,16 +11,6 @@
 #include <vector>
 
 namespace proximity_server::scene::robot_proofs_test {
-
-Positions someStateIn(const RobotModel& robot, const JointBox& box, Chance& chance) {
-  Positions positions(robot.joints.size(), 0.0);
-  const bool is_corner = chance.below(2) == 0;
-  for (const JointRange& interval : box)
-    positions[interval.joint] = !is_corner             ? chance.between(interval.lower, interval.upper)
-                                : chance.below(2) == 0 ? interval.lower
-                                                       : interval.upper;
-  return positions;
-}
 
 /// No state of some boxes is closer than what is proven.
 void searchStatesOfBoxes(const std::shared_ptr<const SceneModel>& model, int count, Chance& chance) {

@@ -44,9 +44,9 @@ constexpr double kJointAgreement = 1e-9;
 struct LinkPair {
   int link_a, link_b;  ///< link_a < link_b, both with geometry
   PairReason reason;
-  std::string detail;   ///< the SRDF's reason attribute, or in which ranges the pair is proven apart, or ""
-  double padding = 0;   ///< [m] subtracted from the distance of this pair, half on each side
-  ProvenRanges proven;  ///< no ranges: nothing is proven
+  std::string detail;        ///< the SRDF's reason attribute, or in which ranges the pair is proven apart, or ""
+  double padding = 0;        ///< [m] subtracted from the distance of this pair, half on each side
+  ProvenRanges proven = {};  ///< no ranges: nothing is proven
 };
 
 /// An entry without effect in a list of the SRDF or of the configuration.
