@@ -95,15 +95,6 @@ std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, const Pa
 Visit PairMeasurement::refined(Visit visit, double limit) {
   visit.bound = Visit::Bound::Box;
   if (skipping_ == Skipping::Off) return visit;
-  if (!proven_.empty()) {
-    // A smaller bound is not used, so that the other pairs are visited in the same order as without proofs.
-    const double bound = proven_.boundOf(visit, robot_) - visit.padding;
-    if (bound > limit) {
-      visit.lower_bound = bound;
-      visit.bound = Visit::Bound::Proof;
-      return visit;
-    }
-  }
   const Part &a = robot_[visit.a], &b = robot_[visit.b];
   const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
   if (const KeptAnswer* kept = keptOf(visit)) {
@@ -119,6 +110,14 @@ Visit PairMeasurement::refined(Visit visit, double limit) {
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = Visit::Bound::Box;
+    }
+  }
+  if (!(visit.lower_bound > limit) && !proven_.empty()) {
+    // A bound that does not settle the pair is not used, so that pairs are visited in the same order as without proofs.
+    const double bound = proven_.boundAbove(limit + visit.padding, visit, robot_) - visit.padding;
+    if (bound > limit) {
+      visit.lower_bound = bound;
+      visit.bound = Visit::Bound::Proof;
     }
   }
   return visit;

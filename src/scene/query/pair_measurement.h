@@ -26,9 +26,9 @@ struct DistanceBounds {
 /// expensive:
 ///
 /// 1. the bounding spheres of both shapes;
-/// 2. what is proven for the positions of the joints, if a file of conditional pairs was given (ProvenPairs);
-/// 3. the kept answer minus a bound on the motion since then, or the kept answer itself if the two are at rest;
-/// 4. the bounding boxes of both shapes;
+/// 2. the kept answer minus a bound on the motion since then, or the kept answer itself if the two are at rest;
+/// 3. the bounding boxes of both shapes;
+/// 4. what is proven for the positions of the joints, if a file of conditional pairs was given (ProvenPairs);
 /// 5. the interiors of closed meshes and the closest pieces of both, by the narrowphase.
 ///
 /// Spheres and boxes of whole shapes are convex, so they contain the interiors too.

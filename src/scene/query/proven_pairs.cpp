@@ -62,13 +62,14 @@ std::vector<int> ProvenPairs::bodies() const {
   return {bodies.begin(), bodies.end()};
 }
 
-double ProvenPairs::boundOf(const PartPair& parts, const PlacedRobot& robot) {
+double ProvenPairs::boundAbove(double least, const PartPair& parts, const PlacedRobot& robot) {
   if (update_ == 0) return -kInfinity;
   const auto place = [](const PartPair& pair) { return std::make_pair(pair.a, pair.b); };
   const auto pair = std::lower_bound(pairs_.begin(), pairs_.end(), parts, [&](const Pair& one, const PartPair& wanted) {
     return place(one.links) < place(wanted);
   });
-  if (pair == pairs_.end() || place(pair->links) != place(parts)) return -kInfinity;
+  if (pair == pairs_.end() || place(pair->links) != place(parts) || !(pair->proven->distance > least))
+    return -kInfinity;
   // NaN, a position that is not known, is in no interval.
   const auto isWithin = [&](const JointRange& interval) {
     const double position = positionOf(interval.joint, robot);

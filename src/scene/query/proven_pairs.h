@@ -25,9 +25,9 @@ class ProvenPairs {
   /// To be called when the poses change. Before the first call no bound is known.
   void forgetPositions() { ++update_; }
 
-  /// [m] A lower bound of the distance of two links, before the padding of the pair is subtracted; minus infinity if
-  /// nothing is proven. `robot` has the poses of the last forgetPositions().
-  double boundOf(const PartPair& parts, const PlacedRobot& robot);
+  /// [m] A lower bound of the distance of two links, before the padding of the pair is subtracted; minus infinity if none
+  /// above `least` is proven. `robot` has the poses of the last forgetPositions().
+  double boundAbove(double least, const PartPair& parts, const PlacedRobot& robot);
 
  private:
   struct Pair {
