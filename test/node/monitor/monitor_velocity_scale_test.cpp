@@ -122,8 +122,8 @@ TEST_F(ScaleOfSliders, CountsTheAgeOfThePosesAsLatency) {
 }
 
 // Regression: on a busy machine the scale of a robot at rest went to and fro between 0 and what was found in time.
-// With pose_latency the age of 0.05 s is in the uncertainty alone. At s times 1 m/s the middle sphere goes on for 0.1 s.
-// The uncertainty is 0.05 m, that of the others at rest is 0.
+// With pose_latency the age of 0.05 s is in the uncertainty alone: 0.05 m of the middle sphere, 0 of those at rest. At
+// s times 1 m/s the middle sphere goes on for 0.1 s.
 TEST_F(ScaleOfSliders, CountsTheAgeOfThePosesOnce) {
   config_.pose_latency = PoseLatency::Velocity;
   config_.max_acceleration.of_all = 0.0;
