@@ -43,9 +43,9 @@ bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q);
 /// robot begins to brake after stopLatency(). With PoseLatency the uncertainty contains the motion during the age,
 /// which does not count as latency then. `age` is that of the poses, and `joints` are those that move a checked pair.
 /// `scene` and `moving_scene` must have the same objects, and `scene` must have the poses of the start. `guaranteed`
-/// has the poses too, if they are not known exactly: then all pairs stay above their stop distances in every state within
-/// the uncertainty. If searchDeadline() ends the search, the scale is smaller than the largest one, which is safe, and
-/// is_complete is false.
+/// has the poses too, if they are not known exactly: then all pairs stay above their stop distances in every state
+/// within the uncertainty. If searchDeadline() ends the search, the scale is smaller than the largest one, which is
+/// safe, and is_complete is false.
 StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
                             const LookaheadStart& start, const VelocitySnapshot& velocities,
                             const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,

@@ -103,6 +103,11 @@ void BoxSearch::run(BoxMeasures& measures, long most_boxes) {
     divide(measures);
 }
 
+void BoxSearch::settle(double bound) {
+  boxes_.clear();
+  settled_bound_ = bound;
+}
+
 void BoxSearch::divide(BoxMeasures& measures) {
   Box low = pop();
   const auto at = static_cast<std::size_t>(low.widest);

@@ -49,6 +49,9 @@ class BoxSearch {
   /// Examines boxes until the pair is settled, `most_boxes` have been examined in all, or the deadline has come.
   void run(BoxMeasures& measures, long most_boxes);
 
+  /// Ends the search: the signed distance [m] is at least `bound` in the whole box.
+  void settle(double bound);
+
   bool isSettled() const;
   PairProof result() const;
 

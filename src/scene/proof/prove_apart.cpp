@@ -4,6 +4,7 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/filter/given_model.h"
 #include "scene/proof/box_search.h"
+#include "scene/proof/pair_certificate.h"
 #include "system/pipeline.h"
 
 #include <algorithm>
@@ -70,6 +71,7 @@ class Proofs {
       if (!measures) measures = std::make_unique<BoxMeasures>(model_, question_.objects);
       measures->begin(scene_);
       searches_[search].run(*measures, boxes);
+      certify(searches_[search], boxes);
     };
     const auto tell = [&](std::size_t& search) {
       const PairProof proof = searches_[search].result();
@@ -80,6 +82,14 @@ class Proofs {
       question_.progress(sum / static_cast<double>(settled_.size()));
     };
     system::runPipeline<std::size_t>({read, work, tell}, {question_.threads});
+  }
+
+  /// Looks for a certificate where the search has not decided, if a decision is all that is asked for.
+  void certify(BoxSearch& search, long boxes) const {
+    const bool wants_decision = question_.goal == ProofQuestion::Goal::Decision && question_.tightness == 0.0;
+    if (search.isSettled() || !wants_decision) return;
+    if (const auto certificate = certificateOf(search.result(), *model_, question_, boxes, is_over_))
+      search.settle(certificate->bound);
   }
 
   const std::shared_ptr<const SceneModel> model_;

@@ -355,8 +355,9 @@ double PairBounds::wayOf(const ShapeRef& ref, std::size_t steps) {
 }
 
 /// [m] What the lower bound of a pair loses at most. It is coarser than that of the chain of the pair, and costs much
-/// less, because the pairs of a shape share its ways.
+/// less, because the pairs of a shape share its ways. Infinity for a half-space: no ball contains its points.
 double PairBounds::quickLossOf(const PairProximity& pair) {
+  if (isUnbounded(pair.asked.a) || isUnbounded(pair.asked.b)) return kInfinity;
   const RobotModel& robot = joints_.robot();
   int a = joints_.bodyOf(pair.asked.a), b = joints_.bodyOf(pair.asked.b);
   std::size_t steps_a = 0, steps_b = 0;

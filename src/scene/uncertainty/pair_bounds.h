@@ -101,6 +101,9 @@ class PairBounds {
   const Place& placeOf(int body);
   void begin(const ShapeRef& ref, Ways& ways);
   double wayOf(const ShapeRef& ref, std::size_t steps);
+  bool isUnbounded(const ShapeRef& ref) const {
+    return ref.isObject() && joints_.objects()->placed(ref.object())->isUnbounded();
+  }
   double quickLossOf(const PairProximity& pair);
   double boundOf(const PairProximity& pair, double enough);
   Eigen::Vector3d jointOrigin(int body) const;
