@@ -21,7 +21,7 @@ DEMO = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "con
 STATES = 60
 WITHIN = 4000  # states within an uncertainty
 SIZES = numpy.array([1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1])  # [rad] or [m] of each joint
-RADII = numpy.array([1e-2, 3e-2, 0.1, 0.2, 0.4])  # [rad] or [m] of a box
+RADII = numpy.array([1e-2, 2e-2, 5e-2, 0.1, 0.2])  # [rad] or [m] of a box
 CLEARANCES = (0.0, 0.005, 0.02)  # [m]
 BOXES = [10, 30, 100, 300, 1000, 3000, 10000, 30000, 100000]
 PAIRS = (("left_forearm", "left_hand"), ("torso", "left_yoke"), ("left_upper_arm", "left_forearm"))
@@ -95,7 +95,7 @@ def seconds_of_proofs(robot, distance, radius):
     times = []
     for q in states:
         start = time.perf_counter()
-        robot.prove(q - radius, q + radius, max(distance, 1e-6), boxes=20000)
+        robot.prove(q - radius, q + radius, max(distance, 1e-6), boxes=2000)
         times.append(time.perf_counter() - start)
     return numpy.median(times)
 

@@ -88,7 +88,9 @@ class Proofs {
   void certify(BoxSearch& search, long boxes) const {
     const bool wants_decision = question_.goal == ProofQuestion::Goal::Decision && question_.tightness == 0.0;
     if (search.isSettled() || !wants_decision) return;
-    if (const auto certificate = certificateOf(search.result(), *model_, question_, boxes, is_over_))
+    // A node bounds each pair of pieces along each axis: of long chains it takes as long as hundreds of boxes.
+    constexpr long kBoxesOfNode = 256;
+    if (const auto certificate = certificateOf(search.result(), *model_, question_, boxes / kBoxesOfNode, is_over_))
       search.settle(certificate->bound);
   }
 

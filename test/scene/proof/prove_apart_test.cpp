@@ -91,7 +91,7 @@ TEST(ProveApart, WhatTheBudgetLeavesIsUndecided) {
   const auto model = modelOf(kPlanarArm);
   ProofQuestion question;
   question.most_boxes = 9;
-  const JointBox box = boxOf(*model, {{0.8, 3.0}, {-0.8, 0.8}});
+  const JointBox box = boxOf(*model, {{0.8, 3.0}, {-0.5, 0.5}});
   const PairProof proof = proofOf(model, "wall", "fore", box, question);
   EXPECT_EQ(proof.outcome, ProofOutcome::Undecided);
   EXPECT_EQ(proof.boxes, 9);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
 #include "proximity_server/scene/filter/shape_ref.h"
 
 #include <Eigen/Core>
