@@ -113,7 +113,8 @@ def robots(entries):
         seen = (f"{sampled['missed']} of {sampled['contacts']}, {1e3 * sampled['max_late']:.2f} ms"
                 if "missed" in sampled else f"{1e3 * sampled['max_error']:.1e} mm")
         yield [row, robot_time(ours), robot_time(sampled), robot_time(fine) if fine else "-", seen,
-               f"{sampled['contradicted']} / {ours['unconfirmed']}", *(f"{counts[key]:.1f}" for key in ("pairs", "by_one_bound", "intervals", "queries"))]
+               f"{sampled['contradicted']} / {ours['unconfirmed']}",
+               *(f"{counts[key]:.1f}" for key in ("pairs", "by_one_bound", "intervals", "queries"))]
 
 
 def tables(result):

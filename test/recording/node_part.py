@@ -1,12 +1,13 @@
 """The running node: each question is a service with its request, or a state of the robot with the messages of the monitor.
 
 The clock of all nodes is that of this program: it stands still between two states, and the monitor has one cycle at each. What
-depends on the time that something takes is left out: the duration and the number of a cycle, the look-ahead and the velocity
-scale, which need velocities beside the transforms, and budgets that end.
+depends on the time that something takes is left out: the duration and the number of a cycle, the motion since the one before, the
+look-ahead and the velocity scale, which need velocities beside the transforms, and budgets that end.
 """
 
 import functools
 import queue
+import re
 import time
 import unittest
 import xml.etree.ElementTree as ElementTree
@@ -34,6 +35,7 @@ SERVICES = {"minimum_distance": srv.MinimumDistance, "separation_axis": srv.Sepa
             "query_trajectory": srv.QueryTrajectory, "prove_joint_box": srv.ProveJointBox,
             "apply_objects": srv.ApplyObjects}
 ROBOTS = {"": ["/left", "/right"]}  # namespace of a node -> those of its robots, where there are several
+MOTION = re.compile(", (closing|opening) [0-9]+ mm/s( by [^;]*)?")  # in the line of a level: since the cycle before
 LEFT_OUT = {"computation_time", "cycle", "node_start", "seq", "lookahead"}
 
 
@@ -64,6 +66,8 @@ def shown(value):
         return f"{'start + ' if since is not value else ''}{since.secs}.{since.nsecs:09}"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(shown, value)) + "]"
+    if isinstance(value, str):
+        return repr(MOTION.sub("", value))
     return repr(value) if not isinstance(value, bytes) else repr(list(value))
 
 
