@@ -269,6 +269,7 @@ std::string explainEvent(const ReplayOptions& options) {
   text += share("distance that decided", decided) + share("uncertainty", distance - decided) +
           share("padding", bare - distance) + share("pieces in place of meshes", surfaces - bare) +
           share("distance of the surfaces of the model", surfaces);
+  if (clearance.level == Clearance::CLEAR) return text + "clear: the pair is beyond all thresholds\n";
   const char* const verdict = surfaces <= 0.0         ? "contact: the surfaces of the model touch or overlap"
                               : surfaces <= threshold ? "near: the surfaces themselves are within the threshold of "
                                                       : "envelope: without it the pair is beyond the threshold of ";

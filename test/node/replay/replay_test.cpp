@@ -73,6 +73,14 @@ TEST_F(Replayed, AreContactIfTheSurfacesOverlap) {
   EXPECT_NE(text.find("contact: the surfaces"), std::string::npos) << text;
 }
 
+TEST_F(Replayed, AreNeitherFarFromAllThresholds) {
+  start();
+  cycleAt(0.5);
+  const std::string text = explainEvent({stop().file, {}});
+  EXPECT_EQ(text.find("service: CLEAR: "), 0u) << text;
+  EXPECT_NE(text.find("\nclear: the pair is beyond all thresholds\n"), std::string::npos) << text;
+}
+
 TEST_F(Replayed, AreTheEnvelopeIfThePaddingDoesIt) {
   XmlRpc::XmlRpcValue values;
   values["default_padding"] = 0.01;
