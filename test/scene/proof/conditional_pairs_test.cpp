@@ -222,7 +222,7 @@ std::vector<ConditionalPair> randomProofs(const std::shared_ptr<const SceneModel
     const LinkPair& pair = model->pairs.pairs[number];
     const ShapeRefPair links{pair.link_a, pair.link_b};
     ConditionalPair conditional{links, std::numeric_limits<double>::infinity(), {}};
-    for (int i = 0; i < 8; ++i) {
+    for (int i = 0; i < (kIsSanitized ? 1 : 8); ++i) {
       const double radius = std::uniform_real_distribution<double>(0.1, 3.0)(random);
       const JointBox box = boxAbout(model->robot, randomPositions(model->robot, ranges, random),
                                     std::vector<double>(model->robot.joints.size(), radius));
@@ -292,14 +292,14 @@ TEST(ConditionalPairs, NoAnswerOfARandomRobotChanges) {
     const double distance = robot % 2 == 0 ? 0.0 : 0.05;
     by_proof += expectSameAnswers(model, randomProofs(model, distance, random), repeats(200), random);
   }
-  EXPECT_GT(by_proof, kIsSanitized ? 0 : 50);
+  EXPECT_GT(by_proof, kIsSanitized ? -1 : 50);
 }
 
 TEST(ConditionalPairs, NoAnswerOfTheDemoRobotChanges) {
   std::mt19937_64 random(6);
   const auto model = demoModel();
   const std::vector<ConditionalPair> pairs = randomProofs(model, 0.02, random);
-  EXPECT_GT(pairs.size(), 30U);
+  EXPECT_GT(pairs.size(), kIsSanitized ? 0U : 30U);
   const long by_proof = expectSameAnswers(model, pairs, repeats(2000), random);
   EXPECT_GT(by_proof, kIsSanitized ? -1 : 0);
 }
