@@ -230,8 +230,11 @@ bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
   if (!joints_.knowsBetween(body, moved.parent) || (slides && !joints_.poses()[moved.parent])) return false;
   if (width > 0.0) {
     const UnitTwist twist = joints_.twistsOf(body).twists[0];
+    // Only slides move together with their leader: where a turn was among them, a random state was below the bound.
+    const bool is_together = slides && joints_.robot().joints[leader.joint].type == Joint::Type::Prismatic;
     chain.push_back({slides ? Displacement::Kind::Slide : Displacement::Kind::Turn, body, width, twist.origin,
-                     slides ? twist.linear : twist.angular, leader.joint, leader.multiplier});
+                     slides ? twist.linear : twist.angular, is_together ? leader.joint : moved.joint,
+                     is_together ? leader.multiplier : 1.0});
   }
   addFrame(frame, body, jointOrigin(body), chain);
   return true;
