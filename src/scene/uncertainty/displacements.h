@@ -23,7 +23,7 @@ struct Displacement {
   double width;  ///< [rad] or [m] how far at most, with the multiplier; it may be infinite
   Eigen::Vector3d origin;
   Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< a unit vector
-  /// Turns and slides of the same group [0, groups) are the same number times their multipliers.
+  /// Slides of the same group [0, groups) are the same number times their multipliers; a turn is alone in its group.
   int group = -1;
   double multiplier = 1.0;
 
@@ -51,7 +51,9 @@ struct Displacement {
 ///    turned by all displacements within it, so |n x a_i| is larger by at most the sum of their angles. No |v_j| is
 ///    larger than the present one, plus the way of x by all displacements beyond j, as in 2.
 /// 6. If that is much, n.(a_i x v_j) is bounded in the present state, over the box of the geometry and for i = j with
-///    its sign; then a_i and v_j change in the displaced state by terms of third order.
+///    its sign; then a_i and v_j change in the displaced state by terms of third order. What a turn by t itself changes
+///    is in point 3: it moves x by n.v_i sin t, which is no more than t |n.v_i|. So a turn has a group of its own: in a
+///    sum with others, n.v_i t could cancel what n.v_i sin t does not.
 /// 7. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.
 class Displacements {
  public:

@@ -230,7 +230,7 @@ bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
   if (!joints_.knowsBetween(body, moved.parent) || (slides && !joints_.poses()[moved.parent])) return false;
   if (width > 0.0) {
     const UnitTwist twist = joints_.twistsOf(body).twists[0];
-    // Only slides move together with their leader: where a turn was among them, a random state was below the bound.
+    // Only slides may be in one group, see point 6 of Displacements.
     const bool is_together = slides && joints_.robot().joints[leader.joint].type == Joint::Type::Prismatic;
     chain.push_back({slides ? Displacement::Kind::Slide : Displacement::Kind::Turn, body, width, twist.origin,
                      slides ? twist.linear : twist.angular, is_together ? leader.joint : moved.joint,

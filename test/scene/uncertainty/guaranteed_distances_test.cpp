@@ -2,6 +2,7 @@
 
 #include "allocations.h"
 #include "proximity_server/scene/loading/joined_robots.h"
+#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
@@ -136,6 +137,19 @@ TEST(GuaranteedDistances, FollowersOfOneLeaderMoveTogether) {
   uncertainty.positions[0] = 0.01;
   EXPECT_NEAR(guaranteed(fingers("-1"), uncertainty, "tip", "wall"), 0.8, 1e-9);
   EXPECT_NEAR(guaranteed(fingers("2"), uncertainty, "tip", "wall"), 0.8 - 0.03, 1e-9);
+}
+
+// The carriage follows the turn of the arm so that to first order the ball at its end stays where it is: it is at
+// x = sin t - t.
+TEST(GuaranteedDistances, ATurnAndASlideOfOneLeaderDoNotCancelEachOther) {
+  const auto model = modelOf(urdfOf(
+      link("base") + link("carriage") + link("arm", ball("0.05", "0 -1 0")) +
+      link("wall", "<collision><origin xyz=\"6 0 0\"/><geometry><box size=\"2 20 20\"/></geometry></collision>") +
+      joint("follow", "prismatic", "base", "carriage", axis("1 0 0") + limits("-3", "3") + mimic("turn", "-1")) +
+      hinge("turn", "carriage", "arm", "0 0 1") + weld("stand", "base", "wall")));
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions[scene::findNamed(model->robot.joints, "turn")] = 2.0;
+  EXPECT_LE(guaranteed(model, uncertainty, "arm", "wall"), 5.0 - 0.05 - (2.0 - std::sin(2.0)));
 }
 
 TEST(GuaranteedDistances, RobotsOnOtherBasesLoseBothUncertainties) {
