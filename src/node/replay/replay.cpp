@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t kMostDifferences = 10;
 
-/// What a variant of the robot changes in the record.
+/// The differences of a robot that is loaded anew from the robot of the record.
 struct Variant {
   std::optional<double> mesh_tolerance;
   bool has_padding = true;
@@ -166,7 +166,7 @@ void writeRow(std::ostream& rows, const Clearance& now, const Clearance& before)
   rows << '\n';
 }
 
-/// What is not as it was when the record was made.
+/// The differences between now and the time of the record.
 std::vector<std::string> reasonsOf(const RecordReader& reader, const ReplayOptions& options) {
   std::vector<std::string> reasons;
   if (reader.record.version != PROXIMITY_VERSION)

@@ -48,7 +48,7 @@ class PairBounds {
     std::vector<Displacement> chain;  ///< from the shape to the common body
   };
 
-  /// What displaces a body relative to its parent.
+  /// The displacements of a body relative to its parent.
   struct Place {
     bool is_found = false;  ///< for the present poses and uncertainty
     bool is_known = false;  ///< false if a pose is missing that is needed

@@ -24,7 +24,7 @@ struct Finding {
 /// The names of all checks, in the order of the report.
 const std::vector<std::string>& checkNames();
 
-/// What --accept names: a check, or the findings of a check at one place, "visual:left_hand".
+/// The values of --accept: the name of a check, or with a place only its findings there, "visual:left_hand".
 class Accepted {
  public:
   /// Throws std::invalid_argument, with the nearest name, for a check that does not exist.

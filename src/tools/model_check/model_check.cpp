@@ -1,4 +1,4 @@
-// What is wrong with a robot's URDF and SRDF, before the robot moves.
+// Checks a robot's URDF and SRDF, and lists the findings.
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "tools/model_check/model_checks.h"
 #include "tools/program/options.h"

@@ -35,7 +35,7 @@ std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>&
 /// The URDF with its visual geometry in place of its collision geometry. Throws std::invalid_argument for broken XML.
 std::string visualAsCollision(const std::string& urdf_xml);
 
-/// What a study of the pairs says about neighbours, which nobody checks, and about the entries of an SRDF.
+/// Findings about neighbours, which no filter checks, and about entries of an SRDF that the study contradicts.
 std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& study);
 
 /// Pairs of links whose gap opens to more than `gap` [m] and closes below it: what fits between the two is caught there.

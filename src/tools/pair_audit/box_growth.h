@@ -11,8 +11,8 @@ namespace proximity_server::tools {
 enum class End : unsigned char { Lower, Upper };
 
 /// Moves one end of the interval `at` of a box as far towards that of `limits` as `isProven(box)` holds, by bisection.
-/// What is proven in a box is proven in its parts. The box itself must be proven, and stays so: the last box for which
-/// isProven() was true is the result.
+/// A proof of a box holds for each part of it. The first box must be proven; the result is the last box for which
+/// isProven() was true.
 /// Error: the end could lie up to 1/64 of the width of the limits farther out. Its digits are few, see
 ///        JointRange::typeable().
 void extend(scene::JointBox& box, std::size_t at, End end, const scene::JointRange& limits,

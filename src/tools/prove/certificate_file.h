@@ -10,11 +10,11 @@
 
 namespace proximity_server::tools {
 
-/// What a certificate is about. A text without objects has objects "".
+/// The robot and the objects that a certificate is about.
 struct CertificateSubject {
   const scene::SceneModel& model;
   const scene::Objects* objects;  ///< nullptr: none
-  std::string objects_text;       ///< the file of the objects
+  std::string objects_text;       ///< the text of their file; "" without objects
 };
 
 /// The statement that pairs stay farther apart than a distance in a box of joint positions, with its evidence.

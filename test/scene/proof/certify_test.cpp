@@ -226,7 +226,7 @@ TEST(Certify, SpoiledEvidenceIsRefused) {
   }
 }
 
-/// What is not refused is true: no state contradicts it.
+/// Checks that no random state contradicts a certificate that was accepted.
 TEST(Certify, NoChangedStatementThatAStateContradictsIsAccepted) {
   Chance chance(47);
   int refused = 0, accepted = 0, contradicted = 0, proven = 0;

@@ -19,7 +19,7 @@ struct SeparatingAxis {
 struct CertificateNode {
   int joint = -1;   ///< index into RobotModel::joints; -1: a leaf
   double at = 0.0;  ///< [rad] or [m] where the interval of the joint is divided
-  /// Of a leaf: each piece of a is separated from each piece of b by one of these, in all states of its box.
+  /// Only for a leaf. In all states of its box one of these axes separates each piece of a from each piece of b.
   std::vector<SeparatingAxis> axes = {};
 };
 
