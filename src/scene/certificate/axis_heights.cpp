@@ -73,11 +73,6 @@ double supportHeight(const Shape& shape, const Vector3d& d) {
 
 }  // namespace
 
-const JointRange* findInterval(const std::vector<JointRange>& box, int joint) {
-  const auto found = std::find_if(box.begin(), box.end(), [&](const JointRange& own) { return own.joint == joint; });
-  return found == box.end() ? nullptr : &*found;
-}
-
 std::vector<JointRange> withInterval(std::vector<JointRange> box, const JointRange& interval) {
   for (JointRange& own : box)
     if (own.joint == interval.joint) own = interval;
@@ -90,7 +85,7 @@ AxisHeights::AxisHeights(const RobotModel& robot, const std::vector<JointRange>&
   for (const int number : jointsBetween(robot, from, to)) {
     const Joint& joint = robot.joints[number];
     const Joint::Mimic leader = robot.leaderOf(number);
-    const JointRange& leading = *findInterval(box, leader.joint);
+    const JointRange& leading = *intervalOf(box, leader.joint);
     const double one = leader.offset + leader.multiplier * leading.lower,
                  other = leader.offset + leader.multiplier * leading.upper;
     const JointRange interval{number, std::min(one, other), std::max(one, other)};

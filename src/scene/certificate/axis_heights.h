@@ -13,9 +13,6 @@ namespace proximity_server::scene {
 /// Rounding relative to the lengths of a chain of transforms, for each of them; see AxisHeights::rounding().
 inline constexpr double kChainRounding = 64.0 * std::numeric_limits<double>::epsilon();
 
-/// The interval of a joint in a box; nullptr if it has none.
-const JointRange* findInterval(const std::vector<JointRange>& box, int joint);
-
 /// The box with another interval of a joint.
 std::vector<JointRange> withInterval(std::vector<JointRange> box, const JointRange& interval);
 

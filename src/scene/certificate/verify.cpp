@@ -29,7 +29,7 @@ class TreeCheck {
       const Flaw flaw = node.joint < 0 ? flawOfLeaf(node, box) : flawOfDivision(node, box);
       if (flaw) return "node " + std::to_string(i + 1) + ", where" + textOf(box) + ": " + *flaw;
       if (node.joint < 0) continue;
-      const JointRange divided = *findInterval(box, node.joint);
+      const JointRange divided = *intervalOf(box, node.joint);
       open.push_back(withInterval(box, {node.joint, node.at, divided.upper}));
       open.push_back(withInterval(box, {node.joint, divided.lower, node.at}));
     }
@@ -47,7 +47,7 @@ class TreeCheck {
   }
 
   Flaw flawOfDivision(const CertificateNode& node, const Box& box) const {
-    const JointRange* interval = findInterval(box, node.joint);
+    const JointRange* interval = intervalOf(box, node.joint);
     if (interval && interval->lower < node.at && node.at < interval->upper) return std::nullopt;
     return "it divides " + robot_.joints[node.joint].name + " at " + shortest(node.at);
   }
@@ -80,7 +80,7 @@ Flaw flawIn(const PairCertificate& certificate, const std::vector<JointRange>& b
   Box whole;
   for (const int joint : separation.leaders()) {
     const std::string name = "joint " + quoted(model.robot.joints[joint].name);
-    const JointRange* interval = findInterval(box, joint);
+    const JointRange* interval = intervalOf(box, joint);
     if (!interval) return name + " has no interval";
     if (!(interval->lower <= interval->upper) || !std::isfinite(interval->width()))
       return name + " has no finite interval";

@@ -54,6 +54,11 @@ bool hasKnownRange(const RobotModel& robot, int joint) {
   return leader == joint && hasOnePosition(robot.joints[joint]) && robot.joints[joint].type != Joint::Type::Prismatic;
 }
 
+const JointRange* intervalOf(const std::vector<JointRange>& box, int joint) {
+  const auto found = std::find_if(box.begin(), box.end(), [&](const JointRange& own) { return own.joint == joint; });
+  return found == box.end() ? nullptr : &*found;
+}
+
 Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>& ranges, std::mt19937_64& random) {
   Positions positions(robot.joints.size(), 0.0);
   for (const JointRange& range : ranges) {

@@ -42,7 +42,7 @@ class CertificateWriter {
         certificate.tree.push_back({-1, 0.0, axes_});
         continue;
       }
-      const JointRange* divided = findInterval(box, hindrance(box));
+      const JointRange* divided = intervalOf(box, hindrance(box));
       if (!divided) return std::nullopt;
       const double middle = 0.5 * (divided->lower + divided->upper);
       certificate.tree.push_back({divided->joint, middle});

@@ -30,12 +30,6 @@ int jointNamed(const std::string& name, const Field& field, const RobotModel& ro
 
 }  // namespace
 
-const JointRange* intervalOf(const JointBox& box, int joint) {
-  for (const JointRange& interval : box)
-    if (interval.joint == joint) return &interval;
-  return nullptr;
-}
-
 JointBox knownRanges(const RobotModel& robot) {
   std::set<int> unknown;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint)

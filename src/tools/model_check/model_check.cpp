@@ -36,19 +36,6 @@ struct CheckArguments {
   FindingFormat format = FindingFormat::Text;
 };
 
-std::optional<Severity> severityNamed(const std::string& text) {
-  for (const Severity severity : {Severity::Note, Severity::Warning, Severity::Error})
-    if (text == toString(severity)) return severity;
-  if (text == "never") return std::nullopt;
-  throw std::invalid_argument("'" + text + "' is none of note, warning, error, never");
-}
-
-FindingFormat formatNamed(const std::string& text) {
-  if (text == "text") return FindingFormat::Text;
-  if (text == "json") return FindingFormat::Json;
-  throw std::invalid_argument("'" + text + "' is none of text, json");
-}
-
 void declare(ProgramOptions& program, CheckArguments& arguments) {
   program.addText("robot", "FILE", arguments.robot.urdf, "the URDF").is_required = true;
   program.addText("--srdf", "FILE", arguments.robot.srdf, "its entries are checked, too");
@@ -67,10 +54,16 @@ void declare(ProgramOptions& program, CheckArguments& arguments) {
       .add("--accept", "CHECK[:PLACE]", "findings that are known and right: of a check, or of one at a place",
            [&arguments](const std::string& text) { arguments.accepted.add(text); })
       .is_repeatable = true;
-  program.addRead("--fail-on", "SEVERITY", arguments.fail_on, severityNamed,
+  program.addRead("--fail-on", "SEVERITY", arguments.fail_on,
+                  oneOf<std::optional<Severity>>({{"note", Severity::Note},
+                                                  {"warning", Severity::Warning},
+                                                  {"error", Severity::Error},
+                                                  {"never", std::nullopt}}),
                   "note, warning, error (default) or never: from which on the exit code is 2");
   program.addText("--junit", "FILE", arguments.junit, "the findings as tests of JUnit, for CI");
-  program.addRead("--format", "FORMAT", arguments.format, formatNamed, "text (default) or json");
+  program.addRead("--format", "FORMAT", arguments.format,
+                  oneOf<FindingFormat>({{"text", FindingFormat::Text}, {"json", FindingFormat::Json}}),
+                  "text (default) or json");
   addThreads(program, arguments.study.threads);
 }
 

@@ -5,7 +5,9 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::tools {
@@ -77,6 +79,19 @@ class ProgramOptions {
 double readLength(const std::string& text, double least);
 long readCount(const std::string& text, long least, long most);
 double readPositive(const std::string& text);
+
+/// Reads one of some names, and returns its value. Otherwise throws std::invalid_argument with all names.
+template <typename Value>
+auto oneOf(const std::vector<std::pair<std::string, Value>>& values) {
+  return [values](const std::string& text) {
+    std::string names;
+    for (const auto& [name, value] : values) {
+      if (name == text) return value;
+      names += (names.empty() ? "" : ", ") + name;
+    }
+    throw std::invalid_argument("'" + text + "' is none of " + names);
+  };
+}
 
 /// An option that is one length [m]; `value` may be optional.
 template <typename Value>

@@ -46,18 +46,6 @@ struct ProveArguments {
   scene::ProofQuestion question;
 };
 
-template <typename Value>
-auto oneOf(const std::vector<std::pair<std::string, Value>>& values) {
-  return [values](const std::string& text) {
-    std::string names;
-    for (const auto& [name, value] : values) {
-      if (name == text) return value;
-      names += (names.empty() ? "" : ", ") + name;
-    }
-    throw std::invalid_argument("'" + text + "' is none of " + names);
-  };
-}
-
 void declareBox(ProgramOptions& program, ProveArguments& arguments) {
   program.addText(
       "--box", "FILE", arguments.box,

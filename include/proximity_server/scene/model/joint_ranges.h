@@ -36,6 +36,9 @@ std::vector<JointRange> jointRanges(const RobotModel& robot);
 /// for prismatic joints without limits, and for mimic joints of a joint without limits.
 bool hasKnownRange(const RobotModel& robot, int joint);
 
+/// The range of a joint; nullptr if there is none.
+const JointRange* intervalOf(const std::vector<JointRange>& box, int joint);
+
 /// Draws each joint uniformly from its range, independently of the others.
 Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>& ranges, std::mt19937_64& random);
 

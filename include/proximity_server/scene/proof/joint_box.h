@@ -13,9 +13,6 @@ namespace proximity_server::scene {
 /// an interval may be equal; then the joint is fixed. Mimic joints follow their leader, whatever their own limits are.
 using JointBox = std::vector<JointRange>;
 
-/// The interval of a joint; nullptr if the box has none.
-const JointRange* intervalOf(const JointBox& box, int joint);
-
 /// The box of all states that the URDF allows: jointRanges() without the joints whose range is not known, and without
 /// those that a joint follows whose range is not known, see hasKnownRange().
 JointBox knownRanges(const RobotModel& robot);
