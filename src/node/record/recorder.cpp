@@ -17,6 +17,7 @@
 #include <exception>
 #include <filesystem>
 #include <stdexcept>
+#include <type_traits>
 #include <vector>
 
 namespace proximity_server::node {
@@ -54,6 +55,8 @@ bool has(const Config& config, const std::string& event) {
   if (config.record_directory.empty()) return false;
   return events.empty() || std::find(events.begin(), events.end(), event) != events.end();
 }
+
+static_assert(std::is_trivially_copyable_v<MonitorSettings>, "the ring copies its bytes");
 
 std::uint8_t* put(std::uint8_t* place, const void* bytes, std::size_t size) {
   std::memcpy(place, bytes, size);
