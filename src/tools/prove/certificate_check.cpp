@@ -8,6 +8,8 @@
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <iostream>
 #include <optional>
@@ -49,6 +51,9 @@ std::size_t leftOut(const ApartCertificate& certificate, const CertificateSubjec
   return count;
 }
 
+/// The number of boxes of a tree, whose inner nodes have two children each.
+std::size_t boxesOf(const scene::PairCertificate& pair) { return pair.tree.size() / 2 + 1; }
+
 std::string textOf(const ApartCertificate& certificate, const Flaws& flaws, const CertificateSubject& subject) {
   const scene::RobotModel& robot = subject.model.robot;
   std::string text = "Robot " + scene::quoted(robot.name) + ": " + std::to_string(flaws.size()) +
@@ -63,8 +68,7 @@ std::string textOf(const ApartCertificate& certificate, const Flaws& flaws, cons
     if (flaws[i])
       wrong += name + *flaws[i] + "\n";
     else
-      verified +=
-          name + "at least " + shortest(pair.bound) + " m; boxes: " + std::to_string(pair.tree.size() / 2 + 1) + "\n";
+      verified += name + "at least " + shortest(pair.bound) + " m; boxes: " + std::to_string(boxesOf(pair)) + "\n";
   }
   const std::size_t count_wrong = wrongIn(flaws), left_out = leftOut(certificate, subject);
   text += "\nverified (" + std::to_string(flaws.size() - count_wrong) + ")\n" + verified;
@@ -74,12 +78,33 @@ std::string textOf(const ApartCertificate& certificate, const Flaws& flaws, cons
                                  : "verified: no pair of the certificate comes into contact in the box\n");
 }
 
+std::string jsonOf(const ApartCertificate& certificate, const Flaws& flaws, const CertificateSubject& subject) {
+  const scene::RobotModel& robot = subject.model.robot;
+  nlohmann::ordered_json json{{"robot", robot.name}, {"contact_distance", certificate.contact_distance}};
+  json["box"] = boxJson(certificate.box, robot);
+  json["verified"] = flaws.size() - wrongIn(flaws);
+  json["wrong"] = wrongIn(flaws);
+  json["without_certificate"] = leftOut(certificate, subject);
+  json["pairs"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < flaws.size(); ++i) {
+    const scene::PairCertificate& pair = certificate.pairs[i];
+    nlohmann::ordered_json row{{"a", nameOf(pair.pair.a, robot, subject.objects)},
+                               {"b", nameOf(pair.pair.b, robot, subject.objects)}};
+    row["bound"] = pair.bound;
+    row["boxes"] = boxesOf(pair);
+    row["flaw"] = flaws[i] ? nlohmann::ordered_json(*flaws[i]) : nlohmann::ordered_json();
+    json["pairs"].push_back(std::move(row));
+  }
+  return jsonText(json);
+}
+
 }  // namespace
 
-ExitCode checkCertificate(const std::string& path, const CertificateSubject& subject, int threads) {
+ExitCode checkCertificate(const std::string& path, const CertificateSubject& subject, ProofFormat format, int threads) {
   const ApartCertificate certificate = naming(path, [&] { return readCertificate(readTextFile(path), subject); });
   const Flaws flaws = flawsIn(certificate, subject, threads);
-  writeTo(std::cout, "standard output", textOf(certificate, flaws, subject));
+  const auto report = format == ProofFormat::Text ? textOf : jsonOf;
+  writeTo(std::cout, "standard output", report(certificate, flaws, subject));
   flushTo(std::cout, "standard output");
   return wrongIn(flaws) > 0 ? ExitCode::AssertionFails : ExitCode::Done;
 }

@@ -1,11 +1,10 @@
 #include "tools/prove/certificate_file.h"
 
 #include "proximity_server/scene/model/names.h"
+#include "tools/prove/proof_json.h"
 #include "tools/sweep/digests.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
-
-#include <nlohmann/json.hpp>
 
 #include <stdexcept>
 #include <utility>
@@ -175,13 +174,10 @@ std::string nameOf(const scene::ShapeRefPair& pair, const CertificateSubject& su
 }
 
 std::string certificateText(const ApartCertificate& certificate, const CertificateSubject& subject) {
-  Json box = Json::object();
-  for (const scene::JointRange& interval : certificate.box)
-    box[subject.model.robot.joints[interval.joint].name] = {interval.lower, interval.upper};
   std::string text = "{\"format\": " + std::to_string(kFormat) + ",\n \"robot\": " + dumped(subject.model.robot.name) +
                      ",\n \"hashes\": " + dumped(hashesOf(subject)) +
                      ",\n \"contact_distance\": " + dumped(certificate.contact_distance) +
-                     ",\n \"box\": " + dumped(box) + ",\n \"pairs\": [\n";
+                     ",\n \"box\": " + dumped(boxJson(certificate.box, subject.model.robot)) + ",\n \"pairs\": [\n";
   for (const PairCertificate& pair : certificate.pairs)
     text += (&pair == certificate.pairs.data() ? "" : ",\n") + textOf(pair, subject);
   return text + "]}\n";

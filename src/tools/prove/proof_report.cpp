@@ -1,9 +1,8 @@
 #include "tools/prove/proof_report.h"
 
+#include "tools/prove/proof_json.h"
 #include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -159,13 +158,6 @@ class Text {
 
 Json numberOf(double number) { return std::isfinite(number) ? Json(number) : Json(); }
 
-Json boxOf(const scene::JointBox& box, const scene::RobotModel& robot) {
-  Json object = Json::object();
-  for (const scene::JointRange& interval : box)
-    object[robot.joints[interval.joint].name] = {interval.lower, interval.upper};
-  return object;
-}
-
 Json pairOf(const PairProof& proof, const ProofReport& report) {
   const scene::RobotModel& robot = report.model->robot;
   const scene::Objects* objects = report.question.objects.get();
@@ -179,7 +171,7 @@ Json pairOf(const PairProof& proof, const ProofReport& report) {
   pair["closest"] = state;
   pair["undecided"] = proof.undecided;
   pair["in_contact"] = proof.in_contact;
-  pair["worst"] = boxOf(proof.worst, robot);
+  pair["worst"] = boxJson(proof.worst, robot);
   pair["boxes"] = proof.boxes;
   return pair;
 }
@@ -196,7 +188,7 @@ std::string proofText(const ProofReport& report) { return Text(report).whole(); 
 std::string proofJson(const ProofReport& report) {
   const Deviations deviations = deviationsOf(report.model->robot);
   Json json{{"robot", report.model->robot.name}, {"contact_distance", report.question.contact_distance}};
-  json["box"] = boxOf(report.box, report.model->robot);
+  json["box"] = boxJson(report.box, report.model->robot);
   json["model"] = {{"meshes_as_pieces", deviations.meshes},
                    {"pieces_outside_of_meshes", deviations.outside},
                    {"meshes_outside_of_pieces", deviations.uncovered}};
@@ -208,7 +200,7 @@ std::string proofJson(const ProofReport& report) {
     json["beyond"] = Json::array();
     for (const PairProof& proof : report.beyond) json["beyond"].push_back(pairOf(proof, report));
   }
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return jsonText(json);
 }
 
 std::string refutingStates(const ProofReport& report) {

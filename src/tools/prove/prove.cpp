@@ -30,7 +30,6 @@
 namespace proximity_server::tools {
 namespace {
 
-enum class ProofFormat : unsigned char { Text, Json };
 enum class BoxSize : unsigned char { Given, Largest };
 enum class ProofPairs : unsigned char { Checked, Disabled, All };
 
@@ -109,8 +108,8 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
   program
       .addText("--check", "FILE", arguments.check,
                "prove nothing, and verify such evidence; the robot, the SRDF and the objects must be the same")
-      .excludes = {"--box",   "--about",     "--clearance",   "--pairs",  "--only",     "--shares",
-                   "--boxes", "--tightness", "--time-budget", "--format", "--refuting", "--certificate"};
+      .excludes = {"--box",   "--about",     "--clearance",   "--pairs",    "--only",       "--shares",
+                   "--boxes", "--tightness", "--time-budget", "--refuting", "--certificate"};
   addRobotOptions(program, arguments.robot);
   addQuiet(program, arguments.robot.warnings);
   addThreads(program, question.threads);
@@ -228,7 +227,8 @@ ExitCode run(const ProveArguments& arguments) {
   report.question.objects = objectsOf(arguments, report.model);
   const CertificateSubject subject{*report.model, report.question.objects.get(),
                                    arguments.objects.empty() ? "" : readTextFile(arguments.objects)};
-  if (!arguments.check.empty()) return checkCertificate(arguments.check, subject, report.question.threads);
+  if (!arguments.check.empty())
+    return checkCertificate(arguments.check, subject, arguments.format, report.question.threads);
   report.box = boxOf(arguments, report.model->robot);
   const std::vector<scene::ShapeRefPair> pairs = pairsOf(arguments, *report.model, report.question.objects.get());
   if (pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": there is no pair to prove apart");

@@ -29,7 +29,7 @@ void searchStatesOfBoxes(const std::shared_ptr<const SceneModel>& model, int cou
     for (const PairProof& proof : proveApart(model, pairs, box, question)) {
       ++outcomes[static_cast<int>(proof.outcome)];
       double closest = proof.closest_upper_bound;
-      for (int s = 0; s < 12; ++s) {
+      for (int s = 0; s < repeats(12); ++s) {
         scene.update(forwardKinematics(model->robot, someStateIn(model->robot, box, chance)));
         closest = std::min(closest, scene.proximity(proof.pair).result.upper_bound);
       }

@@ -183,6 +183,27 @@ TEST_F(Prove, AWrongCertificateIsRefusedWithItsPair) {
   EXPECT_TRUE(says(result.output, "\nthe certificate is wrong\n")) << result.output;
 }
 
+TEST_F(Prove, ACheckIsReportedAsJson) {
+  const std::string path = files_.path("certificate.json");
+  const std::string box = files_.write("box.yaml", "slide: [-0.9, 1]");
+  EXPECT_EQ(run("--pairs all --only ball --box " + box + " --certificate " + path).exit_code, 0);
+  const Json verified = json("--check " + path);
+  EXPECT_EQ(verified["robot"], "two sliders");
+  EXPECT_EQ(verified["box"], Json::parse(R"({"slide": [-0.9, 1.0]})"));
+  EXPECT_EQ(verified["verified"], 3);
+  EXPECT_EQ(verified["wrong"], 0);
+  EXPECT_EQ(verified["without_certificate"], 1) << "of the two without the ball one is a joint's";
+  Json certificate = Json::parse(std::ifstream(path));
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(verified["pairs"][i]["bound"], certificate["pairs"][i]["bound"]);
+    EXPECT_TRUE(verified["pairs"][i]["flaw"].is_null());
+  }
+  certificate["pairs"][1]["bound"] = 100.0;
+  const Json wrong = json("--check " + files_.write("wrong.json", certificate.dump()));
+  EXPECT_EQ(wrong["wrong"], 1);
+  EXPECT_TRUE(says(wrong["pairs"][1]["flaw"].get<std::string>(), "its axes prove"));
+}
+
 TEST_F(Prove, ACertificateOfAnotherRobotIsRefused) {
   const std::string certificate = files_.path("certificate.json");
   EXPECT_EQ(run("--pairs all --only mast --certificate " + certificate).exit_code, 0);
