@@ -5,6 +5,17 @@
 #include <array>
 
 namespace proximity_server::system {
+namespace {
+
+constexpr std::size_t kLongest = 400;  // characters of a number without an exponent and with a few places
+
+void append(std::string& text, double number, std::chars_format format, int precision) {
+  std::array<char, kLongest> digits;
+  text.append(digits.data(),
+              std::to_chars(digits.data(), digits.data() + digits.size(), number, format, precision).ptr);
+}
+
+}  // namespace
 
 template <>
 std::optional<double> numberIn<double>(std::string_view text) {
@@ -20,8 +31,16 @@ std::string shortest(double number) {
 }
 
 std::string shortestDecimal(double number) {
-  std::array<char, 400> text;
+  std::array<char, kLongest> text;
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), number, std::chars_format::fixed).ptr};
+}
+
+void appendFixed(std::string& text, double number, int places) {
+  append(text, number, std::chars_format::fixed, places);
+}
+
+void appendRounded(std::string& text, double number, int digits) {
+  append(text, number, std::chars_format::general, digits);
 }
 
 }  // namespace proximity_server::system
@@ -156,6 +175,9 @@ std::string shortest(double number) {
 std::string shortestDecimal(double number) {
   return signedText(number, [](double positive) { return withoutExponent(positive, shortestDecimalOf(positive)); });
 }
+
+void appendFixed(std::string& text, double number, int places) { text += printed("%.*f", places, number); }
+void appendRounded(std::string& text, double number, int digits) { text += printed("%.*g", digits, number); }
 
 }  // namespace proximity_server::system
 

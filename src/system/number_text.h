@@ -28,4 +28,10 @@ std::string shortest(double number);
 /// The shortest such text without an exponent: "0.00001".
 std::string shortestDecimal(double number);
 
+/// Appends a number with so many places behind the point: "12.0". It allocates only where the text has to grow.
+void appendFixed(std::string& text, double number, int places);
+
+/// Appends a number with at most so many digits, those at the end that are 0 left out: "12", "0.0125", "1.5e+06".
+void appendRounded(std::string& text, double number, int digits);
+
 }  // namespace proximity_server::system

@@ -16,6 +16,8 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace proximity_server::system::number_text_test {
 
@@ -145,6 +147,26 @@ TEST(NumberText, OfARandomNumberIsReadBackBitByBitAndNoDigitCanBeLeftOut) {
   EXPECT_GT(with_exponent, 19000);
 }
 
+TEST(NumberText, RoundedNumbersAreThoseOfPrintf) {
+  std::mt19937 random(1);
+  const auto printed = [](const char* format, int precision, double number) {
+    char text[400];
+    std::snprintf(text, sizeof text, format, precision, number);
+    return std::string(text);
+  };
+  std::vector<double> numbers{0.0, -0.0, 0.05, 0.25, 2.5, 999.95, 1e300, -1e-300, kInfinity, kNan};
+  std::uniform_real_distribution<double> decade(-8.0, 8.0);
+  for (int i = 0; i < 2000; ++i) numbers.push_back((i % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, decade(random)));
+  for (const double number : numbers) {
+    const int digits = static_cast<int>(random() % 6);
+    std::string fixed = "a ", rounded = "b ";
+    appendFixed(fixed, number, digits);
+    appendRounded(rounded, number, digits + 1);
+    ASSERT_EQ(fixed, "a " + printed("%.*f", digits, number));
+    ASSERT_EQ(rounded, "b " + printed("%.*g", digits + 1, number));
+  }
+}
+
 /// A locale that writes 0,5, of nothing but what localedef itself has; null if it cannot be made.
 locale_t commaLocale() {
   const scene::TemporaryFiles files;
@@ -175,12 +197,16 @@ TEST(NumberText, IsTheSameInEveryLocale) {
   ASSERT_TRUE(comma);
   const locale_t before = uselocale(comma);
   const std::string printed = digits(1.5, 1), written = shortest(0.5), decimal = shortestDecimal(1.5e-5);
+  std::string rounded;
+  appendFixed(rounded, 12.25, 1);
+  appendRounded(rounded, 0.01250, 4);
   const std::optional<double> read = numberIn<double>("0.5"), with_comma = numberIn<double>("0,5");
   uselocale(before);
   freelocale(comma);
   EXPECT_EQ(printed, "1,5e+00");
   EXPECT_EQ(written, "0.5");
   EXPECT_EQ(decimal, "0.000015");
+  EXPECT_EQ(rounded, "12.20.0125");
   EXPECT_EQ(read, 0.5);
   EXPECT_FALSE(with_comma);
 }

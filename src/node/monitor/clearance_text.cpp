@@ -2,11 +2,11 @@
 
 #include "node/answers/conversions.h"
 #include "node/robot/level_name.h"
+#include "system/number_text.h"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 
 namespace proximity_server::node {
 namespace {
@@ -22,10 +22,10 @@ constexpr double kTurn = 6.283185307179586;
 /// [characters] More than all words and numbers of a text.
 constexpr std::size_t kWords = 256;
 
-void append(std::string& text, const char* format, double number) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, number);
-  text += buffer;
+/// Appends a length [m] in millimetres.
+void appendMillimetres(std::string& text, double length) {
+  system::appendFixed(text, 1000.0 * length, 1);
+  text += " mm";
 }
 
 void writeDistance(std::string& text, const Proximity& pair) {
@@ -36,9 +36,12 @@ void writeDistance(std::string& text, const Proximity& pair) {
   } else if (pair.distance < 0.0) {
     text += " overlaps ";
     text += pair.b.link;
-    append(text, pair.depth_is_lower_bound ? " by at least %.1f mm" : " by %.1f mm", -1000.0 * pair.distance);
+    text += pair.depth_is_lower_bound ? " by at least " : " by ";
+    appendMillimetres(text, -pair.distance);
   } else {
-    append(text, " is %.1f mm from ", 1000.0 * pair.distance);
+    text += " is ";
+    appendMillimetres(text, pair.distance);
+    text += " from ";
     text += pair.b.link;
   }
 }
@@ -48,7 +51,9 @@ void writeThreshold(std::string& text, const Clearance& clearance) {
   text += "; ";
   for (const char* letter = levelOfThreshold(clearance.level); *letter; ++letter)
     text += static_cast<char>(std::tolower(*letter));
-  append(text, " below %.4g mm", 1000.0 * clearance.deciding_threshold);
+  text += " below ";
+  system::appendRounded(text, 1000.0 * clearance.deciding_threshold, 4);
+  text += " mm";
 }
 
 }  // namespace
@@ -73,8 +78,10 @@ double ClearanceText::velocityOf(const scene::DegreeOfFreedom& column) const {
 void ClearanceText::write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const {
   text.clear();
   writeDistance(text, clearance.deciding);
-  if (clearance.by_guaranteed && clearance.level != Clearance::COLLISION)
-    append(text, ", guaranteed %.1f mm", 1000.0 * clearance.deciding.guaranteed);
+  if (clearance.by_guaranteed && clearance.level != Clearance::COLLISION) {
+    text += ", guaranteed ";
+    appendMillimetres(text, clearance.deciding.guaranteed);
+  }
   writeMotion(text, gradient);
   writeThreshold(text, clearance);
 }
@@ -98,7 +105,9 @@ void ClearanceText::writeMotion(std::string& text, const std::vector<double>& gr
     }
   }
   if (std::abs(rate) < kAtRest) return;
-  append(text, rate < 0.0 ? ", closing %.0f mm/s" : ", opening %.0f mm/s", 1000.0 * std::abs(rate));
+  text += rate < 0.0 ? ", closing " : ", opening ";
+  system::appendFixed(text, 1000.0 * std::abs(rate), 0);
+  text += " mm/s";
   if (rate > 0.0) return;
   text += " by ";
   text += columns_[joint_of_fastest].name;

@@ -101,29 +101,28 @@ bool PlacedJoints::knowsBetween(int a, int b) const {
   return known;
 }
 
+UnitTwist PlacedJoints::twistOf(int body) const {
+  const Joint& joint = robot().joints[robot().bodies[body].joint];
+  PROXIMITY_ASSERT(hasOnePosition(joint) && poses_[body], "It is for joints with one position and a known pose.");
+  const Vector3d origin = poses_[body]->translation();
+  const Vector3d axis = poses_[body]->linear() * joint.axis;  // the joint does not move its own axis
+  if (joint.type == Joint::Type::Prismatic) return {axis, Vector3d::Zero(), origin};
+  return {Vector3d::Zero(), axis, origin};
+}
+
 JointTwists PlacedJoints::twistsOf(int body) const {
   PROXIMITY_ASSERT(narrowphase::isPlace(body, poses_.size()) && knowsJointOf(body),
                    "The pose of the body or of its parent is not known: ask knowsBetween() first.");
   const Body& moved = robot().bodies[body];
   const Joint& joint = robot().joints[moved.joint];
-  const Vector3d origin = poses_[body]->translation();
-  const Vector3d axis = poses_[body]->linear() * joint.axis;  // the joint does not move its own axis
   JointTwists result;
-  const auto add = [&](const Vector3d& linear, const Vector3d& angular) {
-    result.twists[result.count++] = {linear, angular, origin};
-  };
-  switch (joint.type) {
-    case Joint::Type::Revolute:
-    case Joint::Type::Continuous:
-      add(Vector3d::Zero(), axis);
-      return result;
-    case Joint::Type::Prismatic:
-      add(axis, Vector3d::Zero());
-      return result;
-    case Joint::Type::Planar:
-    case Joint::Type::Floating:
-      break;
+  if (hasOnePosition(joint)) {
+    result.twists[result.count++] = twistOf(body);
+    return result;
   }
+  const auto add = [&](const Vector3d& linear, const Vector3d& angular) {
+    result.twists[result.count++] = {linear, angular, poses_[body]->translation()};
+  };
   const Link& parent = robot().links[joint.parent_link];
   const Matrix3d at_rest = poses_[moved.parent]->linear() * parent.body_T_link.linear() * joint.parent_T_joint.linear();
   if (joint.type == Joint::Type::Planar) {

@@ -79,8 +79,14 @@ class PlacedJoints {
   /// True if all poses are known that twistsOf() needs for the joints between two bodies.
   bool knowsBetween(int a, int b) const;
 
+  /// The same for the joint that carries a body.
+  bool knowsJointOf(int body) const;
+
   /// The twists of the joint that carries a body. The pose of the body must be known.
   JointTwists twistsOf(int body) const;
+
+  /// The same of a joint with one position.
+  UnitTwist twistOf(int body) const;
 
   /// [rad/s] The angular velocity of body b relative to body a at a velocity of the degrees of freedom. knowsBetween()
   /// must be true for the two.
@@ -88,7 +94,6 @@ class PlacedJoints {
 
  private:
   void requireCountOf(const BodyPoses& poses) const;
-  bool knowsJointOf(int body) const;
 
   std::shared_ptr<const SceneModel> model_;
   std::shared_ptr<const Objects> objects_;

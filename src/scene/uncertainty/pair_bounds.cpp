@@ -227,16 +227,16 @@ bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
   const PoseUncertainty& frame = uncertainty_.frames[moved.joint];
   if (width == 0.0 && frame.isZero()) return true;
   const bool slides = joints_.robot().joints[moved.joint].type == Joint::Type::Prismatic;
-  if (!joints_.knowsBetween(body, moved.parent) || (slides && !joints_.poses()[moved.parent])) return false;
+  if (!joints_.knowsJointOf(body) || (slides && !joints_.poses()[moved.parent])) return false;
   if (width > 0.0) {
-    const UnitTwist twist = joints_.twistsOf(body).twists[0];
+    const UnitTwist twist = joints_.twistOf(body);
     // Only slides may be in one group, see point 6 of Displacements.
     const bool is_together = slides && joints_.robot().joints[leader.joint].type == Joint::Type::Prismatic;
     chain.push_back({slides ? Displacement::Kind::Slide : Displacement::Kind::Turn, body, width, twist.origin,
                      slides ? twist.linear : twist.angular, is_together ? leader.joint : moved.joint,
                      is_together ? leader.multiplier : 1.0});
   }
-  addFrame(frame, body, jointOrigin(body), chain);
+  if (!frame.isZero()) addFrame(frame, body, jointOrigin(body), chain);
   return true;
 }
 
@@ -703,7 +703,7 @@ void PairBounds::placeDisplaced(const ShapeRefPair& pair) {
     own.displacement = onParent(body.parent, own);
     if (body.joint >= 0) reached_.displacements[body.joint] = own.position;
     if (own.position != 0.0 && joints_.poses()[i]) {
-      const UnitTwist twist = joints_.twistsOf(static_cast<int>(i)).twists[0];
+      const UnitTwist twist = joints_.twistOf(static_cast<int>(i));
       own.displacement =
           own.displacement * movedFrame(own.position * twist.linear, own.position * twist.angular, twist.origin);
     }
