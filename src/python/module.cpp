@@ -668,8 +668,8 @@ void declareQuestions(py::class_<Robot>& robot) {
             "influence_distance"_a = 0.2);
   robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),
             "influence_distance"_a = 0.2);
-  robot.def("prove", &Robot::prove, kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(), "distance"_a = 1e-6,
-            py::kw_only(), "boxes"_a = 100000, "seconds"_a = py::none());
+  robot.def("prove", &Robot::prove, kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(),
+            "distance"_a = scene::kContactDistance, py::kw_only(), "boxes"_a = 100000, "seconds"_a = py::none());
   robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
   robot.def(
       "first_contact",

@@ -19,8 +19,6 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kFlush = 1e-6;  // [m] flush faces are nearer than this, whatever rounding does to them
-
 ProveJointBoxResponse emptyProof() {
   ProveJointBoxResponse response;
   response.lower_bound = kNaN;
@@ -197,7 +195,7 @@ ProveJointBoxResponse answer(const Robot& robot, TfPoses& tf, const ProveJointBo
     if (robot.robotModel().robots.size() > 1) refuse("nothing can be proven of several robots: their roots may move");
     scene::ProofQuestion question;
     const double contact_distance = notNegative(request.contact_distance, "contact_distance");
-    question.contact_distance = contact_distance > 0.0 ? contact_distance : kFlush;
+    question.contact_distance = contact_distance > 0.0 ? contact_distance : scene::kContactDistance;
     if (request.most_boxes > 0) question.most_boxes = request.most_boxes;
     const double budget = timeBudget(robot, request.time_budget);
     scene::JointBox box = namedIntervals(robot.robotModel(), request.box);

@@ -3,15 +3,14 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/proof/pair_proof.h"
 #include "proximity_server/scene/query/question.h"
 
 #include <string>
 
 namespace proximity_server::tools {
 
-/// [m] Two links count as in contact up to this distance: faces that are flush in the URDF are apart or overlap by the
-/// rounding of its numbers (single precision in most meshes), which says nothing about the robot.
-constexpr double kContactDistance = 1e-6;
+using scene::kContactDistance;
 
 /// CSV with a row for each joint that moves: joint, type, lower, upper, unit, mimic. The limits are inf where there are
 /// none, the unit is that of a position (rad, m), and mimic is the joint that it follows.

@@ -19,6 +19,10 @@ enum class ProofOutcome : unsigned char {
 };
 const char* toString(ProofOutcome outcome);
 
+/// [m] Two shapes usually count as in contact up to this distance: faces that are flush in the URDF are apart or overlap
+/// by the rounding of its numbers (single precision in most meshes), which says nothing about the robot.
+inline constexpr double kContactDistance = 1e-6;
+
 /// The answer about one pair and a box of joint positions.
 struct PairProof {
   ShapeRefPair pair;
