@@ -18,11 +18,13 @@
 #include "tools/second_opinion/second_opinion.h"
 #include "tools/states/state_options.h"
 #include "tools/sweep/state_range.h"
+#include "tools/sweep/sweep_manifest.h"
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
 
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstddef>
@@ -176,8 +178,27 @@ ExitCode runNpy(const ClearanceOptions& options, const ClearanceQuestion& questi
   return ExitCode::Done;
 }
 
+/// The pictures that are asked for.
+struct Scripts {
+  std::optional<PlotScript> plot, report;
+};
+
+/// Adds to the facts what was asked, and makes the page of them.
+void writeReport(const AnswerOutput& output, const ClearanceOptions& options, nlohmann::ordered_json asked,
+                 PlotScript& page) {
+  nlohmann::ordered_json facts = output.report->toJson();
+  asked.erase("pairs");
+  facts["asked"] = std::move(asked);
+  facts["urdf"] = options.robot.urdf;
+  facts["srdf"] = options.robot.srdf;
+  facts["command"] = options.command;
+  if (output.assertion) facts["assertion"] = output.assertion->report();
+  page.data() << facts.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  page.draw();
+}
+
 ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& question, StateSource& states,
-                 PlotScript* plot) {
+                 Scripts& scripts) {
   const std::clock_t begin = std::clock();
   const bool has_file = !options.out.empty();
   std::ofstream file;
@@ -186,13 +207,20 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
   RowOutput rows(out, has_file ? options.out : "standard output", formatOf(options, question, options.format));
   AnswerCounter counter(options.rows == RowKind::State ? "states" : "segments", totalOf(states, options.rows));
   AnswerOutput output{options.format, rows, counter};
-  if (plot) output.plot.emplace(plot->data(), "the data of the plot", formatOf(options, question, RowFormat::Csv));
+  if (scripts.plot)
+    output.plot.emplace(scripts.plot->data(), "the data of the plot", formatOf(options, question, RowFormat::Csv));
+  nlohmann::ordered_json asked;
+  if (scripts.report) {
+    output.report.emplace(question, options.rows);
+    asked = describe(question, options.format, states, 0);  // before the run, which may outlast the files
+  }
   if (options.second_opinion.is_wanted) output.second_opinion.emplace(options.second_opinion, question.model);
   if (options.assert_above)
     output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question),
                              question.uncertainty ? LowerBounds::Guaranteed : LowerBounds::OfTheState);
   const SweepSummary summary = answerAll(options, question, states, output);
-  if (plot) plot->draw({shortest(question.motion.contact_distance)});
+  if (scripts.plot) scripts.plot->draw({shortest(question.motion.contact_distance)});
+  if (scripts.report) writeReport(output, options, std::move(asked), *scripts.report);
   if (!options.sweep.summary.empty()) summarize(options, summary, begin, rows.bytes());
   if (output.second_opinion) {
     std::cerr << "clearance: " << output.second_opinion->summary() << '\n';
@@ -212,8 +240,10 @@ ExitCode run(const ClearanceOptions& options) {
     flushTo(std::cout, "standard output");
     return ExitCode::Done;
   }
-  std::optional<PlotScript> plot;
-  if (!options.plot.empty()) plot.emplace("clearance_plot.py", options.plot);
+  Scripts scripts;
+  if (!options.plot.empty()) scripts.plot.emplace(PlotKind{"--plot", "clearance_plot.py"}, options.plot);
+  if (!options.report.empty())
+    scripts.report.emplace(PlotKind{"--report", "clearance_report.py", {".html"}}, options.report);
   if (!options.sweep.summary.empty()) requireWritable(options.sweep.summary);
   requireReadable(options.states);
   const ClearanceQuestion question = questionOf(options);
@@ -225,7 +255,7 @@ ExitCode run(const ClearanceOptions& options) {
     return ExitCode::Done;
   }
   if (options.format == RowFormat::Npy) return runNpy(options, question, *states);
-  return runText(options, question, *states, plot ? &*plot : nullptr);
+  return runText(options, question, *states, scripts);
 }
 
 /// A record of the node is answered by the node's monitor, which is in a program beside this one.
@@ -249,6 +279,7 @@ int main(int argc, char** argv) {
       "How close a robot is to itself, and to objects, in recorded or planned states, and between them;\n"
       "lengths in metres, in the root link's frame");
   proximity_server::tools::ClearanceOptions options;
+  options.command.assign(argv + 1, argv + argc);
   proximity_server::tools::declareClearance(program, options);
   return proximity_server::tools::runTool(program, argc, argv, [&] { return proximity_server::tools::run(options); });
 }

@@ -56,6 +56,10 @@ void declareOutput(ProgramOptions& program, ClearanceOptions& options) {
   program.addText(
       "--plot", "FILE", options.plot,
       "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs");
+  program.addText("--report", "FILE.html", options.report,
+                  "a page to print and to archive: the worst states of the closest pairs with pictures, the clearance "
+                  "over the states or the time, all pairs, and what was checked. All pairs of all states are computed "
+                  "for it, whatever --pairs lists");
   addLength(program, "--assert-above", options.assert_above, 0.0,
             "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
             "distance, and name the first and the worst on standard error");
@@ -121,9 +125,10 @@ void requireConsistent(const ClearanceOptions& options) {
   require(!is_npy || options.rows == RowKind::State, "--format npy does not go with --trajectory");
   require(!is_npy || options.question.objects_file.empty(),
           "--format npy does not go with --objects: it numbers the pairs of links");
-  const bool is_judged = options.assert_above || !options.plot.empty();
+  const bool is_judged = options.assert_above || !options.plot.empty() || !options.report.empty();
   require(!is_judged || (is_whole && !is_npy),
-          "--assert-above and --plot do not go with --shard, --range, --merge and --format npy");
+          "--assert-above, --plot and --report do not go with --shard, --range, --merge and --format npy");
+  require(!options.list || options.report.empty(), "--list has no states for --report");
   const bool has_second = options.second_opinion.is_wanted;
   require(!has_second || (is_whole && !is_npy),
           "--second-opinion does not go with --shard, --range, --merge and --format npy");

@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 
@@ -18,13 +19,14 @@ struct ClearanceOptions {
   bool list = false;               ///< the joints, and no states
   std::optional<double> accuracy;  ///< [m] PairSelection::accuracy, as an option of its own
   StateOptions states;
-  ClearanceQuestion question;  ///< without its robot, pairs, objects and thresholds, which are to be loaded
-  std::string out, plot;       ///< files; "": none
+  ClearanceQuestion question;     ///< without its robot, pairs, objects and thresholds, which are to be loaded
+  std::string out, plot, report;  ///< files; "": none
   RowFormat format = RowFormat::Csv;
   RowKind rows = RowKind::State;
   std::optional<double> assert_above;  ///< [m]
   SecondOpinionOptions second_opinion;
   SweepOptions sweep;
+  std::vector<std::string> command;  ///< all arguments, as they were given
 };
 
 void declareClearance(ProgramOptions& program, ClearanceOptions& options);

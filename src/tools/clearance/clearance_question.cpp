@@ -102,6 +102,13 @@ void QuestionPairs::take(const scene::Objects& objects) {
   addUnfilteredPairs(objects, with_objects_);
 }
 
+std::vector<scene::ShapeRefPair> QuestionPairs::list(const scene::Objects* objects) const {
+  std::vector<scene::ShapeRefPair> pairs = get().list();
+  if (question_.candidates && objects)
+    objects->forEachCheckedPair([&](const scene::ShapeRef& a, const scene::ShapeRef& b) { pairs.push_back({a, b}); });
+  return pairs;
+}
+
 double TrajectorySegment::timeAt(double fraction) const {
   if (fraction >= 1.0) return end;
   const double time = begin + fraction * (end - begin);

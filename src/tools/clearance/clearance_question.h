@@ -5,6 +5,7 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/joint_spline.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/spline_scene.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
@@ -90,6 +91,9 @@ class QuestionPairs {
     return question_.objects ? with_objects_ : question_.pairs;
   }
 
+  /// The same one by one; `objects` are those of the last use(), nullptr if there are none.
+  std::vector<scene::ShapeRefPair> list(const scene::Objects* objects) const;
+
  private:
   void take(const scene::Objects& objects);
 
@@ -115,6 +119,8 @@ struct StateClearance {
   SmallestDistance smallest;
   scene::Positions positions;
   std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
+  /// All pairs, for a report; with an uncertainty the lower bounds are guaranteed.
+  std::vector<scene::PairProximity> all_pairs{};
 };
 
 /// The motion from one way point to the next: every joint moves at constant velocity, or along its spline. A continuous
@@ -138,6 +144,7 @@ struct SegmentClearance {
   scene::RobotMinimum minimum;
   scene::RobotTimeOfContact contact;
   scene::Positions state_at_minimum{}, state_at_contact{};  ///< empty: that of the segment at the time
+  std::vector<scene::SplineMinimum> of_pairs{};             ///< of each pair by itself, with its state; for a report
 
   scene::Positions minimumState() const {
     return state_at_minimum.empty() ? segment.positionsAt(minimum.time) : state_at_minimum;

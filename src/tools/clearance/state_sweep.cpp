@@ -37,7 +37,7 @@ struct StateBlock {
   Eigen::MatrixXd positions;
   std::vector<std::shared_ptr<const scene::Objects>> objects;  ///< in each state; empty: there are none
   WrittenRows rows, plot_rows;
-  std::vector<StateClearance> answers;  ///< for the assertion and the second opinion
+  std::vector<StateClearance> answers;  ///< for the assertion, the second opinion and the report
 };
 
 scene::Positions positionsOf(const StateBlock& block, int i) {
@@ -113,6 +113,7 @@ class StateSweep {
     } else {
       fresh_.emplace(question.model, question.skipping);
     }
+    if (output.report) for_report_.emplace(question.model, question.skipping);
     for (int i = 0; i < question.threads; ++i)
       workers_.push_back(
           {batch ? std::optional(batch->forAnotherThread()) : std::nullopt, SummaryCounter(summaryKind()), {}, {}});
@@ -127,7 +128,7 @@ class StateSweep {
         {[&](StateBlock& block) { return read(block); },
          [&](StateBlock& block, int thread) { answer(block, workers_[thread]); },
          [&](StateBlock& block) { write(block); }},
-        {question_.threads, system::PipelineThreads::TooFew::Refused, fresh_ ? kLists : kStates});
+        {question_.threads, system::PipelineThreads::TooFew::Refused, fresh_ || for_report_ ? kLists : kStates});
     SweepSummary summary;
     summary.kind = summaryKind();
     for (const Worker& worker : workers_)
@@ -161,7 +162,7 @@ class StateSweep {
 
   /// Reads the next block; an error of reading ends it, and is thrown by the next call.
   bool read(StateBlock& block) {
-    const Eigen::Index size = fresh_ ? kBlockOfScene : kBlockOfBatch;
+    const Eigen::Index size = fresh_ || for_report_ ? kBlockOfScene : kBlockOfBatch;
     if (block.positions.rows() == 0)
       block.positions.resize(size, static_cast<Eigen::Index>(question_.model->robot.joints.size()));
     const auto wanted = static_cast<Eigen::Index>(std::min(range_.end - next_, static_cast<std::uint64_t>(size)));
@@ -186,7 +187,14 @@ class StateSweep {
     block.plot_rows.clear();
     block.answers.clear();
     if (block.first + static_cast<std::uint64_t>(block.size) <= range_.begin) return;
-    if (!worker.batch) return answerByScene(block, worker);
+    if (worker.batch)
+      answerByBatch(block, worker);
+    else
+      answerByScene(block, worker);
+    if (for_report_) answerAllPairs(block);
+  }
+
+  void answerByBatch(StateBlock& block, Worker& worker) const {
     for (int first = 0, end = 0; first < block.size; first = end) {
       end = endOfSameObjects(block, first);
       if (!block.objects.empty() && block.objects[first].get() != worker.batch->objects())
@@ -274,23 +282,11 @@ class StateSweep {
   void answerByScene(StateBlock& block, Worker& worker) const {
     scene::Scene scene = fresh_->forAnotherThread();
     QuestionPairs pairs(question_);
-    std::optional<scene::GuaranteedDistances> guaranteed;
-    if (question_.uncertainty) {
-      guaranteed.emplace(question_.model);
-      guaranteed->assume(*question_.uncertainty);
-    }
+    std::optional<scene::GuaranteedDistances> guaranteed = guaranteedDistances();
     for (int i = 0; i < block.size; ++i) {
-      const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positionsOf(block, i));
-      if (block.objects.empty()) {
-        scene.update(poses);
-      } else {
-        const auto& objects = block.objects[i];
-        if (guaranteed && scene.objects() != objects.get()) guaranteed->use(objects, scene::carriersOnLinks(*objects));
-        pairs.use(objects, scene);
-        scene.update(poses, framePoses(*objects, poses));
-      }
+      place(positionsOf(block, i), block.objects.empty() ? nullptr : block.objects[i], pairs, scene, guaranteed);
       if (guaranteed) {
-        answerGuaranteed(i, pairs.get(), poses, scene, *guaranteed, block, worker);
+        answerGuaranteed(i, pairs.get(), scene, *guaranteed, block, worker);
         continue;
       }
       const std::vector<scene::PairProximity> listed = askScene(pairs.get(), scene);
@@ -302,13 +298,44 @@ class StateSweep {
     }
   }
 
+  std::optional<scene::GuaranteedDistances> guaranteedDistances() const {
+    if (!question_.uncertainty) return std::nullopt;
+    std::optional<scene::GuaranteedDistances> guaranteed(question_.model);
+    guaranteed->assume(*question_.uncertainty);
+    return guaranteed;
+  }
+
+  /// Gives a state to the scene, and to the guaranteed distances if they are asked for.
+  static void place(const scene::Positions& positions, const std::shared_ptr<const scene::Objects>& objects,
+                    QuestionPairs& pairs, scene::Scene& scene, std::optional<scene::GuaranteedDistances>& guaranteed) {
+    const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positions);
+    if (!objects) {
+      scene.update(poses);
+      if (guaranteed) guaranteed->update(poses);
+      return;
+    }
+    if (guaranteed && scene.objects() != objects.get()) guaranteed->use(objects, scene::carriersOnLinks(*objects));
+    pairs.use(objects, scene);
+    scene.update(poses, framePoses(*objects, poses));
+    if (guaranteed) guaranteed->update(poses, framePoses(*objects, poses));
+  }
+
+  /// Asks for all pairs of the states for the report, by a scene of its own, so that the rows keep their bytes.
+  void answerAllPairs(StateBlock& block) const {
+    scene::Scene scene = for_report_->forAnotherThread();
+    QuestionPairs pairs(question_);
+    std::optional<scene::GuaranteedDistances> guaranteed = guaranteedDistances();
+    for (StateClearance& answer : block.answers) {
+      place(answer.positions, answer.objects, pairs, scene, guaranteed);
+      answer.all_pairs = scene.all(pairs.get());
+      if (!guaranteed) continue;
+      for (scene::PairProximity& pair : answer.all_pairs) pair.result.lower_bound = guaranteed->of(pair);
+    }
+  }
+
   /// Answers about one state, which the scene has, within the uncertainty.
-  void answerGuaranteed(int i, const scene::Pairs& pairs, const scene::BodyPoses& poses, scene::Scene& scene,
-                        scene::GuaranteedDistances& guaranteed, StateBlock& block, Worker& worker) const {
-    if (const scene::Objects* const objects = scene.objects())
-      guaranteed.update(poses, framePoses(*objects, poses));
-    else
-      guaranteed.update(poses);
+  void answerGuaranteed(int i, const scene::Pairs& pairs, scene::Scene& scene, scene::GuaranteedDistances& guaranteed,
+                        StateBlock& block, Worker& worker) const {
     const bool is_minimum = kind_ == PairSelection::Kind::Minimum;
     scene::GuaranteedMinimum smallest;
     if (is_minimum || needsSmallest()) smallest = guaranteed.find(scene, scene::PairDistances());
@@ -359,7 +386,7 @@ class StateSweep {
     const scene::Objects* const objects = block.objects.empty() ? nullptr : block.objects[i].get();
     addRows(state, listed, objects, block);
     count(i, state, listed, objects, block, worker);
-    if (!output_.assertion && !output_.second_opinion) return;
+    if (!output_.assertion && !output_.second_opinion && !output_.report) return;
     StateClearance& answer = block.answers.emplace_back();
     answer.state = static_cast<long>(state);
     if (output_.second_opinion && !isOpen(listed)) answer.pairs.assign(listed.begin, listed.end);
@@ -442,6 +469,7 @@ class StateSweep {
       if (output_.assertion) output_.assertion->add(answer);
       if (output_.second_opinion)
         output_.second_opinion->add(answer.state, answer.pairs, answer.positions, answer.objects);
+      if (output_.report) output_.report->add(answer);
     }
     // A block may begin before the range.
     const std::uint64_t end = block.first + static_cast<std::uint64_t>(block.size);
@@ -455,8 +483,9 @@ class StateSweep {
   AnswerOutput& output_;
   const StateRows rows_, plot_rows_;
   std::optional<scene::Scene> fresh_;  ///< for all that SceneBatch does not know
-  std::vector<Worker> workers_;        ///< one for each thread
-  std::uint64_t next_ = 0;             ///< the state to be read
+  std::optional<scene::Scene> for_report_;
+  std::vector<Worker> workers_;  ///< one for each thread
+  std::uint64_t next_ = 0;       ///< the state to be read
 };
 
 }  // namespace

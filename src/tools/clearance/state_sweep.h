@@ -2,6 +2,7 @@
 
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_question.h"
+#include "tools/clearance/clearance_report.h"
 #include "tools/program/progress.h"
 #include "tools/second_opinion/second_opinion.h"
 #include "tools/states/state_source.h"
@@ -22,6 +23,7 @@ struct AnswerOutput {
   std::optional<RowOutput> plot = std::nullopt;  ///< CSV
   std::optional<ClearanceAssertion> assertion = std::nullopt;
   std::optional<SecondOpinion> second_opinion = std::nullopt;  ///< not for segments, and not where the selection is Any
+  std::optional<ClearanceReport> report = std::nullopt;
 
   /// Ends all of them, so that each is a complete document.
   void end();

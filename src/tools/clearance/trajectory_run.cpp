@@ -27,26 +27,67 @@ scene::RobotTimeOfContact provenFree() {
   return free;
 }
 
-SegmentClearance answerSegment(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const scene::MotionQuestion& question, scene::MovingScene& scene) {
-  scene::RobotMotion motion = scene::RobotMotion::between(scene.model().robot, segment.from, segment.to);
+scene::RobotMotion motionOf(const TrajectorySegment& segment, const scene::RobotModel& robot) {
+  scene::RobotMotion motion = scene::RobotMotion::between(robot, segment.from, segment.to);
   if (segment.objects) motion.carryObjects(framesOnLinks(*segment.objects));
-  const scene::RobotMinimum minimum = scene.minimum(pairs, motion, question);
-  // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
-  const bool is_free =
-      minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance;
-  return {segment, minimum, is_free ? provenFree() : scene.timeOfContact(pairs, motion, question)};
+  return motion;
 }
 
-SegmentClearance answerSpline(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                              const scene::SplineQuestion& question, scene::SplineScene& scene) {
-  scene::SplineQuestion with_frames = question;
-  if (segment.objects) with_frames.frames = framesOnLinks(*segment.objects);
-  const scene::SplineMinimum minimum = scene.minimum(pairs, *segment.spline, with_frames);
+scene::SplineQuestion withFrames(scene::SplineQuestion question, const TrajectorySegment& segment) {
+  if (segment.objects) question.frames = framesOnLinks(*segment.objects);
+  return question;
+}
+
+// These ask along a straight motion or along a spline.
+scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
+                               const scene::SplineQuestion& question, scene::MovingScene& scene) {
+  return {scene.minimum(pairs, motionOf(segment, scene.model().robot), question.motion), {}};
+}
+
+scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
+                               const scene::SplineQuestion& question, scene::SplineScene& scene) {
+  return scene.minimum(pairs, *segment.spline, withFrames(question, segment));
+}
+
+scene::SplineContact contactOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
+                               const scene::SplineQuestion& question, scene::MovingScene& scene) {
+  return {scene.timeOfContact(pairs, motionOf(segment, scene.model().robot), question.motion), {}};
+}
+
+scene::SplineContact contactOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
+                               const scene::SplineQuestion& question, scene::SplineScene& scene) {
+  return scene.timeOfContact(pairs, *segment.spline, withFrames(question, segment));
+}
+
+template <typename Scene>
+SegmentClearance answerSegment(const TrajectorySegment& segment, const scene::Pairs& pairs,
+                               const scene::SplineQuestion& question, Scene& scene) {
+  const scene::SplineMinimum minimum = minimumOf(segment, pairs, question, scene);
+  // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
   if (minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.motion.contact_distance)
     return {segment, minimum, provenFree(), minimum.state};
-  const scene::SplineContact contact = scene.timeOfContact(pairs, *segment.spline, with_frames);
+  const scene::SplineContact contact = contactOf(segment, pairs, question, scene);
   return {segment, minimum, contact, minimum.state, contact.state};
+}
+
+/// The minimum of each pair by itself. That of the closest pair is known.
+template <typename Scene>
+std::vector<scene::SplineMinimum> minimaOfPairs(const SegmentClearance& answer,
+                                                const std::vector<scene::ShapeRefPair>& pairs,
+                                                const scene::SplineQuestion& question, Scene& scene) {
+  std::vector<scene::SplineMinimum> minima;
+  const scene::ShapeRefPair& closest = answer.minimum.pair.asked;
+  for (const scene::ShapeRefPair& pair : pairs) {
+    const bool is_known = pair.a == closest.a && pair.b == closest.b;
+    const std::vector<scene::ShapeRefPair> alone{pair};
+    scene::SplineMinimum& minimum =
+        minima.emplace_back(is_known ? scene::SplineMinimum{answer.minimum, answer.state_at_minimum}
+                                     : minimumOf(answer.segment, alone, question, scene));
+    minimum.pair.asked = pair;  // also without an answer
+    if (minimum.state.empty() && minimum.status != narrowphase::Status::Unknown)
+      minimum.state = answer.segment.positionsAt(minimum.time);
+  }
+  return minima;
 }
 
 /// Counts the segments of which the spline leaves the limits of a joint, and tells the first.
@@ -199,42 +240,33 @@ std::string answerSegments(const ClearanceQuestion& question, StateSource& state
   const scene::SplineQuestion spline{question.motion, question.tracking_error};
   SplineLimits limits(robot);
   const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
-  const auto answerWith = [&](const auto& fresh, const auto& answerOne) {
-    return [&](const std::vector<TrajectorySegment>& block) {
+  const auto write = [&](const SegmentClearance& answer) {
+    output.rows.write({rowText(answer, robot, output.format), 1});
+    if (output.plot) output.plot->write({rowText(answer, robot, RowFormat::Csv), 1});
+    if (output.assertion) output.assertion->add(answer);
+    if (output.report) output.report->add(answer);
+    if (answer.segment.spline) limits.add(answer.segment);
+    output.counter.count(1);
+  };
+  const auto answerAll = [&](const auto& fresh) {
+    const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
       auto scene = fresh.forAnotherThread();
       QuestionPairs pairs(question);
       std::vector<SegmentClearance> answers;
       for (const TrajectorySegment& segment : block) {
         pairs.use(segment.objects, scene);
-        answers.push_back(answerOne(segment, pairs.get(), scene));
+        SegmentClearance& answer = answers.emplace_back(answerSegment(segment, pairs.get(), spline, scene));
+        if (output.report) answer.of_pairs = minimaOfPairs(answer, pairs.list(segment.objects.get()), spline, scene);
       }
       return answers;
     };
-  };
-  const auto write = [&](const SegmentClearance& answer) {
-    output.rows.write({rowText(answer, robot, output.format), 1});
-    if (output.plot) output.plot->write({rowText(answer, robot, RowFormat::Csv), 1});
-    if (output.assertion) output.assertion->add(answer);
-    if (answer.segment.spline) limits.add(answer.segment);
-    output.counter.count(1);
-  };
-  const auto answerAll = [&](const auto& answerBlock) {
     system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
                                                                 question.threads);
   };
-  if (has_splines) {
-    const scene::SplineScene fresh(question.model);
-    answerAll(
-        answerWith(fresh, [&](const TrajectorySegment& segment, const scene::Pairs& pairs, scene::SplineScene& scene) {
-          return answerSpline(segment, pairs, spline, scene);
-        }));
-  } else {
-    const scene::MovingScene fresh(question.model);
-    answerAll(
-        answerWith(fresh, [&](const TrajectorySegment& segment, const scene::Pairs& pairs, scene::MovingScene& scene) {
-          return answerSegment(segment, pairs, question.motion, scene);
-        }));
-  }
+  if (has_splines)
+    answerAll(scene::SplineScene(question.model));
+  else
+    answerAll(scene::MovingScene(question.model));
   return limits.warning(states.source());
 }
 

@@ -109,7 +109,7 @@ narrowphase::Options optionsOf(const ExplainArguments& arguments) {
 
 ExitCode run(const ExplainArguments& arguments) {
   std::optional<PlotScript> plot;
-  if (arguments.plot) plot.emplace("explain_plot.py", *arguments.plot);
+  if (arguments.plot) plot.emplace(PlotKind{"--plot", "explain_plot.py"}, *arguments.plot);
   const Explanation explanation =
       explain(pairOf(arguments), optionsOf(arguments), vectorOf("--first-direction", arguments.first_direction));
   const bool is_table = arguments.format == ExplainArguments::Format::Table;

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <stdexcept>
@@ -31,13 +32,15 @@ bool runPython(std::vector<std::string> arguments) {
 }
 
 /// The format by the suffix of the name. Throws std::invalid_argument for any other suffix.
-std::string formatOf(const std::string& picture) {
+std::string formatOf(const std::string& picture, const PlotKind& kind) {
   std::string format = std::filesystem::path(picture).extension();
   for (char& letter : format) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-  if (format != ".png" && format != ".pdf" && format != ".svg") {
-    throw std::invalid_argument("--plot: " + picture + ": the name ends in none of .png, .pdf and .svg");
-  }
-  return format.substr(1);
+  const std::vector<std::string>& suffixes = kind.suffixes;
+  if (std::find(suffixes.begin(), suffixes.end(), format) != suffixes.end()) return format.substr(1);
+  std::string names = suffixes.front();
+  for (std::size_t i = 1; i < suffixes.size(); ++i) names += (i + 1 < suffixes.size() ? ", " : " and ") + suffixes[i];
+  throw std::invalid_argument(kind.option + ": " + picture + ": the name " +
+                              (suffixes.size() > 1 ? "ends in none of " : "does not end in ") + names);
 }
 
 std::string besideExecutable(const std::string& name) {
@@ -46,16 +49,20 @@ std::string besideExecutable(const std::string& name) {
 
 }  // namespace
 
-PlotScript::PlotScript(const std::string& script, std::string picture)
-    : picture_(std::move(picture)), format_(formatOf(picture_)), script_(besideExecutable(script)) {
-  naming("--plot", [&] { requireWritable(picture_); });
-  if (!std::filesystem::exists(script_)) throw std::invalid_argument("--plot: there is no " + script_);
+PlotScript::PlotScript(const PlotKind& kind, std::string picture)
+    : option_(kind.option),
+      picture_(std::move(picture)),
+      format_(formatOf(picture_, kind)),
+      script_(besideExecutable(kind.script)) {
+  naming(option_, [&] { requireWritable(picture_); });
+  if (!std::filesystem::exists(script_)) throw std::invalid_argument(option_ + ": there is no " + script_);
   if (!runPython({script_})) {
-    throw std::invalid_argument("--plot: /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
+    throw std::invalid_argument(option_ +
+                                ": /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
   }
   std::string path = std::filesystem::temp_directory_path() / "plot_XXXXXX";
   const int file = mkstemp(path.data());
-  if (file < 0) throw std::invalid_argument("--plot: no temporary file in " + path);
+  if (file < 0) throw std::invalid_argument(option_ + ": no temporary file in " + path);
   close(file);
   data_path_ = path;
   data_.open(data_path_, std::ios::binary);
@@ -71,7 +78,7 @@ void PlotScript::draw(const std::vector<std::string>& more_arguments) {
   std::vector<std::string> arguments{script_, data_path_, picture_, format_};
   arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
   if (!runPython(std::move(arguments))) {
-    throw std::invalid_argument("--plot: " + picture_ + " could not be drawn");
+    throw std::invalid_argument(option_ + ": " + picture_ + " could not be drawn");
   }
 }
 

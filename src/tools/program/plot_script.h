@@ -6,16 +6,22 @@
 
 namespace proximity_server::tools {
 
+/// The option that names the picture, the script, and the suffixes that the name of the picture may have.
+struct PlotKind {
+  std::string option, script;
+  std::vector<std::string> suffixes{".png", ".pdf", ".svg"};
+};
+
 /// A picture that a Python script with matplotlib draws of the data that a tool writes. The script stands beside the
 /// executable. It is called without arguments to see whether it can draw, else as
 ///   script DATA PICTURE FORMAT [more arguments].
 class PlotScript {
  public:
-  /// The suffix of the picture's name determines the format: .png, .pdf or .svg.
+  /// The suffix of the picture's name determines the format.
   ///
   /// Failure: throws std::invalid_argument for another suffix, if the file cannot be written, if the script is missing,
   ///          and if matplotlib is not installed, so that nobody waits for a picture that cannot be drawn.
-  PlotScript(const std::string& script, std::string picture);
+  PlotScript(const PlotKind& kind, std::string picture);
   ~PlotScript();
   PlotScript(const PlotScript&) = delete;
   PlotScript& operator=(const PlotScript&) = delete;
@@ -27,7 +33,7 @@ class PlotScript {
   void draw(const std::vector<std::string>& more_arguments = {});
 
  private:
-  std::string picture_, format_, script_, data_path_;
+  std::string option_, picture_, format_, script_, data_path_;
   std::ofstream data_;
 };
 

@@ -1,0 +1,410 @@
+#!/usr/bin/python3
+"""clearance_report.py DATA.json FILE html: the facts that `clearance --report` has collected as one page without links to
+other files (XHTML with pictures in SVG); without arguments: whether it can. The same facts and the same matplotlib give
+the same bytes."""
+import html
+import io
+import json
+import re
+import shlex
+import sys
+import warnings
+
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgba
+except ImportError as error:
+    sys.exit(str(error))
+
+# Colours that people with any colour vision tell apart (Okabe and Ito, Color Universal Design, 2008); each has a marker.
+LEVELS = {"CLEAR": ("#56B4E9", "."), "WARN": ("#E69F00", "^"), "STOP": ("#D55E00", "s"), "COLLISION": ("#000000", "X")}
+BLUE, ORANGE = "#0072B2", "#E69F00"
+COLUMNS = 300  # the most points of the curve, and
+FEW = 40  # so few have markers
+NEAR = 0.2  # [m] the darkest colour of the matrix is contact, the brightest one this distance or more
+GAPS = (0.0, 0.01, 0.025, 0.05, 0.1)  # [m] of the shares
+MOST_NUMBERS = 14  # rows of a matrix with numbers
+MOST_OUTLINES = 60  # of a view that stays a drawing; with more it is an image
+STYLE = """
+body{font:16px/1.45 sans-serif;color:#000;background:#fff;max-width:60rem;margin:0 auto;padding:0 1rem 3rem}
+h1{font-size:1.6rem;line-height:1.2}h2{font-size:1.25rem;margin-top:2.2rem;border-bottom:1px solid #888}h3{font-size:1rem}
+table{border-collapse:collapse;font-size:.875rem}td,th{border-bottom:1px solid #bbb;padding:.2rem .6rem .2rem 0;
+text-align:left;vertical-align:top;overflow-wrap:break-word}td.n,th.n{text-align:right;white-space:nowrap}
+code,dd,p,li,h1,h3{overflow-wrap:anywhere}code{font-size:.875em}td code{font-size:1em}.mesh{min-width:11rem;overflow-wrap:anywhere}
+.wide{overflow-x:auto}.wide svg{min-width:30rem}
+svg{display:block;width:100%;height:auto;max-width:46rem}.views{display:flex;flex-wrap:wrap;gap:.5rem}
+.views svg{flex:1 1 13rem;width:13rem;max-width:20rem}.key{font-size:1.1rem}dt{font-weight:bold}dd{margin:0 0 .5rem}
+@media print{body{font-size:9pt;max-width:none;padding:0}h2,h3,h2+p{break-after:avoid}svg,tr,.moment{break-inside:avoid}
+table{font-size:8pt}td,th{padding-top:0;padding-bottom:0}p{margin:.4em 0}h2{margin-top:1.2rem}.moment code{font-size:7pt}
+.views{flex-wrap:nowrap}.views svg{flex:1 1 0;min-width:0;max-width:5.8cm}.wide{overflow:visible}.wide svg{min-width:0;max-width:15cm}
+@page{size:A4;margin:15mm}}
+"""
+
+
+def clean(name):
+    """Without the characters that XML forbids."""
+    return re.sub("[\0-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]", "\N{REPLACEMENT CHARACTER}", str(name))
+
+
+def text(name):
+    return html.escape(clean(name))
+
+
+def label(name):
+    """For matplotlib, which reads what stands between dollars as a formula."""
+    return clean(name).replace("$", r"\$")
+
+
+def code(words):
+    return "<code>" + text(words) + "</code>"
+
+
+def mm(metres):
+    """A length in millimetres; unknown: an en dash."""
+    if metres is None:
+        return "\N{EN DASH}"
+    return f"{0.0 if abs(metres) < 5e-7 else 1000.0 * metres:.3f}".replace("-", "\N{MINUS SIGN}")
+
+
+def pair_name(pair):
+    return f"{pair['a']} \N{EN DASH} {pair['b']}"
+
+
+def table(heads, rows):
+    """Cells are XHTML. The heads of columns of numbers begin with '#'."""
+    kinds = [' class="n"' if head.startswith("#") else "" for head in heads]
+    line = "<tr>" + "".join(f"<th{kind}>{head.lstrip('#')}</th>" for kind, head in zip(kinds, heads)) + "</tr>"
+    body = "".join("<tr>" + "".join(f"<td{kind}>{cell}</td>" for kind, cell in zip(kinds, row)) + "</tr>\n" for row in rows)
+    return f'<div class="wide"><table><thead>{line}</thead><tbody>\n{body}</tbody></table></div>\n'
+
+
+class Pictures:
+    """Makes SVGs whose ids differ from those of all others on the page."""
+
+    def __init__(self):
+        self.count = 0
+
+    def svg(self, figure, name):
+        self.count += 1
+        stream = io.StringIO()
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+        plt.close(figure)
+        svg = stream.getvalue()
+        svg = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg"):], flags=re.DOTALL)
+        svg = re.sub(r'( id="|url\(#|href="#)', rf"\g<1>p{self.count}-", svg)
+        return svg.replace("<svg ", f'<svg role="img" aria-label="{text(name)}" ', 1)
+
+
+def place(number, time, facts):
+    """The name of a state, or of a time of a trajectory."""
+    return f"state {number}" if facts["rows"] == "state" else f"{time:.6g} s (segment {number})"
+
+
+def array(facts, name):
+    return numpy.array(facts["curves"].get(name, []), dtype=float)
+
+
+def lines_of(axes, facts):
+    distances = dict(facts["settings"]["thresholds"] or {})
+    if facts["rows"] == "segment" and facts["settings"]["contact_distance"]:
+        distances["contact"] = facts["settings"]["contact_distance"]
+    for name, style in (("warn", ":"), ("stop", "--"), ("contact", "-.")):
+        if name in distances:
+            axes.axhline(1e3 * distances[name], color="black", linewidth=0.8, linestyle=style, label=name + " distance")
+    axes.axhline(0.0, color="black", linewidth=0.8)
+
+
+def curve_of_states(axes, facts):
+    """The smallest distance of the states that share a column, with a marker for the worst level of them."""
+    distance, lower, level = (array(facts, name) for name in ("distance", "lower", "level"))
+    parts = [part for part in numpy.array_split(numpy.arange(len(distance)), min(len(distance), COLUMNS))
+             if numpy.isfinite(distance[part]).any()]
+    at = numpy.array([part[numpy.nanargmin(distance[part])] for part in parts], dtype=int)
+    if len(distance) > COLUMNS:
+        axes.fill_between(at, [1e3 * numpy.nanmax(distance[part]) for part in parts], 1e3 * distance[at], color="#dddddd",
+                          label="all states")
+    is_way = not facts["asked"]["states"]["identity"].startswith("sample")  # the order of samples means nothing
+    axes.plot(at, 1e3 * distance[at], color=BLUE, linewidth=0.8 * is_way, label="smallest distance",
+              marker="" if is_way else ".", markersize=3)
+    if (distance - lower > 1e-6).any():
+        axes.plot(at, [1e3 * numpy.nanmin(lower[part]) for part in parts], color=BLUE, linewidth=0.8, linestyle="--",
+                  label="proven lower bound")
+    worst = numpy.array([level[part].max() for part in parts])
+    for number, (name, (color, marker)) in enumerate(LEVELS.items()):
+        chosen = at[worst == number]
+        if len(chosen) and (facts["settings"]["thresholds"] or len(at) < FEW):
+            axes.plot(chosen, 1e3 * distance[chosen], linestyle="", color=color, marker=marker, markersize=5,
+                      label=name if facts["settings"]["thresholds"] else None)
+    unknown = numpy.flatnonzero(numpy.isnan(distance))
+    if len(unknown):
+        axes.plot(unknown, numpy.zeros(len(unknown)), linestyle="", color="grey", marker="|", label="INVALID")
+    axes.set_xlabel("state")
+
+
+def curve_of_segments(axes, facts):
+    """Both bounds of the minimum of each segment, of many segments the closest ones."""
+    begin, end, time, distance, lower, upper, contact, t_contact = (
+        array(facts, name) for name in ("begin", "end", "time", "distance", "lower", "upper", "contact", "t_contact"))
+    parts = numpy.array_split(numpy.arange(len(lower)), min(len(lower), COLUMNS))
+    at = [part[numpy.argmin(lower[part])] for part in parts]
+    begin, end = begin[[part[0] for part in parts]], end[[part[-1] for part in parts]]
+    axes.hlines(1e3 * lower[at], begin, end, color=BLUE, linewidth=1.2, label="lower bound of the segment")
+    axes.hlines(1e3 * upper[at], begin, end, color=ORANGE, linewidth=1.2, linestyle=":", label="upper bound")
+    axes.plot(time[at], 1e3 * distance[at], linestyle="", color="black", marker=".",
+              markersize=5 if len(at) < FEW else 2, label="where it is closest")
+    limit, touching = 1e3 * facts["settings"]["contact_distance"], t_contact[contact == 1.0]
+    if len(touching):
+        axes.plot(touching, numpy.full(len(touching), limit), linestyle="", color="#D55E00", marker="X", label="contact")
+    axes.set_xlabel("time [s]")
+
+
+def draw_curve(facts, pictures):
+    figure, axes = plt.subplots(figsize=(6.2, 3.0), constrained_layout=True)
+    lines_of(axes, facts)
+    (curve_of_states if facts["rows"] == "state" else curve_of_segments)(axes, facts)
+    axes.set_ylabel("clearance [mm]")
+    axes.legend(fontsize=7, ncol=3, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
+    return pictures.svg(figure, "Clearance over the " + ("states" if facts["rows"] == "state" else "time"))
+
+
+def draw_matrix(facts, pictures):
+    known = {frozenset((pair["a"], pair["b"])): pair["distance"] for pair in facts["pairs"]}
+    used = {name for pair in known for name in pair}
+    names = [link["link"] for link in facts["links"] if link["link"] in used]
+    names += sorted(used.difference(names))
+    size = len(names)
+    values = numpy.full((size, size), numpy.nan)
+    for row in range(size):
+        for column in range(row):
+            distance = known.get(frozenset((names[row], names[column])))
+            values[row, column] = numpy.nan if distance is None else 1e3 * distance
+    figure, axes = plt.subplots(figsize=(6.2, 5.6), constrained_layout=True)
+    axes.set_facecolor("#ffffff")
+    image = axes.pcolormesh(numpy.ma.masked_invalid(values), cmap="cividis", vmin=0.0, vmax=1e3 * NEAR, edgecolors="white",
+                            linewidth=0.3)
+    font = min(8.0, 250.0 / size)
+    for row in range(size):
+        for column in range(row):
+            value = values[row, column]
+            if numpy.isnan(value):
+                axes.text(column + 0.5, row + 0.5, "\N{MULTIPLICATION SIGN}", fontsize=font, ha="center", va="center",
+                          color="#777777")
+            elif size <= MOST_NUMBERS or value <= 0.0:
+                axes.text(column + 0.5, row + 0.5, f"{value:.0f}" if size <= MOST_NUMBERS else "0", ha="center",
+                          va="center", fontsize=0.85 * font, color="white" if value < 500.0 * NEAR else "black")
+    axes.set_xticks(numpy.arange(size) + 0.5)
+    axes.set_yticks(numpy.arange(size) + 0.5)
+    axes.set_xticklabels([label(name) for name in names], fontsize=font, rotation=90)
+    axes.set_yticklabels([label(name) for name in names], fontsize=font)
+    axes.set_xlim(0, size - 1)
+    axes.set_ylim(size, 1)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    figure.colorbar(image, ax=axes, label="smallest distance [mm]", extend="both", shrink=0.6)
+    return pictures.svg(figure, "Smallest distance of each pair")
+
+
+def draw_views(pair, moment, pictures):
+    """The two of a pair, seen along z, y and x."""
+    every = []
+    for view, (right, up) in enumerate(((0, 1), (0, 2), (1, 2))):
+        figure, axes = plt.subplots(figsize=(2.9, 2.9), constrained_layout=True)
+        sizes = []
+        for pieces, color, style in zip(moment["shapes"], (BLUE, ORANGE), ("-", "--")):
+            outlines = [numpy.array(piece[view], dtype=float) for piece in pieces]
+            if not outlines:
+                continue  # a half-space
+            many = len(outlines) > MOST_OUTLINES
+            axes.add_collection(PolyCollection(
+                outlines, facecolor=to_rgba(color, 0.3), edgecolor=to_rgba(color, 0.1 if many else 0.9), linewidth=0.7,
+                linestyle=style, rasterized=many))
+            corners = numpy.vstack(outlines)
+            sizes.append((corners.min(axis=0), corners.max(axis=0)))
+        points = numpy.array([[point[right], point[up]] for point in moment["points"]], dtype=float)
+        window(axes, sizes, points)
+        axes.plot(*points.T, color="black", linewidth=1.2)
+        for point, marker in zip(points, "os"):
+            axes.plot(*point, color="black", marker=marker, markersize=4, markerfacecolor="white")
+        axes.set_xlabel("xyz"[right] + " [m]", fontsize=8)
+        axes.set_ylabel("xyz"[up] + " [m]", fontsize=8)
+        axes.tick_params(labelsize=7)
+        axes.locator_params(nbins=5)
+        every.append(pictures.svg(figure, f"{pair_name(pair)}, seen along {'zyx'[view]}"))
+    return '<div class="views">' + "".join(every) + "</div>"
+
+
+def window(axes, sizes, points):
+    """Shows both shapes, but of one that is far larger only what is near the other one."""
+    low, high = (numpy.array([limits[i] for limits in sizes]) for i in (0, 1))
+    middle = numpy.nanmean(points, axis=0) if numpy.isfinite(points).any() else 0.5 * (low.min(axis=0) + high.max(axis=0))
+    near = 2.0 * (high - low).max(axis=1).min() + numpy.nan_to_num(numpy.ptp(points, axis=0)).max()
+    low, high = numpy.maximum(low.min(axis=0), middle - near), numpy.minimum(high.max(axis=0), middle + near)
+    half = 0.55 * max(high - low)
+    for limits, centre in zip((axes.set_xlim, axes.set_ylim), 0.5 * (low + high)):
+        limits(centre - half, centre + half)
+    axes.set_aspect("equal")
+
+
+def first_words(facts):
+    if not facts["moments"]:
+        return "<p>No pair has an answer in any state.</p>"
+    pair = facts["pairs"][0]
+    level = f", level {pair['level']}" if "level" in pair else ""
+    words = f'<p class="key">Closest: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>, ' \
+            f'{place(pair["number"], pair["time"], facts)}{level}.</p>'
+    if "assertion" in facts:
+        words += f"<p>{text(facts['assertion'])}</p>"
+    return words
+
+
+def shares(facts):
+    if facts["rows"] == "state":
+        lower, level = array(facts, "lower"), array(facts, "level")
+        weights, what = numpy.ones(len(lower)), "states"
+    else:
+        lower, level = array(facts, "lower"), numpy.zeros(0)
+        weights, what = array(facts, "end") - array(facts, "begin"), "time"
+
+    def row(name, chosen):
+        part, whole = weights[chosen].sum(), weights.sum()
+        amount = f"{part:.0f} of {whole:.0f}" if what == "states" else f"{part:.6g} of {whole:.6g} s"
+        return [name, f"{100.0 * part / whole:.2f} %" if whole else "", amount]
+
+    rows = []
+    if facts["settings"]["thresholds"]:
+        rows += [row(f"level {name}", level == number) for number, name in enumerate(LEVELS)]
+    if not numpy.isfinite(lower).all():
+        rows.append(row("without an answer (INVALID)", ~numpy.isfinite(lower)))
+    rows += [row(f"at {1e3 * gap:.0f} mm or below", lower <= gap) for gap in GAPS]
+    note = "" if what == "states" else "<p>The whole time of a segment counts if it comes as close anywhere.</p>"
+    return note + table([what, "#share", "#"], rows)
+
+
+def moments(facts, pictures):
+    parts = []
+    for number, (pair, moment) in enumerate(zip(facts["pairs"], facts["moments"]), 1):
+        level = ""
+        if "level" in pair:
+            level = f"; worst level of the pair {pair['level']} (stop {mm(moment['stop'])} mm, warn {mm(moment['warn'])} mm)"
+        deeper = "; the whole overlap may be deeper" if moment["depth_is_lower_bound"] else ""
+        state = " ".join(f"{joint}={position!r}" for joint, position in moment["positions"].items())
+        parts.append(
+            f'<div class="moment"><h3>{number}. {text(pair_name(pair))}: {mm(pair["distance"])} mm</h3>'
+            f'<p>{place(pair["number"], pair["time"], facts).capitalize()}; between {mm(moment["lower"])} and '
+            f'{mm(moment["upper"])} mm{deeper}; geometry {text(moment["representation"])}{level}.<br/>'
+            f'<b>{text(pair["a"])}</b> blue, solid edge, round end of the line; <b>{text(pair["b"])}</b> orange, dashed edge, '
+            f'square end.</p>{draw_views(pair, moment, pictures)}<p>State: {code(state)}</p></div>\n')
+    return "".join(parts)
+
+
+def pairs_table(facts):
+    has_levels = any("level" in pair for pair in facts["pairs"])
+    rows = []
+    for pair in facts["pairs"]:
+        if pair["distance"] is None:
+            rows.append([text(pair_name(pair)), mm(None), mm(None), "no answer"] + ["INVALID"] * has_levels)
+            continue
+        rows.append([text(pair_name(pair)), mm(pair["distance"]), mm(pair["lower"]),
+                     place(pair["number"], pair["time"], facts)] + ([pair["level"]] if has_levels else []))
+    return table(["pair", "#smallest [mm]", "#proven [mm]", "first"] + ["worst level"] * has_levels, rows)
+
+
+def unchecked(facts):
+    groups = {}
+    for pair in facts["unchecked"]:
+        reason = pair["reason"] + (f" ({pair['detail']})" if pair["detail"] else "")
+        groups.setdefault(reason, []).append(text(pair_name(pair)))
+    if not groups:
+        return "<p>None: all pairs are checked.</p>"
+    return "<dl>" + "".join(f"<dt>{text(reason)}: {len(pairs)}</dt><dd>{'; '.join(pairs)}</dd>\n"
+                            for reason, pairs in sorted(groups.items())) + "</dl>"
+
+
+def limits(facts):
+    found, what = facts["limits"], "states" if facts["rows"] == "state" else "segments"
+    if not found["states"]:
+        return f"<p>None: all {what} are within the limits of all joints.</p>"
+    rows = [[text(joint["joint"]), joint["states"], joint["first"], f"{joint['position']:.6g}",
+             f"{joint['lower']:.6g} \N{HORIZONTAL ELLIPSIS} {joint['upper']:.6g}"] for joint in found["joints"]]
+    return f"<p>{found['states']} {what}. A joint that is not given is at 0.</p>" + \
+        table(["joint", "#" + what, "#first", "#position there", "#limits"], rows)
+
+
+def checked(facts):
+    asked, settings = facts["asked"], facts["settings"]
+    model, question = asked["model"], asked["question"]
+    rows = [("robot", text(model["robot"])), ("URDF", code(facts["urdf"])), ("SRDF", code(facts["srdf"] or "none")),
+            ("version", f"{text(asked['program']['version'])}, program {code(asked['program']['digest'])}"),
+            ("model as it was loaded", f"joints {code(model['joints'])}, shapes {code(model['shapes'])}, pairs and reasons "
+                                       f"{code(model['pairs'])}"),
+            ("states", text(asked["states"]["identity"] or "standard input") + f"; {len(array(facts, 'lower'))} "
+             + ("states" if facts["rows"] == "state" else "segments, with all that lies between their way points")),
+            ("pairs", f"{len(facts['pairs'])} checked" + ("" if question["filter"] else ", without the filter")),
+            ("padding", f"links {mm(settings['padding'])} mm, objects {mm(settings['padding_of_objects'])} mm")]
+    for name, key in (("uncertainty of joints", "uncertainty"), ("tracking error", "tracking_error")):
+        rows.append((name, code(settings[key]) if settings[key] else "none: exact"))
+    if facts["rows"] == "segment":
+        rows.append(("contact", f"{mm(settings['contact_distance'])} mm or below"))
+    thresholds = settings["thresholds"]
+    if thresholds:
+        rows.append(("thresholds", ", ".join(f"{key.replace('_', ' ')} {mm(value)} mm" for key, value in thresholds.items())
+                     + f"; of single pairs {code(question['thresholds_of_pairs'])}"))
+    if question["objects"]:
+        rows.append(("objects", f"file {code(question['objects'])}, shapes {code(question['object_shapes'])}"))
+    return table(["", ""], rows)
+
+
+def fidelity(facts):
+    rows = []
+    for link in facts["links"]:
+        for collision in link["collisions"]:
+            rows.append([text(link["link"]), f'<div class="mesh">{text(collision["geometry"])}</div>', text(collision["representation"]),
+                         collision["pieces"], mm(collision["deviation"]), mm(collision["uncovered"])])
+    return table(["link", "geometry", "as", "#pieces", "#outside of it [mm]", "#uncovered [mm]"], rows)
+
+
+def command(facts):
+    note = "" if facts["asked"]["states"]["identity"] else "<p>The states came from standard input, which is needed again.</p>"
+    return f"<p>{code('rosrun proximity_server clearance ' + ' '.join(map(shlex.quote, facts['command'])))}</p>{note}"
+
+
+def page(facts):
+    pictures = Pictures()
+    title = "Clearance of " + text(facts["asked"]["model"]["robot"])
+    over = "the states" if facts["rows"] == "state" else "the time"
+    parts = [
+        (f"Clearance over {over}", f'<div class="wide">{draw_curve(facts, pictures)}</div>' if facts["moments"] else ""),
+        (f"Share of {over}", "<p>The proven lower bound decides.</p>" + shares(facts)),
+        ("Worst moments", "<p>The closest state of each of the closest pairs. Coordinates are those of the root link.</p>"
+         + moments(facts, pictures)),
+        ("All pairs", '<p>\N{MULTIPLICATION SIGN}: never checked. 0: contact.</p>'
+         f'<div class="wide">{draw_matrix(facts, pictures)}</div>{pairs_table(facts)}' if facts["moments"] else ""),
+        ("Pairs never checked", unchecked(facts)),
+        ("States beyond limits", limits(facts)),
+        ("What was checked", checked(facts)),
+        ("Geometry", "<p>How far the convex pieces lie outside of the mesh, and the mesh outside of the pieces.</p>"
+         + fidelity(facts)),
+        ("Warnings about the model", "<ul>" + "".join(f"<li>{text(warning)}</li>" for warning in facts["warnings"]) + "</ul>"
+         if facts["warnings"] else "<p>None.</p>"),
+        ("The command", command(facts))]
+    body = "".join(f"<h2>{head}</h2>\n{content}\n" for head, content in parts if content)
+    return ('<!DOCTYPE html>\n<html xmlns="http://www.w3.org/1999/xhtml" lang="en"><head><meta charset="utf-8"/>'
+            '<meta name="viewport" content="width=device-width, initial-scale=1"/>'
+            f"<title>{title}</title><style>{STYLE}</style></head>\n<body><h1>{title}</h1>\n{first_words(facts)}\n{body}"
+            "</body></html>\n")
+
+
+if __name__ == "__main__" and len(sys.argv) == 4:
+    matplotlib.rcParams.update({"svg.hashsalt": "clearance", "svg.fonttype": "none", "font.size": 8})
+    warnings.filterwarnings("ignore", message="Glyph")  # the browser has other fonts
+    with open(sys.argv[1], encoding="utf-8") as data:
+        made = page(json.load(data))
+    try:
+        with open(sys.argv[2], "w", encoding="utf-8") as file:
+            file.write(made)
+    except OSError as error:
+        sys.exit(str(error))
