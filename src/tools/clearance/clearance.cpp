@@ -19,6 +19,7 @@
 #include "tools/states/state_options.h"
 #include "tools/sweep/state_range.h"
 #include "tools/sweep/sweep_manifest.h"
+#include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
 #include "tools/text/output_file.h"
@@ -183,16 +184,31 @@ struct Scripts {
   std::optional<PlotScript> plot, report;
 };
 
-/// Adds to the facts what was asked, and makes the page of them.
-void writeReport(const AnswerOutput& output, const ClearanceOptions& options, nlohmann::ordered_json asked,
-                 PlotScript& page) {
-  nlohmann::ordered_json facts = output.report->toJson();
+/// What a report says of the question. To be asked before the run, which may outlast the files.
+nlohmann::ordered_json askedBy(const ClearanceOptions& options, const ClearanceQuestion& question,
+                               const StateSource& states) {
+  nlohmann::ordered_json asked = describe(question, options.format, states, 0);
   asked.erase("pairs");
+  asked["command"] = options.command;
+  asked["files"] = nlohmann::ordered_json::array();
+  for (const auto& [name, text] : {std::pair{"URDF", options.robot.urdf},
+                                   {"SRDF", options.robot.srdf},
+                                   {"objects", question.objects_file},
+                                   {"thresholds", question.thresholds_file},
+                                   {"joint uncertainty", question.uncertainty_text},
+                                   {"tracking error", question.tracking_error_text},
+                                   {"start", question.start_text}}) {
+    std::error_code none;  // a text that is no file may be too long for a name
+    const bool is_file = std::filesystem::is_regular_file(text, none);
+    if (!text.empty()) asked["files"].push_back({name, text, is_file ? contentHash(text) : ""});
+  }
+  return asked;
+}
+
+void writeReport(const AnswerOutput& output, nlohmann::ordered_json asked, PlotScript& page) {
+  nlohmann::ordered_json facts = output.report->toJson();
   facts["asked"] = std::move(asked);
-  facts["urdf"] = options.robot.urdf;
-  facts["srdf"] = options.robot.srdf;
-  facts["command"] = options.command;
-  if (output.assertion) facts["assertion"] = output.assertion->report();
+  if (output.assertion && output.assertion->hasRows()) facts["assertion"] = output.assertion->report();
   page.data() << facts.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   page.draw();
 }
@@ -212,7 +228,7 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
   nlohmann::ordered_json asked;
   if (scripts.report) {
     output.report.emplace(question, options.rows);
-    asked = describe(question, options.format, states, 0);  // before the run, which may outlast the files
+    asked = askedBy(options, question, states);
   }
   if (options.second_opinion.is_wanted) output.second_opinion.emplace(options.second_opinion, question.model);
   if (options.assert_above)
@@ -220,7 +236,7 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
                              question.uncertainty ? LowerBounds::Guaranteed : LowerBounds::OfTheState);
   const SweepSummary summary = answerAll(options, question, states, output);
   if (scripts.plot) scripts.plot->draw({shortest(question.motion.contact_distance)});
-  if (scripts.report) writeReport(output, options, std::move(asked), *scripts.report);
+  if (scripts.report) writeReport(output, std::move(asked), *scripts.report);
   if (!options.sweep.summary.empty()) summarize(options, summary, begin, rows.bytes());
   if (output.second_opinion) {
     std::cerr << "clearance: " << output.second_opinion->summary() << '\n';

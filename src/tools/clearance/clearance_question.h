@@ -121,6 +121,7 @@ struct StateClearance {
   std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
   /// All pairs, for a report; with an uncertainty the lower bounds are guaranteed.
   std::vector<scene::PairProximity> all_pairs{};
+  double time = std::numeric_limits<double>::quiet_NaN();  ///< [s] for a report, if the states have times
 };
 
 /// The motion from one way point to the next: every joint moves at constant velocity, or along its spline. A continuous

@@ -74,8 +74,8 @@ Json settingsOf(const ClearanceQuestion& question) {
     for (const scene::Object& object : question.objects->all()) of_objects = std::max(of_objects, paddingOf(object));
   Json json{{"padding", padding},
             {"padding_of_objects", of_objects},
-            {"uncertainty", question.uncertainty_text},
-            {"tracking_error", question.tracking_error_text},
+            {"is_uncertain", question.uncertainty.has_value()},
+            {"has_tracking_error", !question.tracking_error.empty()},
             {"thresholds", Json()},
             {"contact_distance", question.motion.contact_distance}};
   if (question.thresholds) {
@@ -170,7 +170,7 @@ void ClearanceReport::add(const StateClearance& answer) {
   countExcess(answer.state, beyondLimits(answer.positions));
   double distance = kInfinity, lower = kInfinity, level = 0.0;
   for (const scene::PairProximity& pair : answer.all_pairs) {
-    const double of_pair = take(pair, {answer.state, kUnknown, answer.positions, answer.objects});
+    const double of_pair = take(pair, {answer.state, answer.time, answer.positions, answer.objects});
     level = of_pair < 0.0 || level < 0.0 ? kNoAnswer : std::max(level, of_pair);
     if (of_pair < 0.0) continue;
     distance = std::min(distance, pair.result.distance);

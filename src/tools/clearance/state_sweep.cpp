@@ -36,6 +36,7 @@ struct StateBlock {
   int size = 0;
   Eigen::MatrixXd positions;
   std::vector<std::shared_ptr<const scene::Objects>> objects;  ///< in each state; empty: there are none
+  std::vector<double> times;                                   ///< [s] of each state; NaN if it has none
   WrittenRows rows, plot_rows;
   std::vector<StateClearance> answers;  ///< for the assertion, the second opinion and the report
 };
@@ -169,7 +170,9 @@ class StateSweep {
     if (wanted == 0) return false;
     block.first = next_;
     block.objects.clear();
+    block.times.clear();
     block.size = states_.read(block.positions.topRows(wanted), [&](const scene::Positions& positions) {
+      block.times.push_back(states_.time().value_or(kNaN));
       if (!question_.objects) return;
       const std::size_t state = block.first + block.objects.size();
       question_.objects->advance(static_cast<long>(state), states_.time(), positions);
@@ -392,6 +395,7 @@ class StateSweep {
     if (output_.second_opinion && !isOpen(listed)) answer.pairs.assign(listed.begin, listed.end);
     if (output_.assertion && listsSmallest()) answer.smallest = smallestOf(listed);
     answer.positions = positionsOf(block, i);
+    answer.time = block.times[i];
     if (objects) answer.objects = block.objects[i];
   }
 

@@ -27,7 +27,7 @@ COLUMNS = 300  # the most points of the curve, and
 FEW = 40  # so few have markers
 NEAR = 0.2  # [m] the darkest colour of the matrix is contact, the brightest one this distance or more
 GAPS = (0.0, 0.01, 0.025, 0.05, 0.1)  # [m] of the shares
-MOST_NUMBERS = 14  # rows of a matrix with numbers
+MOST_NUMBERS, MOST_CROSSES = 14, 60  # rows of a matrix with numbers, and with marks of pairs that are not checked
 MOST_OUTLINES = 60  # of a view that stays a drawing; with more it is an image
 STYLE = """
 body{font:16px/1.45 sans-serif;color:#000;background:#fff;max-width:60rem;margin:0 auto;padding:0 1rem 3rem}
@@ -99,9 +99,16 @@ class Pictures:
         return svg.replace("<svg ", f'<svg role="img" aria-label="{text(name)}" ', 1)
 
 
+def shown(number):
+    return "none" if number is None else f"{number:.6g}"
+
+
 def place(number, time, facts):
     """The name of a state, or of a time of a trajectory."""
-    return f"state {number}" if facts["rows"] == "state" else f"{time:.6g} s (segment {number})"
+    seconds = "" if time is None else f"{time:.4f}".rstrip("0").rstrip(".") + " s"
+    if facts["rows"] == "segment":
+        return f"{seconds} (segment {number})"
+    return f"state {number}" + (f" ({seconds})" if seconds else "")
 
 
 def array(facts, name):
@@ -116,6 +123,11 @@ def lines_of(axes, facts):
         if name in distances:
             axes.axhline(1e3 * distances[name], color="black", linewidth=0.8, linestyle=style, label=name + " distance")
     axes.axhline(0.0, color="black", linewidth=0.8)
+
+
+def mark_unknown(axes, places):
+    if len(places):
+        axes.plot(places, numpy.zeros(len(places)), linestyle="", color="grey", marker="|", label="INVALID")
 
 
 def curve_of_states(axes, facts):
@@ -139,9 +151,7 @@ def curve_of_states(axes, facts):
         if len(chosen) and (facts["settings"]["thresholds"] or len(at) < FEW):
             axes.plot(chosen, 1e3 * distance[chosen], linestyle="", color=color, marker=marker, markersize=5,
                       label=name if facts["settings"]["thresholds"] else None)
-    unknown = numpy.flatnonzero(numpy.isnan(distance))
-    if len(unknown):
-        axes.plot(unknown, numpy.zeros(len(unknown)), linestyle="", color="grey", marker="|", label="INVALID")
+    mark_unknown(axes, numpy.flatnonzero(numpy.isnan(distance)))
     axes.set_xlabel("state")
 
 
@@ -151,6 +161,7 @@ def curve_of_segments(axes, facts):
         array(facts, name) for name in ("begin", "end", "time", "distance", "lower", "upper", "contact", "t_contact"))
     parts = numpy.array_split(numpy.arange(len(lower)), min(len(lower), COLUMNS))
     at = [part[numpy.argmin(lower[part])] for part in parts]
+    mark_unknown(axes, begin[numpy.isnan(lower)])
     begin, end = begin[[part[0] for part in parts]], end[[part[-1] for part in parts]]
     axes.hlines(1e3 * lower[at], begin, end, color=BLUE, linewidth=1.2, label="lower bound of the segment")
     axes.hlines(1e3 * upper[at], begin, end, color=ORANGE, linewidth=1.2, linestyle=":", label="upper bound")
@@ -190,7 +201,7 @@ def draw_matrix(facts, pictures):
     for row in range(size):
         for column in range(row):
             value = values[row, column]
-            if numpy.isnan(value):
+            if numpy.isnan(value) and size <= MOST_CROSSES:
                 axes.text(column + 0.5, row + 0.5, "\N{MULTIPLICATION SIGN}", fontsize=font, ha="center", va="center",
                           color="#777777")
             elif size <= MOST_NUMBERS or value <= 0.0:
@@ -252,10 +263,13 @@ def window(axes, sizes, points):
 def first_words(facts):
     if not facts["moments"]:
         return "<p>No pair has an answer in any state.</p>"
-    pair = facts["pairs"][0]
-    level = f", level {pair['level']}" if "level" in pair else ""
-    words = f'<p class="key">Closest: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>, ' \
-            f'{place(pair["number"], pair["time"], facts)}{level}.</p>'
+    words = ""
+    closest = min((pair for pair in facts["pairs"] if pair["distance"] is not None), key=lambda pair: pair["distance"])
+    for name, pair in (("Worst level", facts["pairs"][0]), ("Closest", closest)):
+        if "level" in pair or name == "Closest":
+            level = f", {pair['level']}" if "level" in pair else ""
+            words += f'<p class="key">{name}: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>{level}, ' \
+                     f'{place(pair["number"], pair["time"], facts)}.</p>'
     if "assertion" in facts:
         words += f"<p>{text(facts['assertion'])}</p>"
     return words
@@ -328,8 +342,8 @@ def limits(facts):
     found, what = facts["limits"], "states" if facts["rows"] == "state" else "segments"
     if not found["states"]:
         return f"<p>None: all {what} are within the limits of all joints.</p>"
-    rows = [[text(joint["joint"]), joint["states"], joint["first"], f"{joint['position']:.6g}",
-             f"{joint['lower']:.6g} \N{HORIZONTAL ELLIPSIS} {joint['upper']:.6g}"] for joint in found["joints"]]
+    rows = [[text(joint["joint"]), joint["states"], joint["first"], shown(joint["position"]),
+             f"{shown(joint['lower'])} \N{HORIZONTAL ELLIPSIS} {shown(joint['upper'])}"] for joint in found["joints"]]
     return f"<p>{found['states']} {what}. A joint that is not given is at 0.</p>" + \
         table(["joint", "#" + what, "#first", "#position there", "#limits"], rows)
 
@@ -337,24 +351,26 @@ def limits(facts):
 def checked(facts):
     asked, settings = facts["asked"], facts["settings"]
     model, question = asked["model"], asked["question"]
-    rows = [("robot", text(model["robot"])), ("URDF", code(facts["urdf"])), ("SRDF", code(facts["srdf"] or "none")),
-            ("version", f"{text(asked['program']['version'])}, program {code(asked['program']['digest'])}"),
+    rows = [("robot", text(model["robot"]))]
+    rows += [(name, code(words) + (f", hash {code(digest)}" if digest else "")) for name, words, digest in asked["files"]]
+    rows += [("version", f"{text(asked['program']['version'])}, program {code(asked['program']['digest'])}"),
             ("model as it was loaded", f"joints {code(model['joints'])}, shapes {code(model['shapes'])}, pairs and reasons "
                                        f"{code(model['pairs'])}"),
             ("states", text(asked["states"]["identity"] or "standard input") + f"; {len(array(facts, 'lower'))} "
              + ("states" if facts["rows"] == "state" else "segments, with all that lies between their way points")),
             ("pairs", f"{len(facts['pairs'])} checked" + ("" if question["filter"] else ", without the filter")),
             ("padding", f"links {mm(settings['padding'])} mm, objects {mm(settings['padding_of_objects'])} mm")]
-    for name, key in (("uncertainty of joints", "uncertainty"), ("tracking error", "tracking_error")):
-        rows.append((name, code(settings[key]) if settings[key] else "none: exact"))
+    for name, key in (("joint uncertainty", "is_uncertain"), ("tracking error", "has_tracking_error")):
+        if not settings[key]:
+            rows.append((name, "none: the states are taken to be exact"))
     if facts["rows"] == "segment":
         rows.append(("contact", f"{mm(settings['contact_distance'])} mm or below"))
     thresholds = settings["thresholds"]
     if thresholds:
-        rows.append(("thresholds", ", ".join(f"{key.replace('_', ' ')} {mm(value)} mm" for key, value in thresholds.items())
+        rows.append(("stop and warn distances", ", ".join(f"{key.replace('_', ' ')} {mm(value)} mm" for key, value in thresholds.items())
                      + f"; of single pairs {code(question['thresholds_of_pairs'])}"))
     if question["objects"]:
-        rows.append(("objects", f"file {code(question['objects'])}, shapes {code(question['object_shapes'])}"))
+        rows.append(("shapes of the objects", code(question["object_shapes"])))
     return table(["", ""], rows)
 
 
@@ -369,7 +385,7 @@ def fidelity(facts):
 
 def command(facts):
     note = "" if facts["asked"]["states"]["identity"] else "<p>The states came from standard input, which is needed again.</p>"
-    return f"<p>{code('rosrun proximity_server clearance ' + ' '.join(map(shlex.quote, facts['command'])))}</p>{note}"
+    return f"<p>{code('rosrun proximity_server clearance ' + ' '.join(map(shlex.quote, facts['asked']['command'])))}</p>{note}"
 
 
 def page(facts):

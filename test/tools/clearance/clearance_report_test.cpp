@@ -1,5 +1,6 @@
 // --report of the executable. A script reads the page as XML, and compares it with rows and with numbers on paper.
 #include "tools/program/clearance_command.h"
+#include "tools/text/content_hash.h"
 
 #include <random>
 
@@ -116,7 +117,7 @@ for level in ("CLEAR", "WARN", "STOP", "COLLISION"):
 assert found["without an answer (INVALID)"][1] == "1 of 201"
 near = sum(float(row["lower"]) <= 0.1 for row in rows if row["level"] != "INVALID")
 assert found["at 100 mm or below"][1] == f"{near} of 201"
-assert "level COLLISION" in text(body[1])
+assert ", COLLISION, state " in text(body[1]) and text(body[2]).startswith("Closest: ")
 )py",
              rows);
 }
@@ -151,7 +152,7 @@ TEST_F(ClearanceReportTest, LowerBoundsHoldWithinTheUncertainty) {
   expectPage(R"py(
 smallest, proven, first = table("All pairs")["ball \u2013 sled, left"]
 assert smallest == "2250.000" and 1999.9 < float(proven) <= 2000.0 and first == "state 0", (smallest, proven)
-assert table("What was checked")["uncertainty of joints"] == ["0.25"]
+assert table("What was checked")["joint uncertainty"] == ["0.25"]
 )py");
 }
 
@@ -168,6 +169,26 @@ assert abs(float(table("All pairs")["ball \u2013 ground"][0]) - 1750.0) < 1e-3
 assert "sled, left \u2013 tool" in words("Pairs never checked") and "ball \u2013 tool" in words("Pairs never checked")
 assert "ground" not in words("Pairs never checked").replace("base \u2013 ground", "").replace("mast \u2013 ground", "")
 )py");
+}
+
+// The time is that of the bag or the table, with enough digits for a stamp.
+TEST_F(ClearanceReportTest, TellsTheTimeOfAState) {
+  ASSERT_EQ(report("time,slide\n1764255600.25,0\n1764255600.75,-0.5\n", "--pairs all").exit_code, 0);
+  expectPage(R"py(
+assert table("All pairs")["ball \u2013 sled, left"][2] == "state 1 (1764255600.75 s)"
+)py");
+}
+
+TEST_F(ClearanceReportTest, HashesTheFilesOfTheQuestion) {
+  const std::string thresholds = files_.write("t.yaml", "stop_distance: 0.5\nwarn_distance: 1\n");
+  ASSERT_EQ(report("slide\n0\n", "--thresholds " + thresholds).exit_code, 0);
+  expectPage(
+      "asked = table('What was checked')\n"
+      "assert asked['URDF'] == ['" +
+      urdf_ + ", hash " + contentHash(urdf_) +
+      "'], asked\n"
+      "assert asked['thresholds'][0].endswith('" +
+      contentHash(thresholds) + "')\n");
 }
 
 TEST_F(ClearanceReportTest, TheSameInputGivesTheSameBytes) {
