@@ -42,6 +42,7 @@ class Child:
         """{test case: words of its failure, or ""}; waits for the end, which has code 0 only if nothing failed."""
         output = self.output = self.process.communicate(timeout=PATIENCE)[0]
         suite = ElementTree.parse(self.file).getroot()
+        self.metrics = {entry.get("name"): float(entry.get("value")) for entry in suite.iter("property")}
         found = {case.get("name"): "".join(part.text for part in case) for case in suite.iter("testcase")}
         failed = sum(1 for words in found.values() if words)
         assert found, output

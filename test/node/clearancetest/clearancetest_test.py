@@ -14,7 +14,7 @@ import rostest
 import sensor_msgs.msg
 import tf2_msgs.msg
 from clearancetest_child import Child, gantry_at
-from proximity_server.msg import Clearance, Proximity, QueryStatus
+from proximity_server.msg import Clearance, LinkInfo, ModelInfo, PairInfo, Proximity, QueryStatus, ShapeInfo
 from proximity_server.srv import QueryPairs, QueryPairsResponse
 
 PERIOD = 0.02  # [s] of the fake
@@ -307,7 +307,7 @@ class BesideAFake(unittest.TestCase):
 
     def test_wrong_parameters(self):
         children = [(Child(**{"duration": 0.4, **parameters}), words) for parameters, words in (
-                ({}, "parameter minimum, min_guaranteed or worst_level is missing"),
+                ({}, "parameter minimum, min_guaranteed or worst_level is missing, or one about stops"),
                 ({"minimum": "far"}, "parameter minimum: 'far' is no number"),
                 ({"minimum": 0.0, "duration": 0.0}, "parameter duration is missing, or 0"),
                 ({"minimum": 0.0, "max_invalid": -1.0}, "parameter max_invalid: -1.0 is no number of at least 0"),
@@ -322,6 +322,107 @@ class BesideAFake(unittest.TestCase):
             cases = child.cases()
             self.assertEqual(list(cases), ["test_parameters"])
             self.assertIn(words, cases["test_parameters"])
+
+
+class StopsBesideAFake(unittest.TestCase):
+    """The fake's n-th message comes 0.02 s after the one before. It stops from the 20th to the 49th."""
+
+    def setUp(self):
+        self.model = rospy.Publisher("/fake/model_info", ModelInfo, queue_size=1, latch=True)
+
+    def tearDown(self):
+        self.model.unregister()
+
+    def run_with(self, positions, lower=0.015, message=None, **parameters):
+        """(failures by case, metrics)."""
+        stop = message or clearance(lower, Clearance.STOP)
+        with Fake(lambda n: stop if 20 <= n < 50 else clearance(0.5), None, positions):
+            child = Child(**{"topic": TOPIC, "duration": 2.0, "max_silence": 5.0, **parameters})
+            return child.cases(), child.metrics
+
+    @staticmethod
+    def moving(until, again=10**9):
+        """Turns by 0.25 rad in each message, but rests from the message `until` to `again`."""
+        return lambda n: {"elbow": 0.25 * (min(n, until) + max(0, n - again)), "wrist": -1.0}
+
+    def test_times_of_a_stop(self):
+        cases, metrics = self.run_with(self.moving(30, 80), min_stops=1, max_time_to_stop=5.0, max_time_to_resume=5.0, max_time_held=0.9)
+        self.assertEqual(set(cases.values()), {""})
+        self.assertEqual(metrics["stops"], 1)
+        # Messages take longer on a busy machine, never less.
+        self.assertGreater(metrics["time_to_stop"], 0.1)
+        self.assertGreater(metrics["time_to_resume"], 0.4)
+        self.assertGreater(metrics["time_held"], 0.2)
+        self.assertLess(metrics["time_held"], 0.5)
+
+    def test_times_that_are_too_long(self):
+        cases, _ = self.run_with(self.moving(30, 80), max_time_to_stop=0.05, max_time_to_resume=0.2, max_time_held=0.1)
+        self.assertRegex(cases["test_time_to_stop"], r"longest time to stop: 0\.\d+ s, of the stop at 21\.0+ s, of 1 stops, "
+                         r"allowed are 0\.05 s")
+        self.assertRegex(cases["test_time_to_resume"], r"longest time to resume: \d\.\d+ s, of the stop at 21\.0+ s.*, allowed are 0\.2 s")
+        self.assertRegex(cases["test_time_held"], r"at STOP, COLLISION or INVALID for [\d.]+ % of the time, allowed are 10 %")
+
+    def test_a_robot_that_does_not_obey(self):
+        cases, metrics = self.run_with(self.moving(10**9), max_time_to_stop=1.0)
+        self.assertIn("allowed are 1 s", cases["test_time_to_stop"])
+        self.assertGreater(metrics["time_to_stop"], 1.0)
+
+    def test_a_robot_that_stands_still_at_a_stop_has_no_time_to_stop(self):
+        cases, metrics = self.run_with(self.moving(2, 80), max_time_to_stop=0.0, max_time_to_resume=0.2)
+        self.assertEqual(cases["test_time_to_stop"], "")
+        self.assertNotIn("time_to_stop", metrics)
+        self.assertIn("allowed are 0.2 s", cases["test_time_to_resume"])
+
+    def test_invalid_holds_a_robot_too(self):
+        cases, metrics = self.run_with(self.moving(30), message=invalid(), max_invalid=5.0, max_time_to_stop=0.0, max_false_stops=0.0)
+        self.assertIn("allowed are 0 s", cases["test_time_to_stop"])
+        self.assertEqual(cases["test_false_stops"], "")
+        self.assertNotIn("false_stops", metrics)
+
+    def test_times_of_a_robot_that_nobody_tells(self):
+        cases, _ = self.run_with(lambda _: {}, moving_joints=[], max_time_to_stop=1.0)
+        self.assertIn("nothing was heard on joint_states", cases["test_time_to_stop"])
+
+    def test_fewer_stops_than_wanted(self):
+        cases, _ = self.run_with(self.moving(30), min_stops=2, moving_joints=[])
+        self.assertEqual(cases["test_stops"], "1 stops, at least 2 are wanted")
+
+    def publish_model(self, padding, deviation=0.0):
+        shapes = [ShapeInfo(deviation=deviation)]
+        self.model.publish(ModelInfo(links=[LinkInfo(name="hand", padding=padding, shapes=shapes), LinkInfo(name="head", shapes=shapes)],
+                                     pairs=[PairInfo(link_a="hand", link_b="head", padding=0.001)]))
+
+    def test_a_stop_by_padding_is_false(self):
+        self.publish_model(0.01)  # 0.015 + 0.01 + 0.001 > 0.02
+        cases, metrics = self.run_with(self.moving(30), max_false_stops=0.5)
+        self.assertEqual(cases["test_false_stops"], "allowed is a share of 0.5: 1 of 1 stops were envelope, 0 real, 0 open\n"
+                         "  21.000000 s: the surfaces of hand - head kept 0.026 m, stop below 0.02 m")
+        self.assertEqual((metrics["false_stops"], metrics["open_stops"]), (1.0, 0.0))
+
+    def test_a_stop_within_the_stop_distance_is_real(self):
+        self.publish_model(0.001)  # at most 0.016 + 0.001 + 0.001 < 0.02
+        cases, metrics = self.run_with(self.moving(30), max_false_stops=0.0)
+        self.assertEqual(cases["test_false_stops"], "")
+        self.assertEqual((metrics["false_stops"], metrics["open_stops"]), (0.0, 0.0))
+
+    def test_a_stop_that_depends_on_pieces_is_open(self):
+        self.publish_model(0.001, deviation=0.01)  # between 0.017 and 0.038
+        cases, metrics = self.run_with(self.moving(30), max_false_stops=0.0)
+        self.assertEqual(cases["test_false_stops"], "")
+        self.assertEqual((metrics["false_stops"], metrics["open_stops"]), (0.0, 1.0))
+
+    def test_a_stop_without_the_padding_is_open(self):
+        _, metrics = self.run_with(self.moving(30), max_false_stops=0.0)
+        self.assertEqual((metrics["false_stops"], metrics["open_stops"]), (0.0, 1.0))
+
+    def test_a_stop_by_uncertainty_is_false(self):
+        self.publish_model(0.0)
+        _, metrics = self.run_with(self.moving(30), lower=0.03, max_false_stops=1.0)
+        self.assertEqual(metrics["false_stops"], 1.0)
+
+    def test_a_share_is_at_most_one(self):
+        cases = Child(topic=TOPIC, duration=0.4, max_time_held=1.5).cases()
+        self.assertEqual(cases, {"test_parameters": "parameter max_time_held: 1.5 is no share, which is at most 1"})
 
 
 class NamedPairsBesideAFake(unittest.TestCase):
@@ -463,6 +564,12 @@ class BesideTheNode(unittest.TestCase):
                          r"0\.8486\d* m, bounds \[0\.8486\d*, 0\.8486\d*\], level STOP \(threshold 0\.86 m\); joints")
         self.assertRegex(cases["test_minimum"], r"base - ball: .* level STOP \(threshold 0\.86 m\) of block - ball: distance 0\.8486")
         self.assertEqual(self.run_on("own_thresholds", worst_level="STOP")["test_worst_level"], "")
+
+    def test_a_stop_of_primitives_is_real(self):
+        child = Child(topic="/own_thresholds/clearance", duration=1.0, max_invalid=1.0, max_silence=5.0, moving_joints=[], min_stops=1,
+                      max_false_stops=0.0)
+        self.assertEqual(set(child.cases().values()), {""})
+        self.assertEqual((child.metrics["false_stops"], child.metrics["open_stops"], child.metrics["time_held"]), (0.0, 0.0, 1.0))
 
     def test_a_node_that_cannot_start(self):
         child = Child(topic="/dead/clearance", minimum=0.0, duration=1.0, wait_time=10.0)
