@@ -1,24 +1,80 @@
 // Answers the states of a record again. `clearance --replay` starts it.
+#include "node/replay/record_files.h"
 #include "node/replay/replay.h"
+#include "proximity_server/scene/model/names.h"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace {
 
+namespace fs = std::filesystem;
 using proximity_server::node::ReplayOptions;
 
 constexpr char kHelp[] =
-    "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--explain-event]\n"
+    "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--explain-event | --write-files DIR |\n"
+    "                                    --second-opinion LIBRARY]\n"
     "  --mesh-tolerance METRES  in place of that of the record; 0: triangles\n"
     "  --explain-event          contact, or the envelope around the surfaces: each share in millimetres\n"
-    "A row for each cycle on standard output. Exit code 2: a level or bounds differ from the record.\n";
+    "  --write-files DIR        robot, pairs, objects and states for the other tools: DIR/1, and a folder more for\n"
+    "                           each change of the objects\n"
+    "  --second-opinion LIBRARY fcl: what it says of the five closest pairs of each state, without padding\n"
+    "A row for each cycle on standard output. Exit code 2: a level or bounds differ from the record.\n"
+    "3: an answer of ours is refuted.\n";
+
+/// Runs the program beside this one, and returns its exit code.
+int runBeside(const std::string& name, std::vector<std::string> arguments) {
+  const std::string program = fs::read_symlink("/proc/self/exe").parent_path() / name;
+  arguments.insert(arguments.begin(), program);
+  std::vector<char*> pointers;
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    execv(program.c_str(), pointers.data());
+    _exit(127);
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) == 127)
+    throw std::runtime_error(program + " cannot be run");
+  return WEXITSTATUS(status);
+}
+
+/// Returns the largest exit code of `clearance`.
+int askSecondOpinion(const ReplayOptions& options, const std::string& library) {
+  std::string folder = (fs::temp_directory_path() / "proximity_replay_XXXXXX").string();
+  if (!mkdtemp(folder.data())) throw std::runtime_error(folder + " cannot be made");
+  int code = 0;
+  try {
+    for (const proximity_server::node::RecordFiles& files : writeFiles(options, folder)) {
+      const std::string begin = files.folder + "/";
+      if (files.states == 0) continue;
+      code = std::max(
+          code, runBeside("clearance", {begin + "robot.urdf", "--srdf", begin + "robot.srdf", "--objects",
+                                        begin + "objects.yaml", "--states", begin + "states.csv", "--mesh-tolerance",
+                                        proximity_server::scene::shortest(files.mesh_tolerance), "--pairs", "k:5",
+                                        "--out", "/dev/null", "--quiet", "--second-opinion", library}));
+    }
+  } catch (const std::exception&) {
+    fs::remove_all(folder);
+    throw;
+  }
+  fs::remove_all(folder);
+  return code;
+}
 
 int run(int argc, char** argv) {
   ReplayOptions options;
   bool explains = false;
+  std::string folder, library;
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
     const auto value = [&]() -> std::string {
@@ -31,9 +87,19 @@ int run(int argc, char** argv) {
       options.mesh_tolerance = std::stod(value());
     else if (option == "--explain-event")
       explains = true;
+    else if (option == "--write-files")
+      folder = value();
+    else if (option == "--second-opinion")
+      library = value();
     else
       throw std::invalid_argument(option + " does not go with --replay\n" + kHelp);
   }
+  if (!folder.empty()) {
+    for (const auto& files : proximity_server::node::writeFiles(options, folder))
+      std::cout << files.folder << ": " << files.states << " states\n";
+    return 0;
+  }
+  if (!library.empty()) return askSecondOpinion(options, library);
   if (explains) {
     std::cout << proximity_server::node::explainEvent(options);
     return 0;

@@ -20,8 +20,13 @@ TEST(SaveRecord, WritesABagAndTellsItsName) {
   const auto status = Diagnosis("proximity_server: record").next();
   ASSERT_TRUE(status);
   EXPECT_EQ(status->message, "recorded");
-  const std::string replay = std::filesystem::path(NODE_EXECUTABLE).parent_path() / "replay";
+  const auto programs = std::filesystem::path(NODE_EXECUTABLE).parent_path();
+  const std::string replay = programs / "replay", clearance = programs / "clearance";
   EXPECT_EQ(std::system((replay + " --replay " + response.message).c_str()), 0) << "the states of a running node";
+  // FCL and the tools are optional.
+  const bool has_fcl = std::system((clearance + " --help | grep -q fcl").c_str()) == 0;
+  const std::string second_opinion = replay + " --second-opinion fcl --replay " + response.message;
+  EXPECT_TRUE(!has_fcl || std::system(second_opinion.c_str()) == 0);
   std::filesystem::remove_all("/tmp/proximity_save_record");
   connectedGantry(1).release();
 }

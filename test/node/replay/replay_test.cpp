@@ -1,6 +1,7 @@
 // Records that are answered again.
 #include "node/replay/replay.h"
 #include "node/record/recorded_sliders.h"
+#include "node/replay/record_files.h"
 #include "node/robot/load_config.h"
 
 #include <gtest/gtest.h>
@@ -96,6 +97,33 @@ TEST_F(Replayed, AreTheEnvelopeIfThePaddingDoesIt) {
   EXPECT_NE(text.find("20.000 mm  padding\n"), std::string::npos) << text;
   EXPECT_NE(text.find("32.000 mm  distance of the surfaces"), std::string::npos) << text;
   EXPECT_NE(text.find("envelope: without it the pair is beyond the threshold of 20 mm"), std::string::npos) << text;
+}
+
+TEST_F(Replayed, AreFilesForOtherTools) {
+  XmlRpc::XmlRpcValue values;
+  values["exclude_pairs"][0][0] = "left";
+  values["exclude_pairs"][0][1] = "right";
+  config_.parameters = configFrom(values, "node").parameters;
+  start();
+  cycleAt(0.5);
+  cycleAt(0.3);
+  add(ballAt(standingAt(0.35, 0.0, 0.0)));
+  know();
+  cycleAt(0.45);
+  const std::vector<RecordFiles> written = writeFiles({stop().file, {}}, files_.path(""));
+  ASSERT_EQ(written.size(), 2u) << "one for each set of objects";
+  EXPECT_EQ(written[0].states, 2u);
+  EXPECT_EQ(written[1].states, 1u);
+  EXPECT_EQ(written[0].mesh_tolerance, config_.model.mesh_tolerance);
+  const auto text = [&](const char* name) { return scene::readFile(files_.path(name)); };
+  EXPECT_EQ(text("1/robot.urdf"), kSliders);
+  EXPECT_NE(text("1/robot.srdf").find("<disable_collisions link1=\"left\" link2=\"right\""), std::string::npos)
+      << text("1/robot.srdf");
+  EXPECT_EQ(text("1/robot.srdf").find("link1=\"middle\" link2=\"right\""), std::string::npos);
+  EXPECT_EQ(text("1/states.csv").find("time,\"to_left\",\"to_middle\",\"to_right\"\n1000.02,-1,0,0.5\n1000.04,"), 0u)
+      << text("1/states.csv");
+  EXPECT_EQ(text("1/objects.yaml").find("ball"), std::string::npos);
+  EXPECT_NE(text("2/objects.yaml").find("ball"), std::string::npos);
 }
 
 TEST_F(Replayed, AreRefusedByNameIfThereIsNoRecord) {
