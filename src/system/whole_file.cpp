@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBuffer = std::size_t{1} << 20;  ///< [byte] so large that system calls cost hardly anything
-constexpr const char* kSuffix = ".tmp";
+constexpr const char *kPrefix = ".", *kSuffix = ".tmp";
 
 bool writeAll(int file, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -34,8 +34,6 @@ fs::path folderOf(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path();
   return folder.empty() ? "." : folder;
 }
-
-std::string temporaryBegin(const std::string& name) { return "." + name + "."; }
 
 /// Creates a temporary file with a new name that begins with `begin`, and locks it, so that others see that its process
 /// lives. Returns -1 with errno on failure.
@@ -86,7 +84,7 @@ WholeFile::WholeFile(const std::string& path) : path_(path) {
     file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   } else {
     const std::string name = fs::path(path).filename();
-    file_ = openLocked(folderOf(path) / (temporaryBegin(name) + processName()), temporary_);
+    file_ = openLocked(folderOf(path) / (kPrefix + name + "." + processName()), temporary_);
   }
   if (file_ < 0) fail("cannot be written" + because(errno));
   buffer_.reserve(kBuffer);
@@ -136,14 +134,15 @@ void replaceFile(const std::string& path, std::string_view text) {
 }
 
 void removeLeftOvers(const std::string& path) {
-  removeLeftOvers(folderOf(path), temporaryBegin(fs::path(path).filename()));
+  removeLeftOvers(folderOf(path), fs::path(path).filename().string() + ".");
 }
 
 void removeLeftOvers(const std::string& folder, const std::string& begin) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename();
-    const bool is_temporary = name.compare(0, begin.size(), begin) == 0 && entry.path().extension() == kSuffix;
+    const bool is_temporary =
+        name.compare(0, begin.size() + 1, kPrefix + begin) == 0 && entry.path().extension() == kSuffix;
     if (is_temporary) removeIfLeft(entry.path());
   }
 }

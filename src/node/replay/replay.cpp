@@ -3,7 +3,9 @@
 #include "node/replay/record_reader.h"
 #include "node/robot/level_name.h"
 
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -73,17 +75,35 @@ scene::ShapeRef refOf(const ShapeRef& message, const Robot& robot, const scene::
   return {robot.robotModel().findLink(message.link)};
 }
 
-/// The last cycle until the event.
+/// The level whose begin is the event of this name; nullopt of the service.
+std::optional<std::uint8_t> levelOfEvent(const std::string& event) {
+  if (event == "stop") return Clearance::STOP;
+  if (event == "collision") return Clearance::COLLISION;
+  if (event == "invalid") return Clearance::INVALID;
+  return std::nullopt;
+}
+
+/// The cycle of the event: one in which its level begins, or any for the service, the nearest in time. The times of the
+/// bag do not jump back with the clock, so they count only where there are no stamps of tf.
 struct EventCycle {
   RecordedCycle cycle;
   std::string event;
 };
 EventCycle eventOf(const ReplayOptions& options) {
   EventCycle found;
+  std::optional<std::uint8_t> before;
+  double smallest = std::numeric_limits<double>::infinity();
   RecordReader reader(options.file, {options.mesh_tolerance});
   reader.read([&](const RecordedCycle& cycle) {
-    const ros::Time end = reader.record.event_stamp + ros::Duration(0, 1000);  // its messages are some ns apart
-    if (found.event.empty() || cycle.time <= end) found = {cycle, reader.record.event};
+    const Clearance& clearance = cycle.clearance;
+    const std::optional<std::uint8_t> level = levelOfEvent(reader.record.event);
+    const bool begins = !level || (clearance.level == *level && before && before != level);
+    before = clearance.level;
+    const ros::Time time = clearance.header.stamp.isZero() ? cycle.time : clearance.header.stamp + clearance.tf_age;
+    const double difference = std::abs((time - reader.record.event_stamp).toSec());
+    if (!found.event.empty() && !(begins && difference <= smallest)) return;
+    if (begins) smallest = difference;
+    found = {cycle, reader.record.event};
   });
   return found;
 }

@@ -107,7 +107,7 @@ bool SweepFolder::isDone(const nlohmann::ordered_json& sweep, const StateRange& 
   if (!others.empty()) requireSameSweep(others.front(), sweep);
   if (fs::exists(manifestPath(path))) requireSameSweep(manifestPath(path), sweep);
   for (const std::string& other : others) requireNoOverlap(other, range);
-  system::removeLeftOvers(path_, "." + beginOfName(range) + ".");
+  system::removeLeftOvers(path_, beginOfName(range) + ".");
   std::error_code error;
   if (!fs::exists(manifestPath(path))) return false;
   const SweepManifest manifest = readManifest(manifestPath(path));

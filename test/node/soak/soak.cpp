@@ -12,9 +12,11 @@
 #include "node/soak/soak_monitor.h"
 #include "node/soak/soak_objects.h"
 #include "node/soak/soak_record.h"
+#include "scene/files.h"
 #include "tools/program/options.h"
 
 #include <ros/ros.h>
+#include <rosbag/bag.h>
 #include <std_srvs/Trigger.h>
 #include <unistd.h>
 
@@ -23,6 +25,7 @@
 #include <csignal>
 #include <cstdio>
 #include <deque>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <optional>
@@ -94,6 +97,7 @@ class Soak {
         monitor_(ros::NodeHandle(), robot_.model, record_, {kMaxTfAge, kLevels}),
         timing_(ros::NodeHandle()),
         chance_(options.seed) {
+    std::filesystem::create_directory(records_.path("records"));
     describe(robot_);
     tf_ = std::make_unique<TfStream>(ros::NodeHandle(), kTfRate,
                                      [this](const ros::Time& now) { return motion_.transformsAt(now); });
@@ -140,7 +144,10 @@ class Soak {
 
   void startTheNode(const std::string& mesh_cache) {
     node_.reset();
-    node_ = startNode({{"rate", kMonitorRate}, {"max_tf_age", kMaxTfAge}, {"mesh_cache", mesh_cache}});
+    node_ = startNode({{"rate", kMonitorRate},
+                       {"max_tf_age", kMaxTfAge},
+                       {"mesh_cache", mesh_cache},
+                       {"record_directory", records_.path("records")}});
   }
 
   /// Waits, and looks meanwhile whether the node still lives and answers.
@@ -192,6 +199,7 @@ class Soak {
                                  {"JumpingClock", &Soak::jumpingClock},
                                  {"LoopingClock", &Soak::loopingClock},
                                  {"OverlapThatStays", &Soak::overlapThatStays},
+                                 {"NoRecordFolder", &Soak::noRecordFolder},
                                  {"KilledNode", &Soak::killedNode, Fault::Phase::WithRestarts},
                                  {"UnwritableCache", &Soak::unwritableCache, Fault::Phase::WithRestarts},
                                  // A node that starts after that would not find us: we are not registered any more.
@@ -250,14 +258,14 @@ class Soak {
     fault_name_.clear();
   }
 
-  /// `success` is what is expected of it.
-  void callReload(bool success) {
+  /// Calls a service without arguments; `success` is what is expected of it.
+  void trigger(const std::string& service, bool success) {
     std_srvs::Trigger trigger;
-    const bool answered = ros::service::call(kNodeName + "/reload", trigger);
+    const bool answered = ros::service::call(kNodeName + "/" + service, trigger);
     if (!answered || (trigger.response.success != 0) != success) {
-      record_.countWrong("reload", answered ? trigger.response.message : "the call was lost");
+      record_.countWrong(service, answered ? trigger.response.message : "the call was lost");
     } else {
-      record_.count("reload", SoakRecord::Outcome::Right);
+      record_.count(service, SoakRecord::Outcome::Right);
     }
   }
 
@@ -265,13 +273,13 @@ class Soak {
     const std::string broken[] = {"", "<robot name=", "<robot name='r'><link name='a'/><link name='b'/></robot>",
                                   robot_.urdf.substr(0, robot_.urdf.size() / 2)};
     ros::param::set("/robot_description", chance_.oneOf(broken));
-    callReload(false);
+    trigger("reload", false);
     describe(robot_);
     recover(kTfRecovery);
   }
 
   void reload() {
-    callReload(true);
+    trigger("reload", true);
     recover(kTfRecovery);
   }
 
@@ -354,6 +362,27 @@ class Soak {
     });
   }
 
+  /// The folder of the records goes, and comes back.
+  void noRecordFolder() {
+    std::filesystem::rename(records_.path("records"), records_.path("away"));
+    trigger("save_record", false);
+    std::filesystem::rename(records_.path("away"), records_.path("records"));
+    trigger("save_record", true);
+    recover(kTfRecovery);
+  }
+
+  /// A record with its name is whole, also after its node was killed.
+  void checkRecords() {
+    for (const auto& file : std::filesystem::directory_iterator(records_.path("records"))) {
+      if (file.path().extension() != ".bag") continue;
+      try {
+        const rosbag::Bag bag(file.path());
+      } catch (const std::exception& error) {
+        record_.countWrong("records", file.path().filename().string() + ": " + error.what());
+      }
+    }
+  }
+
   void killedNode() { restart("user"); }
   void unwritableCache() { restart("/proc/proximity_server"); }
 
@@ -372,6 +401,7 @@ class Soak {
     record_.nodeGoesDown();
     node_->signal(SIGKILL);
     node_->hasEndedWithin(std::chrono::seconds(5));
+    checkRecords();
     sleepFor(0.2);
     startTheNode(mesh_cache);
     recover(kRestart);
@@ -384,6 +414,7 @@ class Soak {
   /// Prints the tables; whether all was well.
   bool summary() {
     record_.stop();
+    checkRecords();
     const MonitorTiming timing = timing_.timing();
     const double end = static_cast<double>(node_->residentMemory());
     const double growth = end - static_cast<double>(memory_settled_);
@@ -416,6 +447,7 @@ class Soak {
 
   const SoakOptions options_;
   const Master master_;
+  const TemporaryFiles records_;  ///< with the folder "records" of the node's records
   SoakRecord record_;
   TestRobot robot_, simulated_robot_;  // the other one has exact meshes
   MovingRobot motion_;
