@@ -200,15 +200,16 @@ TEST_F(SeveralRobotsOfANode, HaveGradientsByTheJointsOfBoth) {
 // brake with 0.05 m/s^2 each, which takes 0.2 m.
 TEST_F(SeveralRobotsOfANode, AreSlowedByTheVelocitiesOfTheirOwnTopics) {
   Inbox<std_msgs::Float64> scales(ros::NodeHandle(), kNode + "collision_velocity_scale");
-  const auto free = scales.next([](const std_msgs::Float64& message) { return message.data > 0.0; });
-  ASSERT_TRUE(free);
-  EXPECT_EQ(free->data, 1.0);
+  // The age of the poses is part of the latency: on a busy machine, where it is above 0.3 s, they are slowed at once.
+  EXPECT_TRUE(scales.next([](const std_msgs::Float64& message) { return message.data == 1.0; }));
   set(kNode, "stop_latency", 1.0);
-  // 0 is also the answer of a search that got no time on a busy machine.
-  const auto slowed =
-      scales.next([](const std_msgs::Float64& message) { return message.data > 0.0 && message.data < 1.0; });
+  const double largest = (-0.2 + std::sqrt(0.04 + 4.0 * 0.2 * 0.28)) / 0.4 + 1e-6;  // 0.2 s + 0.2 s^2 = 0.28
+  // 0 is also the answer of a search that got no time. Scales of cycles before the change may still arrive.
+  const auto isSlowed = [&](const std_msgs::Float64& message) { return message.data > 0.0 && message.data <= largest; };
+  EXPECT_TRUE(scales.next(isSlowed));
+  const auto slowed = scales.next([](const std_msgs::Float64& message) { return message.data > 0.0; });
   ASSERT_TRUE(slowed);
-  EXPECT_LE(slowed->data, (-0.2 + std::sqrt(0.04 + 4.0 * 0.2 * 0.28)) / 0.4 + 1e-6);  // 0.2 s + 0.2 s^2 = 0.28
+  EXPECT_LE(slowed->data, largest) << "and stay so";
 }
 
 /// Names a joint of each robot that moves, and all others, on the topic of both.
