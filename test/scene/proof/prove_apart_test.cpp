@@ -211,6 +211,7 @@ TEST(ProveApart, NoStateOfABoxIsCloserThanItsBound) {
       near_bound += closest < proof.lower_bound + 0.02;
     }
   }
+  RecordProperty("states", states);
   if (kIsSanitized) return;
   EXPECT_GT(outcomes[0], 300) << "proven";
   EXPECT_GT(outcomes[1], 100) << "refuted";
@@ -220,7 +221,7 @@ TEST(ProveApart, NoStateOfABoxIsCloserThanItsBound) {
 
 TEST(ProveApart, NoStateIsCloserToAnObjectThanTheBound) {
   Chance chance(40);
-  int proven = 0, refuted = 0;
+  int proven = 0, refuted = 0, states = 0;
   for (int i = 0; i < repeats(40); ++i) {
     const auto model = arm();
     const auto objects = std::make_shared<const Objects>(
@@ -237,12 +238,13 @@ TEST(ProveApart, NoStateIsCloserToAnObjectThanTheBound) {
       proven += proof.outcome == ProofOutcome::Proven;
       refuted += proof.outcome == ProofOutcome::Refuted;
       EXPECT_LE(distanceIn(scene, proof.closest, proof.pair), proof.closest_upper_bound + 1e-9);
-      for (int s = 0; s < 20; ++s)
+      for (int s = 0; s < 20; ++s, ++states)
         ASSERT_GE(distanceIn(scene, someStateIn(model->robot, box, chance), proof.pair), proof.lower_bound - kRounding)
             << i << ": " << nameOf(proof.pair.a, model->robot, objects.get()) << " - "
             << nameOf(proof.pair.b, model->robot, objects.get());
     }
   }
+  RecordProperty("states", states);
   if (kIsSanitized) return;
   EXPECT_GT(proven, 150);
   EXPECT_GT(refuted, 60);

@@ -15,7 +15,7 @@ namespace proximity_server::scene::robot_proofs_test {
 /// No state of some boxes is closer than what is proven.
 void searchStatesOfBoxes(const std::shared_ptr<const SceneModel>& model, int count, Chance& chance) {
   Scene scene(model);
-  int outcomes[3] = {0, 0, 0};
+  int outcomes[3] = {0, 0, 0}, states = 0;
   for (int i = 0; i < count; ++i) {
     std::vector<double> radii(model->robot.joints.size());
     const double most = chance.decades(-2, 0);
@@ -29,7 +29,7 @@ void searchStatesOfBoxes(const std::shared_ptr<const SceneModel>& model, int cou
     for (const PairProof& proof : proveApart(model, pairs, box, question)) {
       ++outcomes[static_cast<int>(proof.outcome)];
       double closest = proof.closest_upper_bound;
-      for (int s = 0; s < repeats(12); ++s) {
+      for (int s = 0; s < repeats(12); ++s, ++states) {
         scene.update(forwardKinematics(model->robot, someStateIn(model->robot, box, chance)));
         closest = std::min(closest, scene.proximity(proof.pair).result.upper_bound);
       }
@@ -37,6 +37,7 @@ void searchStatesOfBoxes(const std::shared_ptr<const SceneModel>& model, int cou
           << i << ": " << nameOf(proof.pair.a, model->robot) << ", " << nameOf(proof.pair.b, model->robot);
     }
   }
+  testing::Test::RecordProperty("states_of_" + model->robot.name, states);
   EXPECT_GT(outcomes[static_cast<int>(ProofOutcome::Proven)], count);
 }
 

@@ -251,7 +251,7 @@ class SomeCell {
 
 TEST(GuaranteedDistances, NoStateWithinIsCloser) {
   Chance chance(38), corners(47), limits(48);
-  int pairs = 0, tight = 0, overlaps = 0;
+  int pairs = 0, tight = 0, overlaps = 0, states = 0;
   for (int i = 0; i < repeats(150); ++i) {
     SomeCell cell(chance);
     const double size = chance.decades(-4, -0.7);
@@ -264,7 +264,10 @@ TEST(GuaranteedDistances, NoStateWithinIsCloser) {
       const double enough = pair.result.lower_bound - limits.decades(-4, 0);
       const double coarse = cell.distances.of(pair, enough), bound = cell.distances.of(pair);
       ASSERT_LE(bound, pair.result.lower_bound);
-      const auto in = [&](const StateWithin& state) { return cell.in(state, pair.asked).upper_bound; };
+      const auto in = [&](const StateWithin& state) {
+        ++states;
+        return cell.in(state, pair.asked).upper_bound;
+      };
       const double worst = std::min({pair.result.upper_bound - swellingOf(cell.distances.uncertainty(), pair.asked),
                                      smallestOfSome(12, cell.model->robot, cell.objects.get(), chance, in),
                                      smallestOfCorners(cell.model->robot, cell.objects.get(), corners, in)});
@@ -276,6 +279,7 @@ TEST(GuaranteedDistances, NoStateWithinIsCloser) {
       tight += pair.result.upper_bound - worst > 0.3 * (pair.result.upper_bound - bound);
     }
   }
+  RecordProperty("states", states);
   if (kIsSanitized) return;
   EXPECT_GT(pairs, 800);
   EXPECT_GT(overlaps, 80);

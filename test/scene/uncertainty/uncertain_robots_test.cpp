@@ -26,7 +26,7 @@ Uncertainty uncertaintyOf(const RobotModel& robot, double size, Chance& chance) 
 void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int count, Chance& chance) {
   Scene scene(model), within(model);
   GuaranteedDistances distances(model);
-  int close = 0, pairs = 0;
+  int close = 0, pairs = 0, states = 0;
   for (int i = 0; i < count; ++i) {
     const BodyPoses poses = forwardKinematics(model->robot, randomPositions(model->robot, chance));
     const Uncertainty uncertainty = uncertaintyOf(model->robot, chance.decades(-4, -1), chance);
@@ -36,6 +36,7 @@ void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int coun
     for (const PairProximity& pair : std::vector<PairProximity>(scene.closest(scene.candidates(), 4))) {
       const double bound = distances.of(pair);
       const auto in = [&](const StateWithin& state) {
+        ++states;
         within.update(posesWithin(model->robot, poses, uncertainty, state));
         return within.proximity(pair.asked).result.upper_bound - swellingOf(uncertainty, pair.asked);
       };
@@ -47,6 +48,7 @@ void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int coun
       ++pairs;
     }
   }
+  testing::Test::RecordProperty("states_of_" + model->robot.name, states);
   EXPECT_GT(close, pairs / 5) << "the search comes near to the bounds";
 }
 
