@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 namespace proximity_server::scene {
@@ -61,11 +62,24 @@ const JointRange* intervalOf(const std::vector<JointRange>& box, int joint) {
 
 Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>& ranges, std::mt19937_64& random) {
   Positions positions(robot.joints.size(), 0.0);
-  for (const JointRange& range : ranges) {
-    std::uniform_real_distribution<double> fraction;
-    positions[range.joint] = range.typeable(range.lower + fraction(random) * range.width());
-  }
+  drawWithin(inequalitiesOver(ranges, robot), positions, [&](std::uint32_t) {
+    for (const JointRange& range : ranges) {
+      std::uniform_real_distribution<double> fraction;
+      positions[range.joint] = range.typeable(range.lower + fraction(random) * range.width());
+    }
+  });
   return positions;
+}
+
+std::vector<JointInequality> inequalitiesOver(const std::vector<JointRange>& ranges, const RobotModel& robot) {
+  std::vector<JointInequality> over;
+  std::copy_if(robot.inequalities.begin(), robot.inequalities.end(), std::back_inserter(over),
+               [&](const JointInequality& inequality) {
+                 return std::all_of(
+                     inequality.terms.begin(), inequality.terms.end(),
+                     [&](const JointInequality::Term& term) { return intervalOf(ranges, term.joint) != nullptr; });
+               });
+  return over;
 }
 
 std::vector<int> jointsBetween(const RobotModel& robot, int body_a, int body_b) {

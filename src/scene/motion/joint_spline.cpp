@@ -182,4 +182,21 @@ std::vector<SplineSegment::Excess> SplineSegment::beyondLimits(const RobotModel&
   return beyond;
 }
 
+std::vector<SplineSegment::Break> SplineSegment::brokenInequalities(
+    const RobotModel& robot, const std::vector<std::optional<double>>& resting) const {
+  std::vector<Break> broken;
+  for (const JointInequality& inequality : robot.inequalities) {
+    ControlValues excess;
+    excess.fill(-inequality.bound);
+    for (const JointInequality::Term& term : inequality.terms) {
+      const bool rests = !resting.empty() && resting[term.joint];
+      for (std::size_t i = 0; i < excess.size(); ++i)
+        excess[i] += term.coefficient * (rests ? *resting[term.joint] : joints_[term.joint][i]);
+    }
+    const double time = timeOfHighest(excess), highest = valueAt(excess, time);
+    if (highest > inequality.tolerance()) broken.push_back({&inequality, time, highest});
+  }
+  return broken;
+}
+
 }  // namespace proximity_server::scene

@@ -19,36 +19,8 @@ using Eigen::Vector3d;
 
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
 
-/// The position that a pose tells: one of the numbers value + n * spacing.
-struct PosedPosition {
-  double value;
-  double spacing;  ///< 0: the value is the only one
-
-  PosedPosition mirrored() const { return {-value, spacing}; }
-  double atOrAbove(double position) const { return value + std::ceil((position - value) / spacing) * spacing; }
-  double atOrBelow(double position) const { return value + std::floor((position - value) / spacing) * spacing; }
-  double nearestTo(double position) const { return value + std::round((position - value) / spacing) * spacing; }
-};
-
-struct Limits {
-  double lower, upper;
-
-  Limits mirrored() const { return {-upper, -lower}; }
-  double excess(double position) const { return std::max(lower - position, position - upper); }
-};
-
-/// Returns the position nearest to the stated one. Without a stated one, returns the lowest of the positions that the
-/// limits allow, or, if they allow none, the position nearest to the limits.
-double positionWithin(const Limits& limits, const PosedPosition& position, const std::optional<double>& stated) {
-  if (!(position.spacing > 0.0)) return position.value;
-  if (stated) return position.nearestTo(*stated);
-  const double lowest = std::isinf(limits.lower) ? limits.lower : position.atOrAbove(limits.lower - kBeyondLimit);
-  const double highest = position.atOrBelow(limits.upper + kBeyondLimit);
-  return lowest > highest && limits.excess(highest) < limits.excess(lowest) ? highest : lowest;
-}
-
 /// The time in [0, 1] at which a joint reaches a limit; infinity if it reaches none.
-double stopTime(PosedPosition position, Limits limits, std::optional<double> stated, double travel) {
+double stopTime(PosedPosition position, PositionLimits limits, std::optional<double> stated, double travel) {
   if (travel == 0.0) return kInfinity;
   if (travel < 0.0) {
     position = position.mirrored();
@@ -60,7 +32,6 @@ double stopTime(PosedPosition position, Limits limits, std::optional<double> sta
 }
 
 bool turns(const Joint& joint) { return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous; }
-bool slides(const Joint& joint) { return joint.type == Joint::Type::Prismatic; }
 
 /// Throws unless the stated position of each joint that moves is so near to its limits that the turn is known.
 void requireNearLimits(const RobotModel& model, const std::vector<double>& travel,
@@ -68,46 +39,61 @@ void requireNearLimits(const RobotModel& model, const std::vector<double>& trave
   for (std::size_t i = 0; i < stated.size(); ++i) {
     const Joint& joint = model.joints[i];
     if (!stated[i] || joint.mimic || !turns(joint) || travel[i] == 0.0) continue;
-    if (Limits{joint.lower, joint.upper}.excess(*stated[i]) <= 0.5 * kTurn) continue;
+    if (PositionLimits{joint.lower, joint.upper}.excess(*stated[i]) <= 0.5 * kTurn) continue;
     throw std::invalid_argument("joint '" + joint.name + "' is stated to be at " + std::to_string(*stated[i]) +
                                 " rad, more than half a turn beyond its limits of " + std::to_string(joint.lower) +
                                 " and " + std::to_string(joint.upper) + ": which turn it is on is not known");
   }
 }
 
-/// For each of RobotModel::joints that is a leader, the position that its own pose tells, or else the pose of a
-/// follower.
-std::vector<std::optional<PosedPosition>> positionsOf(const RobotModel& model, const RobotMotion& motion) {
-  std::vector<std::optional<PosedPosition>> positions(model.joints.size());
-  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-    const int index = model.bodies[i].joint;
-    if (index < 0 || !motion.segments()[i].is_known) continue;
-    const Joint& joint = model.joints[index];
-    if (!turns(joint) && !slides(joint)) continue;
-    const Joint::Mimic leader = model.leaderOf(index);
-    auto& position = positions[leader.joint];
-    if (leader.multiplier == 0.0 || (position && leader.joint != index)) continue;
-    const double own = jointPosition(model, joint, motion.segments()[i].motion.start);
-    const double spacing = turns(joint) ? kTurn / std::abs(leader.multiplier) : 0.0;
-    const PosedPosition told{(own - leader.offset) / leader.multiplier, spacing};
-    if (std::isfinite(told.value) && std::isfinite(told.spacing)) position = told;
-  }
-  return positions;
-}
-
-std::vector<JointStop> stopsOf(const RobotModel& model, const RobotMotion& unlimited, const std::vector<double>& travel,
+std::vector<JointStop> stopsOf(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                const std::vector<std::optional<double>>& stated) {
-  const std::vector<std::optional<PosedPosition>> positions = positionsOf(model, unlimited);
   std::vector<JointStop> stops;
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    if (!positions[i]) continue;
     const Joint& joint = model.joints[i];
+    if (joint.mimic || travel[i] == 0.0) continue;
+    const std::optional<PosedPosition> position = posedPosition(model, start, static_cast<int>(i));
+    if (!position) continue;
     const std::optional<double> own = stated.empty() ? std::nullopt : stated[i];
-    const double time = stopTime(*positions[i], {joint.lower, joint.upper}, own, travel[i]);
+    const double time = stopTime(*position, {joint.lower, joint.upper}, own, travel[i]);
     if (time < 1.0) stops.push_back({static_cast<int>(i), time});
   }
   std::stable_sort(stops.begin(), stops.end(), [](const JointStop& p, const JointStop& q) { return p.time < q.time; });
   return stops;
+}
+
+/// The time at which the excess of an inequality is above what it may be: 0 at most, or what it is at the start and a
+/// tolerance; infinity if it never is. `excess` is that at the start.
+double breakTime(const JointInequality& inequality, double excess, const std::vector<double>& travel,
+                 const std::vector<JointStop>& stops) {
+  const double allowed = std::max(0.0, excess + inequality.tolerance());
+  double time = 0.0;
+  for (std::size_t stopped = 0;; ++stopped) {
+    const auto rests = [&](int joint) {
+      return std::any_of(stops.begin(), stops.begin() + static_cast<std::ptrdiff_t>(stopped),
+                         [&](const JointStop& stop) { return stop.joint == joint; });
+    };
+    double rate = 0.0;
+    for (const JointInequality::Term& term : inequality.terms)
+      if (!rests(term.joint)) rate += term.coefficient * travel[term.joint];
+    const double reached = rate > 0.0 ? time + (allowed - excess) / rate : kInfinity;
+    if (stopped == stops.size() || reached < stops[stopped].time) return reached;
+    excess = std::min(allowed, excess + rate * (stops[stopped].time - time));
+    time = stops[stopped].time;
+  }
+}
+
+std::optional<InequalityBreak> firstBreak(const RobotModel& model, const BodyPoses& start,
+                                          const std::vector<double>& travel, const std::vector<JointStop>& stops,
+                                          const std::vector<std::optional<double>>& stated) {
+  std::optional<InequalityBreak> first;
+  for (const JointInequality& inequality : model.inequalities) {
+    const std::optional<double> excess = excessAt(model, inequality, start, stated);
+    const double time = excess ? breakTime(inequality, *excess, travel, stops) : kInfinity;
+    if (time < (first ? first->time : 1.0))
+      first = InequalityBreak{static_cast<int>(&inequality - model.inequalities.data()), time};
+  }
+  return first;
 }
 
 /// Returns 0, the different times of the stops, and 1.
@@ -185,8 +171,9 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
     throw std::invalid_argument("there are " + std::to_string(stated.size()) + " stated positions for " +
                                 std::to_string(model.joints.size()) + " joints");
   requireNearLimits(model, travel, stated);
-  std::vector<JointStop> stops = stopsOf(model, unlimited, travel, stated);
-  if (stops.empty()) return {unlimited, {}};
+  std::vector<JointStop> stops = stopsOf(model, start, travel, stated);
+  const std::optional<InequalityBreak> broken = firstBreak(model, start, travel, stops, stated);
+  if (stops.empty()) return {unlimited, {}, broken};
   const std::vector<double> times = borders(stops);
   std::vector<PhasedMotion::Phase> phases;
   BodyPoses poses = start;
@@ -195,7 +182,7 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
     phases.push_back({times[i], times[i + 1], RobotMotion::ofTravel(model, poses, during)});
     poses = phases.back().motion.at(1.0);
   }
-  return {PhasedMotion(std::move(phases)), std::move(stops)};
+  return {PhasedMotion(std::move(phases)), std::move(stops), broken};
 }
 
 }  // namespace proximity_server::scene

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/limited_motion.h"
 
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "scene/files.h"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -78,6 +80,41 @@ TEST(MotionWithinLimits, StopsAJointAtItsLimit) {
   EXPECT_NEAR(position.of("left", 0.1), 0.7, kRounding);
   EXPECT_NEAR(position.of("left", 0.25), 1.0, kRounding);
   EXPECT_NEAR(position.of("left", 1.0), 1.0, kRounding);
+}
+
+std::optional<InequalityBreak> breakOf(const std::string& inequalities, const std::map<std::string, double>& start,
+                                       const std::map<std::string, double>& travel) {
+  RobotModel robot = robotOf(carts(limits(-1, 1), limits(-5, 5)));
+  setJointInequalities(readYaml(inequalities, ""), "", robot);
+  return motionWithinLimits(robot, forwardKinematics(robot, byJoint(robot, start)), byJoint(robot, travel)).broken;
+}
+
+TEST(MotionWithinLimits, TellsTheFirstInequalityThatItBreaks) {
+  const char* const both = "- right <= 3\n- left - right <= 2";
+  const auto second = breakOf(both, {}, {{"left", 0.5}, {"right", -2.0}});  // 2.5 by time
+  ASSERT_TRUE(second.has_value());
+  EXPECT_EQ(second->inequality, 1);
+  EXPECT_NEAR(second->time, 0.8, kRounding);
+  const auto first = breakOf(both, {}, {{"left", 0.9}, {"right", 4.0}});
+  ASSERT_TRUE(first.has_value());
+  EXPECT_EQ(first->inequality, 0);
+  EXPECT_NEAR(first->time, 0.75, kRounding);
+  EXPECT_FALSE(breakOf(both, {}, {{"left", 0.4}, {"right", -1.5}}));
+}
+
+TEST(MotionWithinLimits, BreaksAnInequalityLaterWhereAJointStops) {
+  const auto broken = breakOf("- left - right <= 2", {}, {{"left", 4.0}, {"right", -2.0}});  // left stops at 0.25
+  ASSERT_TRUE(broken.has_value());
+  EXPECT_NEAR(broken->time, 0.5, kRounding);  // 1 + 0.5 there, and then 2 by time
+  const auto returning = breakOf("- left - right <= 2", {}, {{"left", 4.0}, {"right", 2.0}});
+  EXPECT_FALSE(returning);
+}
+
+TEST(MotionWithinLimits, BreaksAnInequalityThatIsBrokenOnlyIfItGoesFarther) {
+  EXPECT_FALSE(breakOf("- left - right <= 2", {{"right", -3.0}}, {{"left", -0.5}}));
+  const auto farther = breakOf("- left - right <= 2", {{"right", -3.0}}, {{"left", 0.5}});
+  ASSERT_TRUE(farther.has_value());
+  EXPECT_NEAR(farther->time, 4e-6, kRounding);  // two tolerances of 1e-6
 }
 
 TEST(MotionWithinLimits, IsOneMotionWhereNoJointReachesItsLimit) {

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/motion/joint_spline.h"
 
 #include "chance.h"
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
@@ -174,6 +175,36 @@ TEST(SplineSegment, NamesWhatIsWrong) {
             "the point at 2.000000 s: joint 'elbow': one of the accelerations is not finite");
   EXPECT_EQ(error({1.0, {-1e308}}, {2.0, {1e308}}),
             "the point at 2.000000 s: joint 'elbow' is too fast or too far away");
+}
+
+TEST(SplineSegment, TellsTheInequalitiesThatItBreaksWhereTheyAreBrokenMost) {
+  RobotModel robot = robotOf(urdfOf(link("base") + link("a") + link("b") + slider("p", "base", "a", "1 0 0") +
+                                    slider("q", "base", "b", "1 0 0")));
+  setJointInequalities(readYaml("- 2*p - q <= 1\n- p + q <= 9\n- q - p <= 0", ""), "", robot);
+  // p is 3 t^2 - 2 t^3, from 0 to 1 at rest, and q is 4 (t - t^2): 2 p - q is 10 t^2 - 4 t^3 - 4 t.
+  const SplineSegment segment(robot, {0.0, {0.0, 0.0}, {0.0, 4.0}, {}}, {1.0, {1.0, 0.0}, {0.0, -4.0}, {}});
+  const auto broken = segment.brokenInequalities(robot);
+  ASSERT_EQ(broken.size(), 2u);
+  EXPECT_EQ(broken[0].inequality->text, "2*p - q <= 1");
+  EXPECT_NEAR(broken[0].time, 1.0, 1e-4);
+  EXPECT_NEAR(broken[0].excess, 1.0, 1e-8);
+  // q - p is 4 t - 7 t^2 + 2 t^3, highest where 4 - 14 t + 6 t^2 = 0
+  const double t = (14.0 - std::sqrt(100.0)) / 12.0;
+  EXPECT_EQ(broken[1].inequality->text, "q - p <= 0");
+  EXPECT_NEAR(broken[1].time, t, 1e-4);
+  EXPECT_NEAR(broken[1].excess, 4.0 * t - 7.0 * t * t + 2.0 * t * t * t, 1e-8);
+}
+
+TEST(SplineSegment, TakesPositionsOfRestingJointsForInequalities) {
+  RobotModel robot = robotOf(urdfOf(link("base") + link("a") + link("b") + slider("p", "base", "a", "1 0 0") +
+                                    slider("q", "base", "b", "1 0 0")));
+  setJointInequalities(readYaml("- p + q <= 1", ""), "", robot);
+  const SplineSegment segment(robot, {0.0, {0.0, 0.0}}, {1.0, {1.0, 0.0}});
+  EXPECT_TRUE(segment.brokenInequalities(robot).empty());
+  const auto broken = segment.brokenInequalities(robot, {std::nullopt, 0.5});
+  ASSERT_EQ(broken.size(), 1u);
+  EXPECT_NEAR(broken[0].excess, 0.5, 1e-12);
+  EXPECT_TRUE(segment.brokenInequalities(robot, {std::nullopt, std::nan("")}).empty());
 }
 
 }  // namespace proximity_server::scene::spline_segment_test

@@ -39,7 +39,11 @@ bool hasKnownRange(const RobotModel& robot, int joint);
 /// The range of a joint; nullptr if there is none.
 const JointRange* intervalOf(const std::vector<JointRange>& box, int joint);
 
-/// Draws each joint uniformly from its range, independently of the others.
+/// Those of RobotModel::inequalities all of whose joints have a range.
+std::vector<JointInequality> inequalitiesOver(const std::vector<JointRange>& ranges, const RobotModel& robot);
+
+/// Draws each joint uniformly from its range, independently of the others, until inequalitiesOver() holds; the other
+/// joints are at 0. Failure: throws as drawWithin().
 Positions randomPositions(const RobotModel& robot, const std::vector<JointRange>& ranges, std::mt19937_64& random);
 
 /// The movable joints between two bodies, in the order from a to b. If the bodies belong to two robots, all joints up

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/narrowphase/shape/shape.h"
+#include "proximity_server/scene/model/joint_inequality.h"
 #include "proximity_server/scene/pieces/representation.h"
 
 #include <Eigen/Geometry>
@@ -108,8 +109,9 @@ struct RobotModel {
   std::vector<Body> bodies;
   std::vector<Collision> collisions;
   std::vector<Piece> pieces;
-  std::vector<std::string> warnings;     ///< each is one sentence about input that is odd but legal
-  std::vector<Member> robots{Member{}};  ///< see joined()
+  std::vector<std::string> warnings;            ///< each is one sentence about input that is odd but legal
+  std::vector<Member> robots{Member{}};         ///< see joined()
+  std::vector<JointInequality> inequalities{};  ///< limits that couple joints, see setJointInequalities()
 
   /// The index of a link, or -1.
   int findLink(const std::string& name) const;

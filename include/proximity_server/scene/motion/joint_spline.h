@@ -4,6 +4,7 @@
 #include "proximity_server/scene/model/robot_model.h"
 
 #include <array>
+#include <optional>
 #include <vector>
 
 // The motion that joint_trajectory_controller of ros_controllers makes of the points of a trajectory.
@@ -73,6 +74,18 @@ class SplineSegment {
   };
   /// The joints that leave their limits by more than 1e-9 rad or m. Mimic joints have no limits of their own.
   std::vector<Excess> beyondLimits(const RobotModel& robot) const;
+
+  /// An inequality that is broken, where it is broken most.
+  struct Break {
+    const JointInequality* inequality;
+    double time;  ///< in [0, 1]
+    double excess;
+  };
+  /// The broken inequalities of the robot. The sum of an inequality is a polynomial too, whose control values are the
+  /// sums of those of its joints. `resting` are positions that joints have instead of those of the segment, or it is
+  /// empty; with one that is NaN, an inequality is not broken.
+  std::vector<Break> brokenInequalities(const RobotModel& robot,
+                                        const std::vector<std::optional<double>>& resting = {}) const;
 
  private:
   using ControlValues = std::array<double, 6>;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/model/posed_position.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 
 #include <algorithm>
@@ -42,18 +43,22 @@ class PhasedMotion {
   std::vector<Phase> phases_;
 };
 
-/// [rad] An encoder may report a position this far beyond a limit.
-constexpr double kBeyondLimit = 0.05;
-
 /// A joint that stops at a limit.
 struct JointStop {
   int joint;    ///< index into RobotModel::joints; never a mimic joint
   double time;  ///< in [0, 1)
 };
 
+/// From `time` on, in [0, 1), the excess of an inequality is larger than 0 and, by its tolerance, than at the start.
+struct InequalityBreak {
+  int inequality;  ///< index into RobotModel::inequalities
+  double time;
+};
+
 struct LimitedMotion {
   PhasedMotion motion;
-  std::vector<JointStop> stops;  ///< in the order of their times
+  std::vector<JointStop> stops;           ///< in the order of their times
+  std::optional<InequalityBreak> broken;  ///< the first one; an inequality is left out if a pose of it is missing
 };
 
 /// Moves every joint at constant velocity until it reaches a limit, where it rests from then on.
@@ -65,14 +70,9 @@ struct LimitedMotion {
 /// 3. The times of the stops divide the motion into phases: at most one more than there are joints.
 ///
 /// `travel` is as in RobotMotion::ofTravel, for the whole time and without limits. `stated` [rad] has a position for
-/// each of RobotModel::joints, or is empty. A pose does not tell full turns, so that it stands for several positions:
+/// each of RobotModel::joints, or is empty; see posed_position.h. Of the positions that a pose stands for, the one
+/// counts with which the joint stops last. An inequality stops no joint.
 ///
-/// * With a stated position, the one nearest to it counts, even beyond a limit.
-/// * Without a stated position, the joint is taken to be within its limits, or beyond one by kBeyondLimit at most. Of
-///   such positions the one counts with which it stops last. If there is none, the one nearest to the limits counts.
-///
-/// So, if the limits of a joint are nearly a turn apart or farther, and it is beyond one by more than kBeyondLimit, its
-/// position must be stated; otherwise it is taken to be a turn away.
 /// Error:   the position at which a joint stops is within rounding of its limit.
 /// Failure: throws as RobotMotion::ofTravel does. Throws std::invalid_argument for a wrong number of stated positions,
 ///          and, with the name of the joint, for a stated position of a moving joint more than half a turn beyond its
