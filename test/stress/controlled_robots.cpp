@@ -6,6 +6,7 @@
 #include "scene/example_robots.h"
 #include "scene/random_objects.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -23,6 +24,8 @@ std::vector<ControlFamily> allFamilies() {
     families.push_back({robot.name, rarity, false, model});
     families.push_back({robot.name + std::string(", objects"), rarity, true, model});
   }
+  families.push_back({"random robot, coupled", 1, false, nullptr, true});
+  families.push_back({"demo, coupled", 4, false, families[2].robot, true});
   return families;
 }
 
@@ -39,7 +42,33 @@ std::shared_ptr<const Objects> someObjects(const std::shared_ptr<const SceneMode
   return std::make_shared<const Objects>(Objects(model).changed(changes));
 }
 
+std::shared_ptr<const SceneModel> robotOf(const ControlFamily& family, Chance& chance) {
+  const auto robot = family.robot ? family.robot : someRobot(chance);
+  return family.is_coupled ? coupled(*robot, chance) : robot;
+}
+
 }  // namespace
+
+double randomPosition(const Joint& joint, Chance& chance) {
+  return chance.between(std::max(joint.lower, -3.0), std::min(joint.upper, 3.0));
+}
+
+std::shared_ptr<const SceneModel> coupled(const SceneModel& model, Chance& chance) {
+  auto copy = std::make_shared<SceneModel>(model);
+  std::vector<int> joints;
+  for (int i = 0; i < static_cast<int>(model.robot.joints.size()); ++i)
+    if (hasOnePosition(model.robot.joints[i]) && !model.robot.joints[i].mimic) joints.push_back(i);
+  for (int n = joints.empty() ? 0 : 1 + chance.below(4); n > 0; --n) {
+    JointInequality inequality{"inequality " + std::to_string(n), {}, chance.between(0.0, 1.0)};
+    std::shuffle(joints.begin(), joints.end(), chance);
+    for (std::size_t i = 0; i < std::min<std::size_t>(joints.size(), 1 + chance.below(4)); ++i) {
+      inequality.terms.push_back({joints[i], chance.eitherSign(chance.between(0.3, 2.0))});
+      inequality.bound += inequality.terms[i].coefficient * randomPosition(model.robot.joints[joints[i]], chance);
+    }
+    copy->robot.inequalities.push_back(inequality);
+  }
+  return copy;
+}
 
 std::shared_ptr<const SceneModel> quickDemoModel() {
   const std::string demo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
@@ -69,7 +98,7 @@ Chance chanceOf(const stress::Part& part) {
 }
 
 ControlledCell::ControlledCell(const ControlFamily& family, Chance chance)
-    : chance_(chance), model_(family.robot ? family.robot : someRobot(chance_)), scene_(model_) {
+    : chance_(chance), model_(robotOf(family, chance_)), scene_(model_) {
   if (!family.has_objects) return;
   objects_ = someObjects(model_, chance_);
   scene_.use(objects_);

@@ -27,10 +27,17 @@ struct ControlFamily {
   bool has_objects;
   /// The robot of all cells; nullptr: each has one of its own, of small random shapes.
   std::shared_ptr<const SceneModel> robot;
+  bool is_coupled = false;  ///< each cell has joint inequalities of its own
 };
 
+/// A copy with one to four random inequalities, each of which most random states obey.
+std::shared_ptr<const SceneModel> coupled(const SceneModel& model, Chance& chance);
+
+/// A random position of a joint within its limits, or within 3 rad or m.
+double randomPosition(const Joint& joint, Chance& chance);
+
 /// Random small robots, the robot of the demo and, where the package example-robot-data is found, Panda, UR5 and PR2
-/// with meshes.
+/// with meshes; the first two also with random joint inequalities.
 const std::vector<ControlFamily>& controlFamilies();
 
 /// Returns a random source that depends on the part of the run only.

@@ -19,6 +19,7 @@ TEST(StopStress, NoStopEndsTooNearAndNoRetreatIsSlowed) {
   if (kIsSanitized) return;  // what follows is of the whole test
   for (const Tally& family : families) EXPECT_LE(20 * family["unneeded"], family["retreats"]) << family.family;
   const Tally all = sumOf(families);
+  EXPECT_GT(sumOf(families)["coupled"], repeats(100)) << "inequalities slow some";
   for (const char* number : {"slowed", "retreats", "halted"}) EXPECT_GT(20 * all[number], all["stops"]) << number;
   EXPECT_LT(2 * all["halted"], all["stops"]);
 }

@@ -5,9 +5,12 @@
 //    by design), and a random target.
 // 2. In each step of 10 ms take the rows of the state, the velocity of yieldingVelocity(), and move on.
 //
-// A failure is a pair below its stop distance, or, where it was below it at the start, nearer than there, both by more
-// than 0.1 mm; a joint that is faster than the URDF allows; one that changes its direction more than five times a
-// second, at more than 0.02 rad/s or m/s; a rest before the target that no pair explains; a step without a velocity.
+// Some robots have random joint inequalities, whose rows are taken without an allowance.
+//
+// A failure is a broken inequality; a pair below its stop distance, or, where it was below it at the start, nearer than
+// there, both by more than 0.1 mm; a joint that is faster than the URDF allows; one that changes its direction more
+// than five times a second, at more than 0.02 rad/s or m/s; a rest before the target that no pair explains; a step
+// without a velocity.
 // Limit: links that are below their stop distance by design and have no stop distance of their own may lose up to
 // 0.25 mm of it, and a joint may still change its direction more often where several of them have many places that are
 // equally near. Such drives are failures, too.
@@ -47,6 +50,7 @@ struct DriveFamily {
   std::shared_ptr<const SceneModel> robot;
   VelocityDamper damper{{kStop, kStop}, kInfluence, 0.5};
   std::set<std::pair<int, int>> near_by_design{};  // pairs of links that are below the stop distance in most states
+  bool is_coupled = false;                         // each drive has joint inequalities of its own
 };
 
 /// The stop distances of pairs that are near by design.
@@ -115,6 +119,13 @@ std::shared_ptr<const SceneModel> audited(const std::shared_ptr<const SceneModel
   return std::make_shared<const SceneModel>(makeSceneModel(ur10->robot, "", options));
 }
 
+/// The same robot with inequalities.
+DriveFamily coupledFamily(DriveFamily family) {
+  family.name += ", coupled";
+  family.is_coupled = true;
+  return family;
+}
+
 std::vector<DriveFamily> allFamilies() {
   std::vector<DriveFamily> families{familyOf("demo", 1, quickDemoModel())};
   const MeshResolver resolve = exampleRobotsResolver();
@@ -133,6 +144,8 @@ std::vector<DriveFamily> allFamilies() {
   families.push_back(familyOf(
       "Baxter", 2, example("baxter_description/urdf/baxter.urdf", "baxter_description/srdf/baxter_manipulation.srdf")));
   families.push_back(familyOf("Pr2", 2, example("pr2_description/urdf/pr2.urdf", "pr2_description/srdf/pr2.srdf")));
+  families.push_back(coupledFamily(families[0]));
+  families.push_back(coupledFamily(families[1]));
   return families;
 }
 
@@ -191,16 +204,24 @@ class RememberedRows {
   std::map<Key, std::vector<Place>> others_;
 };
 
+std::vector<int> allColumns(const DegreesOfFreedom& columns) {
+  std::vector<int> all;
+  for (int column = 0; column < columns.size(); ++column) all.push_back(column);
+  return all;
+}
+
 class Drive {
  public:
   Drive(const DriveFamily& family, Chance chance, stress::Tally& tally)
       : family_(family),
         chance_(chance),
-        robot_(family.robot->robot),
+        model_(family.is_coupled ? coupled(*family.robot, chance_) : family.robot),
+        robot_(model_->robot),
         columns_(robot_),
-        scene_(family.robot),
-        derivatives_(family.robot),
-        rows_(family.robot, kRows),
+        scene_(model_),
+        derivatives_(model_),
+        rows_(model_, kRows),
+        inequality_rows_(model_, allColumns(columns_)),
         tally_(tally) {
     const Eigen::Index joints = columns_.size();
     lower_.setZero(joints), upper_.setZero(joints), speeds_.setZero(joints);
@@ -245,9 +266,19 @@ class Drive {
 
   void place(const VectorXd& state) {
     state_ = state;
-    const BodyPoses poses = posesOf(robot_, columns_, state);
-    scene_.update(poses);
-    derivatives_.update(poses);
+    poses_ = posesOf(robot_, columns_, state);
+    scene_.update(poses_);
+    derivatives_.update(poses_);
+  }
+
+  /// The largest excess of an inequality, in its tolerances.
+  double largestExcess() const {
+    std::vector<double> positions(robot_.joints.size(), 0.0);
+    for (int column = 0; column < columns_.size(); ++column) positions[columns_[column].joint] = state_[column];
+    double largest = -std::numeric_limits<double>::infinity();
+    for (const JointInequality& inequality : robot_.inequalities)
+      largest = std::max(largest, inequality.excess(positions) / inequality.tolerance());
+    return largest;
   }
 
   const std::vector<PairProximity>& below(double distance) {
@@ -261,6 +292,7 @@ class Drive {
   bool chooseStart() {
     for (int attempt = 0; attempt < 5000; ++attempt) {
       place(randomState(robot_, columns_, chance_));
+      if (largestExcess() > 0.0) continue;
       const std::vector<PairProximity>& near = below(kStop);
       const auto is_too_near = [&](const PairProximity& pair) { return pair.result.distance < stopOf(pair); };
       if (std::any_of(near.begin(), near.end(), [&](const PairProximity& pair) {
@@ -285,6 +317,7 @@ class Drive {
   bool step(const VectorXd& target) {
     if ((target - state_).norm() < kArrived) return false;
     rows_.update(scene_, derivatives_, family_.damper);
+    inequality_rows_.update(poses_, {}, family_.damper.gain / (kInfluence - kStop));
     tally_.add("left_out", rows_.leftOut() > 0);
     std::optional<YieldingVelocity> found = yieldingVelocity(program(target));
     if (!found) found = yieldingVelocity(presentProgram(target));
@@ -299,6 +332,8 @@ class Drive {
       fail("a joint is faster than its limit:", velocity_.cwiseAbs().maxCoeff());
     place((state_ + kStep * velocity_).cwiseMax(lower_).cwiseMin(upper_));
     lookAround();
+    if (largestExcess() > 1e-3) fail("a joint inequality is broken, by so many tolerances:", largestExcess());
+    if (largestExcess() > -1e3) tally_.add("coupled");
     return true;
   }
 
@@ -313,10 +348,9 @@ class Drive {
     }
     const std::vector<std::pair<RememberedRows::Key, VectorXd>> also = remembered_.update(places);
     VelocityProgram program = presentProgram(target);
-    const Eigen::Index rows = rows_.capacity() + static_cast<Eigen::Index>(also.size());
-    program.matrix.conservativeResize(rows, Eigen::NoChange);
-    program.lower_bounds.conservativeResize(rows);
-    int next = rows_.capacity();
+    Eigen::Index next = program.matrix.rows();
+    program.matrix.conservativeResize(next + static_cast<Eigen::Index>(also.size()), Eigen::NoChange);
+    program.lower_bounds.conservativeResize(program.matrix.rows());
     for (const auto& [pair, gradient] : also) {
       program.matrix.row(next) = gradient.transpose();
       program.lower_bounds[next++] = program.lower_bounds[index.at(pair)];
@@ -326,8 +360,11 @@ class Drive {
 
   /// Without remembered rows.
   VelocityProgram presentProgram(const VectorXd& target) const {
-    return {wanted(target), rows_.matrix(), rows_.bounds().array() + kAllowance,
-            ((lower_ - state_) / kStep).cwiseMax(-speeds_).cwiseMin(0.0),
+    Eigen::MatrixXd matrix(rows_.matrix().rows() + inequality_rows_.matrix().rows(), columns_.size());
+    matrix << rows_.matrix(), inequality_rows_.matrix();
+    VectorXd bounds(matrix.rows());
+    bounds << (rows_.bounds().array() + kAllowance).matrix(), inequality_rows_.bounds();
+    return {wanted(target), matrix, bounds, ((lower_ - state_) / kStep).cwiseMax(-speeds_).cwiseMin(0.0),
             ((upper_ - state_) / kStep).cwiseMin(speeds_).cwiseMax(0.0)};
   }
 
@@ -353,14 +390,17 @@ class Drive {
 
   const DriveFamily& family_;
   Chance chance_;
+  const std::shared_ptr<const SceneModel> model_;
   const RobotModel& robot_;
   const DegreesOfFreedom columns_;
   Scene scene_;
   Derivatives derivatives_;
   ConstraintRows rows_;
+  InequalityRows inequality_rows_;
   RememberedRows remembered_;
   stress::Tally& tally_;
   VectorXd lower_, upper_, speeds_;
+  BodyPoses poses_;
   VectorXd state_, velocity_, directions_, changes_;
   std::map<std::pair<int, int>, double> least_;  // the distance of pairs that are below the stop distance at the start
   bool is_held_ = false;
@@ -392,6 +432,7 @@ Campaign driveCampaign(double duration) {
                       count("arrived", 8, "arrived"),
                       count("held", 7, "held"),
                       count("moving", 7, "moving"),
+                      count("coupled", 8, "coupled"),
                       number("fastest", 8, "%*.3f", "fastest"),
                       {"nearest mm", 10, "%*.3f",
                        [](const Tally& tally) {
@@ -403,7 +444,8 @@ Campaign driveCampaign(double duration) {
                       ratio("ms/step", 9, "%*.3f", "seconds", "steps", 1e3),
                       failures(8)};
   campaign.legend =
-      "held: rests before the target, and the pairs that hold it are named; moving: the time was over; fastest: "
+      "coupled: steps at an inequality; held: rests before the target, and the pairs that hold it are named; moving: "
+      "the time was over; fastest: "
       "velocity of a joint,\n"
       "as a part of the URDF's limit; nearest: smallest distance less the stop distance, or less that at the start, if "
       "it is below;\n"

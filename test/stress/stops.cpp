@@ -4,9 +4,10 @@
 //    pair.
 // 2. Move the robot with its scaled velocities for the latency, and brake, in fine steps of time. No pair may be below
 //    its stop distance or, if it is too near at the start, nearer than at the start; both less than the stated
-//    tolerance.
+//    tolerance. No joint inequality may be broken, or if it is at the start, by more than there and its tolerance. If
+//    one of them limits the scale, the robot must stop where it would be broken.
 // 3. If the scale is below 1, look at the stop from the unscaled velocities in the same way: if every pair that is too
-//    near moves away all the time, and no other one comes near, the retreat was slowed.
+//    near moves away all the time, and no other one comes near, and the same of inequalities, the retreat was slowed.
 #include "proximity_server/scene/derivative/velocity_scale.h"
 #include "stress/controlled_robots.h"
 
@@ -75,8 +76,7 @@ class Cell : public ControlledCell {
   void choosePositions() {
     positions_.assign(model_->robot.joints.size(), 0.0);
     for (std::size_t i = 0; i < positions_.size(); ++i) {
-      const Joint& joint = model_->robot.joints[i];
-      positions_[i] = chance_.between(std::max(joint.lower, -3.0), std::min(joint.upper, 3.0));
+      positions_[i] = randomPosition(model_->robot.joints[i], chance_);
     }
     moveFrames();
   }
@@ -113,15 +113,40 @@ class Cell : public ControlledCell {
 
   double stopDistanceOf(const ShapeRefPair& pair) const { return !pair.areLinks() ? stop_.objects : stop_.links; }
 
-  /// Returns the poses after the joints moved with their unscaled velocities for a time [s]; at their limits they rest.
-  BodyPoses posesAfter(double way) const {
+  /// The positions after the joints moved with their unscaled velocities for a time [s]; at their limits they rest.
+  std::vector<double> positionsAfter(double way) const {
     std::vector<double> positions = positions_;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const Joint& joint = model_->robot.joints[i];
       if (hasOnePosition(joint))
         positions[i] = std::clamp(positions[i] + way * state_.velocities[i], joint.lower, joint.upper);
     }
-    return forwardKinematics(model_->robot, positions);
+    return positions;
+  }
+  BodyPoses posesAfter(double way) const { return forwardKinematics(model_->robot, positionsAfter(way)); }
+
+  const std::vector<JointInequality>& inequalities() const { return model_->robot.inequalities; }
+
+  /// How far the excess of an inequality is below what it may be after a way.
+  double slackAfter(double way, const JointInequality& inequality) const {
+    const double allowed = std::max(0.0, inequality.excess(positions_) + inequality.tolerance());
+    return allowed - inequality.excess(positionsAfter(way));
+  }
+
+  void observeInequalities(const VelocityScale& answer) {
+    const Braked brake = brakes();
+    const double whole = brake.wayAfter(brake.duration(answer.scale), answer.scale);
+    double least = 1.0;
+    for (const JointInequality& inequality : inequalities()) {
+      for (int step = 0; step <= kSteps; ++step)
+        if (slackAfter(whole * step / kSteps, inequality) < -kRounding * 100.0) failure = "a stop breaks an inequality";
+      least = std::min(least, slackAfter(whole, inequality) / inequality.tolerance());
+    }
+    const bool is_limiting = answer.scale > 0.0 && answer.scale < 1.0 &&
+                             answer.status == narrowphase::Status::Converged &&
+                             answer.pair.result.status == narrowphase::Status::Unknown;
+    tally_.add("coupled", is_limiting);
+    if (is_limiting && least > 1e-3) failure = "no inequality needs the scale " + std::to_string(answer.scale);
   }
 
   /// All pairs below a distance [m] of each kind above the stop distances.
@@ -158,6 +183,7 @@ class Cell : public ControlledCell {
     tally_.add("halted", answer.scale == 0.0);
     tally_.add("open", !converged);
     if (answer.status == narrowphase::Status::Unknown) failure = "a scale is unknown";
+    observeInequalities(answer);
     place(state_.poses);
     const std::map<Key, PairProximity> too_near = near(kRetreatTolerance);
     if (answer.scale > 0.0) stopFrom(answer.scale, too_near);
@@ -193,8 +219,14 @@ class Cell : public ControlledCell {
     const Braked brake = brakes();
     std::map<Key, double> last;
     for (const auto& [key, pair] : too_near) last[key] = pair.result.lower_bound - 1e-9;
+    std::vector<double> excesses(inequalities().size(), -1e-2);
+    for (std::size_t i = 0; i < excesses.size(); ++i)
+      excesses[i] = std::max(excesses[i], inequalities()[i].excess(positions_));
     for (const double step : steps) {
-      place(posesAfter(brake.wayAfter(brake.duration(1.0) * step, 1.0)));
+      const double way = brake.wayAfter(brake.duration(1.0) * step, 1.0);
+      for (std::size_t i = 0; i < excesses.size(); ++i)
+        if (inequalities()[i].excess(positionsAfter(way)) > excesses[i]) return false;
+      place(posesAfter(way));
       for (const auto& [key, pair] : near(kMargin)) {
         const auto before = last.find(key);
         if (before == last.end() || pair.result.lower_bound < before->second) return false;
@@ -234,6 +266,7 @@ Campaign stopCampaign() {
   campaign.columns = {count("stops", 9, "stops"),
                       count("slowed", 9, "slowed"),
                       count("halted", 9, "halted"),
+                      count("coupled", 8, "coupled"),
                       count("retreats", 9, "retreats"),
                       count("open", 8, "open"),
                       count("unneeded", 9, "unneeded"),
@@ -241,7 +274,8 @@ Campaign stopCampaign() {
                       ratio("us", 8, "%*.1f", "seconds", "stops", 1e6),
                       failures(8)};
   campaign.legend =
-      "slowed, halted: with a scale below 1, of 0; retreats: from pairs that are too near; open: not Converged; "
+      "slowed, halted: with a scale below 1, of 0; coupled: slowed by an inequality; retreats: from pairs that are too "
+      "near; open: not Converged; "
       "unneeded: of\n"
       "these, slowed retreats with stop distances of at least 0; us/scale: time of the answer; us: with all checks. "
       "A failure ends its cell.";

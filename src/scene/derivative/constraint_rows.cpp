@@ -71,6 +71,18 @@ Eigen::VectorXd largestSpeeds(const RobotModel& robot) {
   return speeds;
 }
 
+/// [rad/s, m/s] The largest speeds of the columns that move, and 0 of all others.
+Eigen::VectorXd speedsOf(const RobotModel& robot, const std::vector<int>& moving) {
+  const Eigen::VectorXd largest = largestSpeeds(robot);
+  Eigen::VectorXd speeds = Eigen::VectorXd::Zero(largest.size());
+  for (const int column : moving) {
+    if (column < 0 || column >= largest.size())
+      throw std::invalid_argument("the robot has no degree of freedom " + std::to_string(column));
+    speeds[column] = largest[column];
+  }
+  return speeds;
+}
+
 /// [m] The lower bound that counts.
 double distanceOf(const PairProximity& pair, const VelocityDamper& damper) {
   return damper.guaranteed ? damper.guaranteed(pair) : pair.result.lower_bound;
@@ -100,16 +112,10 @@ ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capa
   if (capacity < 1)
     throw std::invalid_argument("the capacity of the constraint rows is " + std::to_string(capacity) +
                                 ", not at least 1");
-  const Eigen::VectorXd largest = largestSpeeds(given(model_).robot);
-  speeds_.setZero(largest.size());
-  for (const int column : moving) {
-    if (column < 0 || column >= largest.size())
-      throw std::invalid_argument("the robot has no degree of freedom " + std::to_string(column));
-    speeds_[column] = largest[column];
-  }
+  speeds_ = speedsOf(given(model_).robot, moving);
   const auto size = static_cast<std::size_t>(capacity);
-  matrix_.setZero(capacity, largest.size());
-  gradient_.setZero(largest.size());
+  matrix_.setZero(capacity, speeds_.size());
+  gradient_.setZero(speeds_.size());
   bounds_.setConstant(capacity, -kInfinity);
   rows_.resize(size);
   stuck_.reserve(size);
@@ -239,6 +245,34 @@ void ConstraintRows::fill(const Offer& offer, const Derivatives& derivatives) {
   matrix_.row(offer.row) = gradient_.transpose();
   bounds_[offer.row] = offer.bound;
   rows_[offer.row] = {offer.pair, offer.distance, true, offer.result.unique};
+}
+
+InequalityRows::InequalityRows(std::shared_ptr<const SceneModel> model, const std::vector<int>& moving)
+    : model_(std::move(model)) {
+  const RobotModel& robot = given(model_).robot;
+  const DegreesOfFreedom columns(robot);
+  const Eigen::VectorXd speeds = speedsOf(robot, moving);
+  const auto count = static_cast<Eigen::Index>(robot.inequalities.size());
+  matrix_.setZero(count, columns.size());
+  bounds_.setConstant(count, -kInfinity);
+  largest_.setZero(count);
+  for (Eigen::Index row = 0; row < count; ++row)
+    for (const JointInequality::Term& term : robot.inequalities[row].terms) {
+      const int column = columns.columnsOf(term.joint).first;
+      if (speeds[column] == 0.0) continue;
+      matrix_(row, column) = -term.coefficient;
+      largest_[row] += std::abs(term.coefficient) * speeds[column];
+    }
+}
+
+bool InequalityRows::update(const BodyPoses& poses, const std::vector<std::optional<double>>& stated, double rate) {
+  for (Eigen::Index row = 0; row < bounds_.size(); ++row) {
+    if (largest_[row] == 0.0) continue;
+    const std::optional<double> excess = excessAt(model_->robot, model_->robot.inequalities[row], poses, stated);
+    if (!excess) return false;
+    bounds_[row] = std::min(rate * *excess, 0.5 * largest_[row]);
+  }
+  return true;
 }
 
 }  // namespace proximity_server::scene

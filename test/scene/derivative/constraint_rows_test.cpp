@@ -4,6 +4,7 @@
 #include "from_environment.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/derivative/free_motion.h"
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "sanitized.h"
@@ -822,6 +823,66 @@ TEST(WithoutAModel, NothingCanBeAsked) {
   EXPECT_THROW(FreeMotion{none}, std::invalid_argument);
   EXPECT_THROW(ConstraintRows(none, 1), std::invalid_argument);
   EXPECT_THROW(ConstraintRows(none, 1, {}), std::invalid_argument);
+}
+
+/// "rail0" to "rail2" with these inequalities.
+Model coupledRails(const std::string& inequalities) {
+  RobotModel robot = ballsOnRails(3)->robot;
+  setJointInequalities(readYaml(inequalities, ""), "", robot);
+  return scene::modelOf(std::move(robot));
+}
+
+TEST(InequalityRows, LetAnExcessGrowExponentiallyTowardsZero) {
+  const Model model = coupledRails("- 2*rail0 - rail1 <= 1\n- -2 <= rail2 + rail0");
+  InequalityRows rows(model, {0, 1, 2});
+  ASSERT_TRUE(rows.update(forwardKinematics(model->robot, {0.25, 0.0, -1.0}), {}, 4.0));
+  Eigen::MatrixXd expected(2, 3);
+  expected << -2, 1, 0, 1, 0, 1;
+  EXPECT_EQ(rows.matrix(), expected);
+  EXPECT_NEAR(rows.bounds()[0], -4.0 * 0.5, kRounding);
+  EXPECT_NEAR(rows.bounds()[1], -4.0 * 1.25, kRounding);
+}
+
+TEST(InequalityRows, AskForNoMoreThanTheJointsCanDo) {
+  const Model model = coupledRails("- 2*rail0 - rail1 <= 1");
+  InequalityRows rows(model, {0, 1, 2});
+  ASSERT_TRUE(rows.update(forwardKinematics(model->robot, {0.6, 0.0, 0.0}), {}, 4.0));
+  EXPECT_NEAR(rows.bounds()[0], 4.0 * 0.2, kRounding);
+  ASSERT_TRUE(rows.update(forwardKinematics(model->robot, {3.0, 0.0, 0.0}), {}, 4.0));
+  EXPECT_NEAR(rows.bounds()[0], 0.5 * 3.0, kRounding);  // 2 m/s + 1 m/s, half of it
+}
+
+TEST(InequalityRows, AreOfTheColumnsThatMove) {
+  const Model model = coupledRails("- 2*rail0 - rail1 <= 1\n- rail0 <= 5");
+  InequalityRows rows(model, {1, 2});
+  BodyPoses poses = forwardKinematics(model->robot, {0.25, 0.0, 0.0});
+  ASSERT_TRUE(rows.update(poses, {}, 4.0));
+  EXPECT_EQ(rows.matrix().row(0), Eigen::RowVector3d(0, 1, 0));
+  EXPECT_NEAR(rows.bounds()[0], -2.0, kRounding);
+  EXPECT_TRUE(rows.matrix().row(1).isZero(0.0));
+  EXPECT_EQ(rows.bounds()[1], -kInfinity);
+  poses[bodyOf(model->robot, "0")].reset();
+  EXPECT_FALSE(rows.update(poses, {}, 4.0));
+}
+
+TEST(InequalityRows, KeepARobotWithinWhatTheyAllow) {
+  const Model model = coupledRails("- 2*rail0 - rail1 + rail2 <= 1");
+  InequalityRows rows(model, {0, 1, 2});
+  const JointInequality& inequality = model->robot.inequalities.front();
+  VectorXd state = VectorXd::Zero(3);
+  const Vector3d wanted(1.0, -1.0, 1.0);
+  double last = inequality.excess({0, 0, 0});
+  for (int step = 0; step < 500; ++step) {
+    ASSERT_TRUE(rows.update(forwardKinematics(model->robot, {state[0], state[1], state[2]}), {}, 5.0));
+    const Vector3d row = rows.matrix().row(0);
+    const double lack = std::max(0.0, rows.bounds()[0] - row.dot(wanted));
+    state += 0.1 * (wanted + lack * row / row.squaredNorm());
+    const double excess = inequality.excess({state[0], state[1], state[2]});
+    EXPECT_LE(excess, 1e-12);
+    EXPECT_GE(excess, last - 1e-12);
+    last = excess;
+  }
+  EXPECT_NEAR(last, 0.0, 1e-9);
 }
 
 }  // namespace proximity_server::scene::constraint_rows_test

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/derivative/velocity_scale.h"
 
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
@@ -25,7 +26,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 const std::string kRobot =
     urdfOf(link("frame") + link("wall", box("1 4 4")) + link("carriage") + link("sled", box("1 1 1")) +
            link("arm", ball("0.25", "2 0 0")) + link("tail", ball("0.25", "0 0 90")) + weld("weld", "frame", "wall") +
-           slider("slide", "frame", "carriage", "1 0 0", "3 0 0") +
+           slider("slide", "frame", "carriage", "1 0 0", "3 0 0") + link("sensor") +
+           slider("pan", "frame", "sensor", "0 0 1") +
            joint("aside", "prismatic", "carriage", "sled", axis("0 1 0") + limits("-0.5", "9")) +
            hinge("swing", "frame", "arm", "0 0 1", "0 5 0") +
            joint("twin", "prismatic", "frame", "tail", axis("1 0 0") + limits("-99", "99") + mimic("slide", "3")));
@@ -34,7 +36,7 @@ class StoppingRobot : public testing::Test {
  protected:
   using ByName = std::map<std::string, double>;
 
-  StoppingRobot() {
+  explicit StoppingRobot(const std::string& inequalities = "[]") : model_(limitedBy(inequalities)) {
     braking_.deceleration.assign(robot().joints.size(), kInfinity);
     state_.velocities.assign(robot().joints.size(), 0.0);
     stand({});
@@ -68,7 +70,13 @@ class StoppingRobot : public testing::Test {
     return {robot().links[pair.asked.a.link()].name, robot().links[pair.asked.b.link()].name};
   }
 
-  const std::shared_ptr<const SceneModel> model_ = modelOf(kRobot);
+  static std::shared_ptr<const SceneModel> limitedBy(const std::string& inequalities) {
+    RobotModel robot = robotOf(kRobot);
+    setJointInequalities(readYaml(inequalities, ""), "", robot);
+    return modelOf(std::move(robot));
+  }
+
+  const std::shared_ptr<const SceneModel> model_;
   Scene scene_{model_};
   MovingScene moving_{model_};
   MovingState state_;
@@ -127,6 +135,70 @@ TEST_F(StoppingRobot, JointRestsFromItsLimitOn) {
   EXPECT_EQ(ask().scale, 1.0);
   stop_.objects = 0.3;
   EXPECT_NEAR(ask().scale, 0.4, 1e-6);
+}
+
+/// The gap is 2 m where "slide" is at 0; "pan" moves nothing that has geometry.
+class CoupledRobot : public StoppingRobot {
+ protected:
+  CoupledRobot() : StoppingRobot("- slide + 2*aside <= 3\n- pan - slide <= 17") {}
+};
+
+TEST_F(CoupledRobot, StopsWhereAnInequalityWouldBreak) {
+  brake(0.1, {{"slide", 2.0}, {"aside", 4.0}});
+  stand({{"slide", 1.0}, {"aside", 0.9}});  // 0.2 are left
+  move({{"slide", 1.0}, {"aside", 0.5}});   // 2 by second
+  const VelocityScale scale = ask();
+  EXPECT_EQ(scale.status, Status::Converged);
+  EXPECT_EQ(scale.pair.result.status, Status::Unknown);
+  const double expected = (-0.1 + std::sqrt(0.1 * 0.1 + 0.1)) / 0.5;  // 0.1 s + 0.25 s^2 = 0.1
+  EXPECT_NEAR(scale.scale, expected, 1e-12);
+  EXPECT_LE(scale.scale, expected);
+}
+
+TEST_F(CoupledRobot, IsNotSlowedAlongAnInequality) {
+  brake(0.5, {{"slide", 1.0}, {"aside", 1.0}});
+  move({{"slide", 1.0}, {"aside", -0.5}});
+  for (const double slide : {0.0, 1.0, 1.0 - 1e-9, 1.0 + 1e-9, 1.1}) {
+    stand({{"slide", slide}, {"aside", 1.0}});
+    EXPECT_EQ(ask().scale, 1.0) << slide;
+  }
+}
+
+TEST_F(CoupledRobot, ThatIsOutsideMayReturnButNotGoFarther) {
+  brake(0.5, {{"slide", 1.0}});
+  stand({{"slide", 3.5}});
+  move({{"slide", -1.0}});
+  EXPECT_EQ(ask().scale, 1.0);
+  move({{"slide", 1.0}});
+  EXPECT_LT(ask().scale, 1e-5);  // the tolerance of 3e-6 for the latency of 0.5 s
+}
+
+TEST_F(CoupledRobot, CountsTheMotionSinceThePosesForInequalities) {
+  brake(0.25, {});
+  stand({{"slide", 2.8}});
+  move({{"slide", 1.0}});
+  EXPECT_NEAR(ask().scale, 0.8, 1e-12);
+  state_.age = 0.25;
+  EXPECT_NEAR(ask().scale, 0.4, 1e-12);
+}
+
+TEST_F(CoupledRobot, CountsTheStopsOfJointsAtTheirLimits) {
+  brake(1.0, {});
+  stand({{"slide", 8.9}, {"aside", -0.4}});
+  move({{"slide", 1.0}, {"aside", -1.0}});  // both stop after 0.1 s
+  EXPECT_EQ(ask().scale, 1.0);
+  move({{"slide", 1.0}, {"aside", -0.4}});  // the sum grows by 0.2 each second from the start on
+  EXPECT_LT(ask().scale, 1e-4);
+}
+
+TEST_F(CoupledRobot, IsUnknownWithoutAPoseOfAnInequalityOfWhichAJointMoves) {
+  brake(0.1, {});
+  stand({});
+  state_.poses[bodyOf(robot(), "sensor")].reset();  // no pair needs it
+  move({{"swing", 0.1}});
+  EXPECT_EQ(ask().status, Status::Converged);
+  move({{"slide", 0.1}});
+  EXPECT_EQ(ask().status, Status::Unknown);
 }
 
 TEST_F(StoppingRobot, RetreatFromWhatIsTooNearIsNotSlowed) {

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/model/posed_position.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 
@@ -10,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -166,6 +168,32 @@ class ConstraintRows {
   Eigen::VectorXd gradient_;  // the gradient of one offer
   int left_out_ = 0, unneeded_ = 0, stuck_count_ = 0;
   int unknown_ = 0;
+};
+
+/// The rows of RobotModel::inequalities, for the same QP: matrix * velocity >= bounds, a row for each. The excess e of
+/// an inequality may grow at most by -rate * e each second, and where it is positive it has to fall that fast. So a
+/// robot approaches a bound at most exponentially, and does not pass it in steps of the time dt with rate * dt <= 1. A
+/// row of which no column moves is 0, with the bound -infinity.
+///
+/// A bound that is positive is at most half of what the largest velocities of the joints in the URDF can do.
+/// Memory: nothing is allocated after construction.
+class InequalityRows {
+ public:
+  /// As ConstraintRows.
+  InequalityRows(std::shared_ptr<const SceneModel> model, const std::vector<int>& moving);
+
+  /// Sets the bounds, with positions as excessAt(). `rate` [1/s] is positive. Returns false if a pose is missing of an
+  /// inequality of which a column moves; then the rows are not valid.
+  bool update(const BodyPoses& poses, const std::vector<std::optional<double>>& stated, double rate);
+
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& matrix() const { return matrix_; }
+  const Eigen::VectorXd& bounds() const { return bounds_; }
+
+ private:
+  std::shared_ptr<const SceneModel> model_;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> matrix_;
+  Eigen::VectorXd bounds_;
+  Eigen::VectorXd largest_;  // the largest rate of change of each sum
 };
 
 }  // namespace proximity_server::scene

@@ -30,6 +30,9 @@ struct MovingState {
   /// [m] If the state is not known exactly: no pair is ever nearer than its distance by these poses and velocities minus
   /// this.
   double largest_loss = 0.0;
+  /// [s] If `largest_loss` contains the motion since the time of the poses: how long ago that is. Inequalities, which
+  /// `largest_loss` does not cover, have it as additional latency.
+  double age = 0.0;
 };
 
 /// Per joint [rad] or [m]: how far it moves at most until the robot has stopped from its full velocities.
@@ -42,7 +45,8 @@ struct VelocityScale {
   /// iterations were used up) and Degenerate: a smaller scale, which is safe. Unknown: a pose or a velocity is missing.
   narrowphase::Status status = narrowphase::Status::Unknown;
   double scale = 0.0;  ///< in [0, 1]
-  /// the pair that limits it, where the robot would stop, in the frame of the poses; Unknown if there is none
+  /// the pair that limits it, where the robot would stop, in the frame of the poses; Unknown if there is none, or if an
+  /// inequality limits it
   PairProximity pair;
 };
 
@@ -50,7 +54,8 @@ struct VelocityScale {
 constexpr double kRetreatTolerance = 1e-6;
 
 /// Finds the largest s in [0, 1] such that a robot whose joints move at s times their velocities still stops above the
-/// stop distances. Motions that only lead away from pairs that are already too near are not slowed.
+/// stop distances, and before it breaks one of RobotModel::inequalities. Motions that only lead away from pairs that
+/// are already too near are not slowed, and neither are those that lead back into what inequalities allow.
 ///
 /// 1. At s times the velocities v, the robot moves until it stops as far as v would take it in the time L(s) = s T +
 ///    s^2 tau / 2. T is the latency, and tau = max_j |v_j| / a_j is the time that braking from v takes. The paths of
@@ -60,18 +65,20 @@ constexpr double kRetreatTolerance = 1e-6;
 /// 3. A pair that is at or below the stop distance at the start is in contact if it comes nearer than it was at the
 ///    start, by the retreat tolerance. If it does so from the start on, the scale is 0. A pair that first moves away
 ///    and later would come back limits the way to the point where it is as near as at the start.
+/// 4. The way also ends where an inequality breaks, see InequalityBreak.
 ///
 /// Error:   rounded down. Each pair stays above its stop distance. A pair that is less than kRetreatTolerance above its
 ///          stop distance, or below it, stays above its present distance minus kRetreatTolerance.
 /// Limit:   motions of floating and planar joints are ignored, and so are those of objects that move on their own. A
 ///          way out of an overlap with a closed mesh that has room inside counts as a retreat only if the two come no
 ///          nearer during the whole unscaled stop; otherwise the scale is 0, and the status IterationLimit. An overlap
-///          whose depth grows at first, until another way out becomes shorter, is not a retreat either.
-/// Failure: the scale is 0 and the status Unknown if a velocity is not finite, or if a pose of a checked pair is
-///          missing. After the deadline, the scale that is proven by then is returned. Throws std::invalid_argument as
-///          motionWithinLimits() does, for a latency that is negative or not finite, for a deceleration that is not
-///          positive (with the name of the joint), for a wrong number of them, and for frames of objects that move on
-///          their own.
+///          whose depth grows at first, until another way out becomes shorter, is not a retreat either. Inequalities
+///          hold for the positions of the poses, without uncertainty.
+/// Failure: the scale is 0 and the status Unknown if a velocity is not finite, if a pose of a checked pair is missing,
+///          or one of an inequality of which a joint moves. After the deadline, the scale that is proven by then is
+///          returned. Throws std::invalid_argument as motionWithinLimits() does, for a latency that is negative or not
+///          finite, for a deceleration that is not positive (with the name of the joint), for a wrong number of them,
+///          and for frames of objects that move on their own.
 ///
 /// Both scenes must have the same poses and objects: Scene::update() must have been called for `scene` with those of
 /// `state`.
