@@ -40,6 +40,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace proximity_server::tools {
 namespace {
@@ -138,12 +139,12 @@ SweepSummary answerAll(const ClearanceOptions& options, const ClearanceQuestion&
     warnAtTheEnd(states, options, question.objects.get());
   };
   SweepSummary summary;
-  std::string spline_warning;
+  std::vector<std::string> spline_warnings;
   try {
     if (options.rows == RowKind::State) {
       summary = sweepStates(question, states, {0, kToTheEnd}, output);
     } else {
-      spline_warning = answerSegments(question, states, output);
+      spline_warnings = answerSegments(question, states, output);
     }
   } catch (const std::exception&) {
     try {
@@ -153,7 +154,7 @@ SweepSummary answerAll(const ClearanceOptions& options, const ClearanceQuestion&
     throw;
   }
   end();
-  printWarnings({spline_warning}, options.robot.warnings);
+  printWarnings(spline_warnings, options.robot.warnings);
   return summary;
 }
 

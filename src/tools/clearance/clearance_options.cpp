@@ -98,6 +98,7 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
       "of --pairs minimum: only bounds of the distance, at most so far apart and proven, and no points. 1e-4 takes "
       "a fraction of the time");
   addRobotOptions(program, options.robot);
+  addJointInequalities(program, options.robot);
   addQuiet(program, options.robot.warnings);
   program.addFlag("--no-filter", options.question.filter, PairFilter::Off,
                   "every pair of links with geometry that are not one body, neighbours too");

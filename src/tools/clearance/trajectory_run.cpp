@@ -90,33 +90,52 @@ std::vector<scene::SplineMinimum> minimaOfPairs(const SegmentClearance& answer,
   return minima;
 }
 
-/// Counts the segments of which the spline leaves the limits of a joint, and tells the first.
+/// Counts the segments of which the spline leaves the limits of a joint, or breaks an inequality, and tells the first
+/// of each.
 class SplineLimits {
  public:
   explicit SplineLimits(const scene::RobotModel& robot) : robot_(robot) {}
 
   void add(const TrajectorySegment& segment) {
     const std::vector<scene::SplineSegment::Excess> beyond = segment.spline->beyondLimits(robot_);
-    if (beyond.empty()) return;
-    if (count_++ > 0) return;
-    const scene::SplineSegment::Excess& excess = beyond.front();
-    const scene::Joint& joint = robot_.joints[excess.joint];
-    const std::string unit = joint.type == scene::Joint::Type::Prismatic ? " m" : " rad";
-    first_ = "segment " + std::to_string(segment.number) + ", at " + shortest(segment.timeAt(excess.time)) +
-             " s: " + scene::quoted(joint.name) + " is at " + shortest(excess.position) + unit + ", its limit is " +
-             shortest(excess.limit) + unit + ".";
+    if (!beyond.empty() && beyond_.count++ == 0)
+      beyond_.first = place(segment, beyond.front().time) + text(beyond.front());
+    const std::vector<scene::SplineSegment::Break> broken = segment.spline->brokenInequalities(robot_);
+    if (!broken.empty() && broken_.count++ == 0)
+      broken_.first =
+          place(segment, broken.front().time) + broken.front().inequality->brokenText(broken.front().excess);
   }
 
-  std::string warning(const std::string& source) const {
-    if (count_ == 0) return "";
-    return source + ": the motion is beyond the limits of a joint in " + std::to_string(count_) +
-           (count_ == 1 ? " segment. That is " : " segments. The first is ") + first_;
+  std::vector<std::string> warnings(const std::string& source) const {
+    return {beyond_.warning(source + ": the motion is beyond the limits of a joint in "),
+            broken_.warning(source + ": the motion breaks a joint inequality in ")};
   }
 
  private:
+  struct Counted {
+    long count = 0;
+    std::string first;
+
+    std::string warning(const std::string& what) const {
+      if (count == 0) return "";
+      return what + std::to_string(count) + (count == 1 ? " segment. That is " : " segments. The first is ") + first +
+             ".";
+    }
+  };
+
+  static std::string place(const TrajectorySegment& segment, double time) {
+    return "segment " + std::to_string(segment.number) + ", at " + shortest(segment.timeAt(time)) + " s: ";
+  }
+
+  std::string text(const scene::SplineSegment::Excess& excess) const {
+    const scene::Joint& joint = robot_.joints[excess.joint];
+    const std::string unit = joint.type == scene::Joint::Type::Prismatic ? " m" : " rad";
+    return scene::quoted(joint.name) + " is at " + shortest(excess.position) + unit + ", its limit is " +
+           shortest(excess.limit) + unit;
+  }
+
   const scene::RobotModel& robot_;
-  long count_ = 0;
-  std::string first_;
+  Counted beyond_, broken_;
 };
 
 }  // namespace
@@ -231,7 +250,7 @@ void TrajectorySegments::check(const scene::TrajectoryPoint& from, const scene::
   }
 }
 
-std::string answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
+std::vector<std::string> answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output) {
   const scene::RobotModel& robot = question.model->robot;
   TrajectorySegments segments(states, question.objects.get());
   if (question.start) segments.startFrom(*question.start);
@@ -267,7 +286,7 @@ std::string answerSegments(const ClearanceQuestion& question, StateSource& state
     answerAll(scene::SplineScene(question.model));
   else
     answerAll(scene::MovingScene(question.model));
-  return limits.warning(states.source());
+  return limits.warnings(states.source());
 }
 
 }  // namespace proximity_server::tools

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace proximity_server::tools {
 
@@ -52,8 +53,9 @@ class TrajectorySegments {
 };
 
 /// Answers the question about every segment, in their order, and writes their rows; they have the same bytes for any
-/// number of threads. Returns a warning about splines that leave the limits of a joint; "" if none does.
+/// number of threads. Returns warnings about splines that leave the limits of a joint, and that break inequalities;
+/// "" for none.
 /// Failure: throws the error of reading a state, after the rows of all segments before it were written.
-std::string answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output);
+std::vector<std::string> answerSegments(const ClearanceQuestion& question, StateSource& states, AnswerOutput& output);
 
 }  // namespace proximity_server::tools

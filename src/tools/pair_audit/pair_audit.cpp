@@ -42,6 +42,8 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
   program.addText("robot", "FILE", arguments.robot.urdf, "the URDF").is_required = true;
   program.addText("--srdf", "FILE", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
   addRobotOptions(program, arguments.robot);
+  addJointInequalities(program, arguments.robot);
+  program.atMostOneOf({"--joint-inequalities", "--setup"});
   addQuiet(program, arguments.robot.warnings);
   addLength(program, "--distance", study.distance, 0.0,
             "up to which two links count as near (default: 0.02, the stop distance of the node; 0: contact)");

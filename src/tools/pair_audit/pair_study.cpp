@@ -118,7 +118,8 @@ class DistanceSearch {
     const double before = positions_[range.joint];
     positions_[range.joint] = range.typeable(before + step);
     if (positions_[range.joint] == before) return false;
-    const double value = valueAt(positions_);
+    const bool is_allowed = !mostBroken(scene_.model().robot.inequalities, positions_);
+    const double value = is_allowed ? valueAt(positions_) : best_;
     if (value < best_) {
       best_ = value;
       return true;

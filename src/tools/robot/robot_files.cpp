@@ -1,5 +1,6 @@
 #include "tools/robot/robot_files.h"
 
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/readable_file.h"
@@ -35,6 +36,13 @@ void addRobotOptions(ProgramOptions& program, RobotFiles& files, const std::stri
       .needs = needs;
 }
 
+void addJointInequalities(ProgramOptions& program, RobotFiles& files) {
+  program.addText(
+      "--joint-inequalities", "FILE", files.joint_inequalities,
+      "limits that couple joints: YAML, a list like \"2*j1 - j2 <= 1.7\", in radians, metres or 90deg. Random "
+      "states are within them, and a warning names the other states that break one");
+}
+
 void addQuiet(ProgramOptions& program, Warnings& warnings) {
   program.addFlag("--quiet", warnings, Warnings::Hidden, "no warnings and no steps of loading on standard error");
 }
@@ -57,6 +65,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files)
     const scene::MeshResolver resolve = scene::packageResolver(scene::rosPackagePath(), folderOf(files.urdf));
     return scene::loadRobotModel(readTextFile(files.urdf), resolve, options);
   });
+  if (!files.joint_inequalities.empty()) scene::readJointInequalities(files.joint_inequalities, robot);
   return naming(files.srdf.empty() ? files.urdf : files.srdf, [&] {
     return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf));
   });

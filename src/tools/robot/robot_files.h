@@ -22,11 +22,15 @@ struct RobotFiles {
   std::optional<double> mesh_tolerance;  ///< [m]; nullopt: the default of the library
   bool allow_missing_meshes = false;     ///< see scene::ModelOptions, as the next
   bool allow_broken_mimics = false;
+  std::string joint_inequalities;  ///< see scene::readJointInequalities(); "": none
   Warnings warnings = Warnings::Shown;
 };
 
 /// Adds --mesh-tolerance, --allow-missing-meshes and --allow-broken-mimics; `needs` as in Option.
 void addRobotOptions(ProgramOptions& program, RobotFiles& files, const std::string& needs = "");
+
+/// Adds --joint-inequalities.
+void addJointInequalities(ProgramOptions& program, RobotFiles& files);
 
 /// Adds --quiet.
 void addQuiet(ProgramOptions& program, Warnings& warnings);

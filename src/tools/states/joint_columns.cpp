@@ -38,6 +38,10 @@ JointColumn columnOf(const std::string& name, const scene::RobotModel& robot) {
 
 constexpr double kPi = 3.14159265358979323846;
 
+std::string placeText(std::uint64_t state, long line) {
+  return "state " + std::to_string(state) + (line > 0 ? ", line " + std::to_string(line) : "");
+}
+
 bool isBeyond(const scene::Joint& joint, double position) {
   return position < joint.lower - kLimitRounding || position > joint.upper + kLimitRounding;
 }
@@ -99,18 +103,35 @@ void LimitCheck::add(int joint, double position) {
   would_be_within_as_degrees_ = would_be_within_as_degrees_ && !isBeyond(limits, position * kPi / 180.0);
 }
 
+void LimitCheck::endState(const std::vector<double>& positions) {
+  const scene::JointInequality* const broken = scene::mostBroken(robot_.inequalities, positions);
+  if (!broken || states_breaking_++ > 0) return;
+  first_break_ = placeText(state_, line_) + ": " + broken->brokenText(broken->excess(positions)) + ".";
+}
+
 /// Positions look like degrees only if one exceeds a full turn, which hardly any joint makes.
 bool LimitCheck::looksLikeDegrees() const { return largest_angle_ > 2.0 * kPi && would_be_within_as_degrees_; }
 
 std::string LimitCheck::warning(const std::string& source) const {
+  const std::string limits = limitsText(source), inequalities = inequalitiesText(source);
+  return limits + (limits.empty() || inequalities.empty() ? "" : " ") + inequalities;
+}
+
+std::string LimitCheck::inequalitiesText(const std::string& source) const {
+  if (states_breaking_ == 0) return "";
+  return source + ": " + std::to_string(states_breaking_) + " of " + std::to_string(states_) +
+         " states break a joint inequality. The first is " + first_break_;
+}
+
+std::string LimitCheck::limitsText(const std::string& source) const {
   if (!first_) return "";
   const scene::Joint& joint = robot_.joints[first_->joint];
   const std::string unit = joint.type == scene::Joint::Type::Prismatic ? " m" : " rad";
   std::string text = source + ": " + std::to_string(states_beyond_) + " of " + std::to_string(states_) +
-                     " states are beyond the limits of a joint. The first is state " + std::to_string(first_->state) +
-                     (first_->line > 0 ? ", line " + std::to_string(first_->line) : "") + ": \"" + joint.name +
-                     "\" is at " + shortest(first_->position) + unit + ", its limits are " + shortest(joint.lower) +
-                     " and " + shortest(joint.upper) + unit + ".";
+                     " states are beyond the limits of a joint. The first is " +
+                     placeText(first_->state, first_->line) + ": \"" + joint.name + "\" is at " +
+                     shortest(first_->position) + unit + ", its limits are " + shortest(joint.lower) + " and " +
+                     shortest(joint.upper) + unit + ".";
   if (looksLikeDegrees()) {
     text +=
         " These look like degrees, which are the usual cause: as such, all angles would be within their limits. "

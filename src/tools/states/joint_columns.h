@@ -35,7 +35,7 @@ int jointWithPosition(const std::string& name, const scene::RobotModel& robot);
 std::string whyNotUsed(const scene::RobotModel& robot, int joint);
 
 /// Counts the states in which a joint is beyond its limits by more than kLimitRounding, and keeps the first of them.
-/// Mimic joints, and joints without limits, do not count.
+/// Mimic joints, and joints without limits, do not count. The same of states that break an inequality of the robot.
 class LimitCheck {
  public:
   /// The robot must outlive this.
@@ -45,9 +45,11 @@ class LimitCheck {
   void beginState(std::uint64_t state, long line);
   /// `joint` is an index into RobotModel::joints; `position` [rad] or [m] is what the state sets.
   void add(int joint, double position);
+  /// `positions` are those of all joints.
+  void endState(const std::vector<double>& positions);
 
-  /// The warning about the states of `source` in one or two sentences; "" if all were within the limits. It says so if
-  /// the positions seem to be in degrees instead of radians.
+  /// The warning about the states of `source` in a few sentences; "" if all were within the limits. It says so if the
+  /// positions seem to be in degrees instead of radians.
   std::string warning(const std::string& source) const;
 
  private:
@@ -58,6 +60,8 @@ class LimitCheck {
     double position;
   };
   bool looksLikeDegrees() const;
+  std::string limitsText(const std::string& source) const;
+  std::string inequalitiesText(const std::string& source) const;
 
   const scene::RobotModel& robot_;
   std::uint64_t states_ = 0, states_beyond_ = 0;
@@ -65,6 +69,8 @@ class LimitCheck {
   long line_ = 0;
   bool is_beyond_ = false;  ///< whether the current state is beyond a limit
   std::optional<Violation> first_;
+  std::uint64_t states_breaking_ = 0;  ///< an inequality
+  std::string first_break_;
   // About all positions of revolute joints beyond their limits:
   double largest_angle_ = 0.0;  ///< [rad] absolute value
   bool would_be_within_as_degrees_ = true;

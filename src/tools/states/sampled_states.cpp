@@ -2,6 +2,7 @@
 
 #include "tools/text/content_hash.h"
 #include "tools/text/csv.h"
+#include "tools/text/naming.h"
 
 #include <Random123/philox.h>
 
@@ -27,8 +28,9 @@ double positionAt(const scene::JointRange& range, double fraction) {
 
 }  // namespace
 
-std::array<double, 2> uniformNumbers(std::uint64_t seed, std::uint64_t state, std::uint32_t draw) {
-  const r123::Philox4x32::ctr_type counter{{low(state), high(state), draw, 0}};
+std::array<double, 2> uniformNumbers(std::uint64_t seed, std::uint64_t state, std::uint32_t draw,
+                                     std::uint32_t attempt) {
+  const r123::Philox4x32::ctr_type counter{{low(state), high(state), draw, attempt}};
   const r123::Philox4x32::key_type key{{low(seed), high(seed)}};
   const r123::Philox4x32::ctr_type words = r123::Philox4x32()(counter, key);
   return {fraction(words[0], words[1]), fraction(words[2], words[3])};
@@ -50,19 +52,27 @@ SampledStates::SampledStates(std::uint64_t count, std::uint64_t seed, const scen
 bool SampledStates::next(scene::Positions& positions) {
   if (state() >= count_) return false;
   positions.assign(robot().joints.size(), 0.0);
+  naming(source(), [&] {
+    scene::drawWithin(robot().inequalities, positions, [&](std::uint32_t attempt) { draw(attempt, positions); });
+  });
+  passState();
+  return true;
+}
+
+void SampledStates::draw(std::uint32_t attempt, scene::Positions& positions) const {
   for (std::size_t first = 0; first < ranges_.size(); first += 2) {
-    const std::array<double, 2> numbers = uniformNumbers(seed_, state(), static_cast<std::uint32_t>(first / 2));
+    const std::array<double, 2> numbers =
+        uniformNumbers(seed_, state(), static_cast<std::uint32_t>(first / 2), attempt);
     positions[ranges_[first].joint] = positionAt(ranges_[first], numbers[0]);
     if (first + 1 < ranges_.size()) positions[ranges_[first + 1].joint] = positionAt(ranges_[first + 1], numbers[1]);
   }
-  passState();
-  return true;
 }
 
 std::string SampledStates::identity() const {
   ContentHash ranges;
   for (const scene::JointRange& range : ranges_)
     ranges.add(robot().joints[range.joint].name).add(shortest(range.lower)).add(shortest(range.upper));
+  for (const scene::JointInequality& inequality : robot().inequalities) ranges.add(inequality.text);
   return "sample " + std::to_string(count_) + " " + std::to_string(seed_) + " " + ranges.text();
 }
 

@@ -13,13 +13,15 @@ namespace proximity_server::tools {
 /// bits.
 ///
 /// Source: Philox4x32-10 of Salmon, Moraes, Dror, Shaw, Parallel Random Numbers: As Easy as 1, 2, 3, SC 2011. Key: the
-///         seed. Counter: the state (two words), the draw, 0; lower words first. Each number takes two words of the
-///         answer, the lower one first.
-std::array<double, 2> uniformNumbers(std::uint64_t seed, std::uint64_t state, std::uint32_t draw);
+///         seed. Counter: the state (two words), the draw, the attempt; lower words first. Each number takes two words
+///         of the answer, the lower one first.
+std::array<double, 2> uniformNumbers(std::uint64_t seed, std::uint64_t state, std::uint32_t draw,
+                                     std::uint32_t attempt = 0);
 
 /// Random states, each joint uniform in its range (see scene::jointRanges) and independent of all others. State i is
 /// the same wherever it is computed, and however many there are: the joint of range r is at lower + u * (upper - lower)
-/// with number r % 2 of uniformNumbers(seed, i, r / 2).
+/// with number r % 2 of uniformNumbers(seed, i, r / 2). That is attempt 0; if it breaks an inequality of the robot the
+/// next attempts follow, until one breaks none, see scene::drawWithin().
 class SampledStates : public StateSource {
  public:
   /// Failure: throws std::invalid_argument for a joint whose range has no finite width.
@@ -30,6 +32,8 @@ class SampledStates : public StateSource {
   std::string identity() const override;
 
  private:
+  void draw(std::uint32_t attempt, scene::Positions& positions) const;
+
   std::uint64_t count_, seed_;
   std::vector<scene::JointRange> ranges_;
 };

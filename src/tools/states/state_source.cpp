@@ -32,6 +32,7 @@ bool StateSource::next(scene::Positions& positions) {
       limits_.add(joint, numbers[i]);
     }
   }
+  limits_.endState(positions);
   return true;
 }
 

@@ -62,7 +62,8 @@ class StateSource {
   /// The warnings that are known before the first state.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// A warning about the states read so far that set a joint to a position beyond its limits; "" if there are none.
+  /// A warning about the states read so far that set a joint to a position beyond its limits, or that break an
+  /// inequality of the robot; "" if there are none.
   std::string limitWarning() const { return limits_.warning(source_); }
 
  protected:

@@ -244,6 +244,37 @@ TEST_F(Clearance, ReportsStatesBeyondTheLimitsAtTheEnd) {
   }
 }
 
+TEST_F(Clearance, TakesJointInequalities) {
+  const std::string option =
+      "--joint-inequalities " + files_.write("cables.yaml", "- slide + follow <= 1.5\n");  // 3 slide
+  const CommandResult given = run("slide\n0.5\n1\n", option);
+  EXPECT_EQ(given.exit_code, 0);
+  EXPECT_EQ(rowsOf(given.output).size(), 3U);
+  EXPECT_TRUE(says(given.errors,
+                   "s.csv: 1 of 2 states break a joint inequality. The first is state 1, line 3: "
+                   "'slide + follow <= 1.5' is broken by 1.5.\n"))
+      << given.errors;
+
+  const CommandResult spline = run("time,slide,slide.velocity\n0,0.25,1.5\n1,0.25,-1.5\n",
+                                   option + " --trajectory --interpolation cubic");  // 0.25 + 1.5 (t - t^2)
+  EXPECT_TRUE(says(spline.errors,
+                   "s.csv: the motion breaks a joint inequality in 1 segment. That is segment 0, at 0.5 "
+                   "s: 'slide + follow <= 1.5' is broken by 0.375.\n"))
+      << spline.errors;
+
+  const CommandResult sampled = runCommandApart(CLEARANCE " " + urdf_ + " --sample 200 --summary /dev/null " + option);
+  EXPECT_EQ(sampled.exit_code, 0);
+  EXPECT_FALSE(says(sampled.errors, "break"));
+
+  const CommandResult unknown =
+      run("slide\n0\n", "--joint-inequalities " + files_.write("bad.yaml", "- slide <= 1\n- slyde <= 1\n"));
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_TRUE(says(unknown.errors,
+                   "bad.yaml, line 2: [1]: 'slyde <= 1': there is no joint \"slyde\" (did you mean "
+                   "\"slide\"?)\n"))
+      << unknown.errors;
+}
+
 TEST_F(Clearance, RefusesALineThatIsTooLong) {
   const CommandResult result =
       runCommandApart("{ echo slide; echo 0; head -c 20000000 /dev/zero | tr '\\0' 1; } | " CLEARANCE " " + urdf_);

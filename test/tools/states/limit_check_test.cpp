@@ -1,3 +1,4 @@
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/robot/two_sliders.h"
@@ -22,8 +23,9 @@ const char* const kArm = R"(<robot name="arm">
   <joint name="wheel" type="continuous"><parent link="c"/><child link="d"/></joint>
 </robot>)";
 
-std::string warningFor(const char* urdf, const std::string& text) {
-  const RobotModel robot = loadRobotModel(urdf, packageResolver({}));
+std::string warningFor(const char* urdf, const std::string& text, const std::string& inequalities = "[]") {
+  RobotModel robot = loadRobotModel(urdf, packageResolver({}));
+  setJointInequalities(readYaml(inequalities, ""), "", robot);
   std::istringstream stream(text);
   CsvStates states(stream, "s.csv", robot);
   for (std::vector<double> positions; states.next(positions);) {
@@ -38,6 +40,18 @@ TEST(LimitCheck, CountsTheStatesBeyondAndNamesTheFirst) {
   EXPECT_EQ(warningFor(kArm, "lift\n-0.25\n"),
             "s.csv: 1 of 1 states are beyond the limits of a joint. The first is state 0, line 2: \"lift\" is at -0.25 "
             "m, its limits are 0 and 0.5 m.");
+}
+
+TEST(LimitCheck, CountsTheStatesThatBreakAnInequality) {
+  const std::string inequality = "- elbow - 2*lift <= 1";
+  EXPECT_EQ(warningFor(kArm, "lift,elbow\n0,1\n0,1.25\n0.5,3\n0.5,1\n", inequality),
+            "s.csv: 2 of 4 states break a joint inequality. The first is state 1, line 3: 'elbow - 2*lift <= 1' is "
+            "broken by 0.25.");
+  EXPECT_EQ(warningFor(kArm, "elbow\n1\n1.000001\n", inequality), "");
+  EXPECT_EQ(warningFor(kArm, "elbow\n1.5\n3.5\n", inequality),
+            "s.csv: 1 of 2 states are beyond the limits of a joint. The first is state 1, line 3: \"elbow\" is at 3.5 "
+            "rad, its limits are -2 and 3 rad. s.csv: 2 of 2 states break a joint inequality. The first is state 0, "
+            "line 2: 'elbow - 2*lift <= 1' is broken by 0.5.");
 }
 
 TEST(LimitCheck, IsSilentWithinTheLimits) {

@@ -1,4 +1,5 @@
 // Samples and grids.
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "sanitized.h"
 #include "scene/files.h"
 #include "tools/states/arm.h"
@@ -127,6 +128,46 @@ TEST(SampledStates, FillTheirRangesUniformlyAndIndependently) {
   EXPECT_LT(std::abs(product), 5.0 * std::sqrt(n));
 }
 
+RobotModel limitedArm(const std::string& inequalities) {
+  RobotModel robot = arm();
+  setJointInequalities(readYaml(inequalities, ""), "", robot);
+  return robot;
+}
+
+TEST(SampledStates, ThatBreakAnInequalityAreDrawnAgainOfTheSameState) {
+  const RobotModel robot = limitedArm("- elbow + 4*lift <= 0");
+  const std::vector<Positions> all = restOf(SampledStates(1000, 3, robot)),
+                               free = restOf(SampledStates(1000, 3, arm()));
+  int kept = 0;
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    std::uint32_t attempt = 0;
+    const auto drawn = [&] {
+      const auto [elbow, lift] = uniformNumbers(3, i, 0, attempt);
+      return at(-2.0 + elbow * 5.0, 0.5 * lift, -kPi + uniformNumbers(3, i, 1, attempt)[0] * (2.0 * kPi));
+    };
+    while (drawn()[joint("elbow")] + 4.0 * drawn()[joint("lift")] > 5e-6) ++attempt;
+    EXPECT_EQ(all[i], drawn()) << i;
+    kept += all[i] == free[i];
+  }
+  EXPECT_NEAR(kept, 200, 60) << "of the rectangle of 5 by 2, a triangle of 2 by 2";
+  SampledStates later(1000, 3, robot);
+  later.skipTo(990);
+  EXPECT_EQ(restOf(later), std::vector<Positions>(all.begin() + 990, all.end()));
+}
+
+TEST(SampledStates, ThatNoDrawGivesAreAnErrorThatNamesTheInequality) {
+  const RobotModel robot = limitedArm("- lift <= 0.4\n- elbow >= 3");
+  SampledStates states(10, 3, robot);
+  Positions positions;
+  try {
+    states.next(positions);
+    ADD_FAILURE();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(error.what(), std::string("--sample 10 --seed 3: none of 1000000 random states obeys the joint "
+                                        "inequalities; 'elbow >= 3' refuses most"));
+  }
+}
+
 TEST(SampledStates, AreIdentifiedByNumberSeedAndRanges) {
   const std::string identity = SampledStates(10, 1, arm()).identity();
   EXPECT_EQ(SampledStates(10, 1, arm()).identity(), identity);
@@ -135,6 +176,7 @@ TEST(SampledStates, AreIdentifiedByNumberSeedAndRanges) {
   RobotModel other = arm();
   other.joints[joint("lift")].upper = 0.6;
   EXPECT_NE(SampledStates(10, 1, other).identity(), identity);
+  EXPECT_NE(SampledStates(10, 1, limitedArm("- lift <= 0.4")).identity(), identity);
 }
 
 TEST(SampledStates, SayWhereARangeIsAGuessAndRefuseOneWithoutWidth) {
