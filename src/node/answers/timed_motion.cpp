@@ -2,6 +2,7 @@
 
 #include "node/answers/conversions.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/durations.h"
 
 #include <algorithm>
 #include <limits>
@@ -78,6 +79,18 @@ Proximity inReference(const RobotAndObjects& model, const scene::BodyPoses& pose
   return message;
 }
 
+/// Tells which inequality is broken at the start, or else by the motion, and when; "" for none.
+std::string brokenText(const scene::RobotModel& robot, const scene::BodyPoses& start, const JointValues& stated,
+                       const std::optional<scene::InequalityBreak>& broken, double duration) {
+  for (const scene::JointInequality& inequality : robot.inequalities) {
+    const std::optional<double> excess = excessAt(robot, inequality, start, stated);
+    if (excess && *excess > inequality.tolerance()) return inequality.brokenText(*excess) + " at the start";
+  }
+  if (!broken) return {};
+  return "'" + robot.inequalities[broken->inequality].text + "' is broken from " +
+         system::secondsText(broken->time * duration) + " on";
+}
+
 }  // namespace
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
@@ -89,8 +102,14 @@ TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, co
 TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                                const JointValues& stated, double duration) {
   scene::LimitedMotion limited = motionWithinLimits(robot.robotModel(), inRoot(robot, poses), travel, stated);
-  return {std::move(limited.motion), 0.0, duration, referenceFrom(robot, poses), worldOf(robot, poses),
-          std::move(limited.stops)};
+  std::string broken = brokenText(robot.robotModel(), poses, stated, limited.broken, duration);
+  return {std::move(limited.motion),
+          0.0,
+          duration,
+          referenceFrom(robot, poses),
+          worldOf(robot, poses),
+          std::move(limited.stops),
+          std::move(broken)};
 }
 
 TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scene::RobotMotion::Twist>& twists,

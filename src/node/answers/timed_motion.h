@@ -14,6 +14,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 // Motions whose parameter stands for a time [s], and their results as messages.
@@ -33,6 +34,7 @@ struct TimedMotion {
   scene::RobotMotion::Segment world;
 
   std::vector<scene::JointStop> stops = {};  ///< stops of joints at their limits, with parameters in [0, 1]
+  std::string broken = {};                   ///< a text about the inequality that it breaks first; "": none
 
   /// The time [s] for which the parameter stands.
   double timeAt(double parameter) const { return begin + parameter * duration; }
@@ -45,7 +47,7 @@ TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, co
                            double begin, double duration);
 
 /// Moves every joint at constant velocity until it reaches a limit, where it stops. The time begins at 0. The positions
-/// that the caller states are used as in scene::motionWithinLimits().
+/// that the caller states are used as in scene::motionWithinLimits(). An inequality stops no joint.
 TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
                                const JointValues& stated, double duration);
 

@@ -86,6 +86,12 @@ void ClearanceText::write(std::string& text, const Clearance& clearance, const s
   writeThreshold(text, clearance);
 }
 
+void ClearanceText::append(std::string& text, const BrokenInequality& broken) {
+  text += "; '";
+  text += broken.inequality->text;
+  appendNumber(text, "' is broken by %.3g", broken.excess);
+}
+
 void ClearanceText::writeMotion(std::string& text, const std::vector<double>& gradient) const {
   double rate = 0.0, fastest = 0.0, second = 0.0;  // [m/s] negative: closing
   std::size_t joint_of_fastest = 0, joint_of_second = 0;
@@ -119,7 +125,10 @@ void ClearanceText::writeMotion(std::string& text, const std::vector<double>& gr
 std::size_t ClearanceText::capacity(std::size_t longest_name) const {
   std::size_t longest_joint = 0;
   for (const scene::DegreeOfFreedom& column : columns_) longest_joint = std::max(longest_joint, column.name.size());
-  return 2 * longest_name + 2 * longest_joint + kWords;
+  std::size_t longest_inequality = 0;
+  for (const scene::JointInequality& inequality : robot_.inequalities)
+    longest_inequality = std::max(longest_inequality, inequality.text.size());
+  return 2 * longest_name + 2 * longest_joint + longest_inequality + kWords;
 }
 
 }  // namespace proximity_server::node

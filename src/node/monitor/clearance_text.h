@@ -10,6 +10,12 @@
 
 namespace proximity_server::node {
 
+/// An inequality of a robot that is broken.
+struct BrokenInequality {
+  const scene::JointInequality* inequality;
+  double excess;
+};
+
 /// Writes the sentence of QueryStatus::message about the pair that sets the level: "forearm is 12.3 mm from table,
 /// closing 80 mm/s by elbow; stop below 20 mm".
 ///
@@ -29,6 +35,9 @@ class ClearanceText {
   /// not told.
   /// Allocates nothing if the text has a capacity of capacity().
   void write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const;
+
+  /// Appends: "; '2*j1 - j2 <= 1.7' is broken by 0.2".
+  static void append(std::string& text, const BrokenInequality& broken);
 
   /// [characters] The longest text about links and objects whose names have at most `longest_name` characters.
   std::size_t capacity(std::size_t longest_name) const;

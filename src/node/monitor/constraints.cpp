@@ -18,7 +18,8 @@ void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const Quer
 }  // namespace
 
 Constraints::Constraints(const Robot& robot, int capacity)
-    : rows_(robot.sharedModel(), capacity, robot.constraintColumns()) {}
+    : rows_(robot.sharedModel(), capacity, robot.constraintColumns()),
+      inequality_rows_(robot.sharedModel(), robot.constraintColumns()) {}
 
 const ConstraintRows& Constraints::rowsOf(const MeasuredCycle& cycle, const MonitorSettings& settings) {
   const QueryStatus status = update(cycle, settings);
@@ -42,9 +43,12 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
     damper_.largest_loss = cycle.guaranteed->largestLoss();
   }
   rows_.update(cycle.scene, cycle.gradients.derivatives(), damper_);
-  if (rows_.unknown() == 0) return {};
-  return statusOf(QueryStatus::NOT_CONVERGED,
-                  std::to_string(rows_.unknown()) + " pairs within influence_distance have no distance or no gradient");
+  if (rows_.unknown() > 0)
+    return statusOf(QueryStatus::NOT_CONVERGED, std::to_string(rows_.unknown()) +
+                                                    " pairs within influence_distance have no distance or no gradient");
+  const double rate = settings.damping_gain / (settings.influence_distance - cycle.stop.links);
+  if (inequality_rows_.update(cycle.snapshot.poses, cycle.stated, rate)) return {};
+  return statusOf(QueryStatus::TF_UNAVAILABLE, "the position of a joint of an inequality is not known");
 }
 
 void Constraints::assignRows(const MeasuredCycle& cycle) {
@@ -66,9 +70,23 @@ void Constraints::assignRows(const MeasuredCycle& cycle) {
     message_.distances[i] = row.is_used ? row.distance : kNaN;
     message_.unique[i] = row.unique;
   }
+  assignInequalities();
   message_.left_out = static_cast<std::uint32_t>(rows_.leftOut());
   message_.unneeded = static_cast<std::uint32_t>(rows_.unneeded());
   assignStuck(cycle);
+}
+
+/// Adds the rows of the inequalities. Their places in the lists of pairs stay empty.
+void Constraints::assignInequalities() {
+  const auto& matrix = inequality_rows_.matrix();
+  const auto& bounds = inequality_rows_.bounds();
+  message_.matrix.insert(message_.matrix.end(), matrix.data(), matrix.data() + matrix.size());
+  message_.lower_bounds.insert(message_.lower_bounds.end(), bounds.data(), bounds.data() + bounds.size());
+  const std::size_t size = message_.lower_bounds.size();
+  message_.a.resize(size);
+  message_.b.resize(size);
+  message_.distances.resize(size, kNaN);
+  message_.unique.resize(size, 1);
 }
 
 void Constraints::assignStuck(const MeasuredCycle& cycle) {

@@ -12,6 +12,8 @@
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <cstddef>
+#include <optional>
+#include <vector>
 
 namespace proximity_server::node {
 
@@ -23,8 +25,9 @@ struct MeasuredCycle {
   const Gradients& gradients;
   const scene::PairDistances& stop;
   RobotAndObjects model;
-  scene::GuaranteedDistances* guaranteed;  ///< nullptr if the robot is not uncertain
-  std::size_t longest_name;                ///< [characters] of the names in any pair
+  scene::GuaranteedDistances* guaranteed;            ///< nullptr if the robot is not uncertain
+  std::size_t longest_name;                          ///< [characters] of the names in any pair
+  const std::vector<std::optional<double>>& stated;  ///< positions of joint_states, or empty
 };
 
 /// Makes messages with the constraint rows of one robot. Not thread-safe. After the first few messages no memory is
@@ -34,18 +37,21 @@ class Constraints {
   /// Throws std::invalid_argument for a capacity below 1.
   Constraints(const Robot& robot, int capacity);
 
-  int capacity() const { return rows_.capacity(); }
+  int capacity() const { return rows_.capacity(); }  ///< of pairs
 
-  /// The rows at the poses of a cycle. The message is valid until the next call. It has no rows, and a status with the
+  /// The rows at the poses of a cycle: those of pairs, then one for each of
+  /// RobotModel::inequalities. The message is valid until the next call. It has no rows, and a status with the
   /// reason, if the distance of a pair is unknown or if the settings contradict each other.
   const ConstraintRows& rowsOf(const MeasuredCycle& cycle, const MonitorSettings& settings);
 
  private:
   QueryStatus update(const MeasuredCycle& cycle, const MonitorSettings& settings);
   void assignRows(const MeasuredCycle& cycle);
+  void assignInequalities();
   void assignStuck(const MeasuredCycle& cycle);
 
   scene::ConstraintRows rows_;
+  scene::InequalityRows inequality_rows_;
   scene::VelocityDamper damper_;
   ConstraintRows message_;
   ConstraintRows empty_message_;  ///< for a message without rows, so that `message_` keeps its memory

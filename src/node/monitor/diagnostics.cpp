@@ -2,6 +2,7 @@
 
 #include "node/robot/level_name.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace proximity_server::node {
@@ -92,7 +93,9 @@ void Diagnostics::reportClearance(Status& status) {
     return;
   }
   const std::string reason = last.status.message.empty() ? "" : ": " + last.status.message;
-  status.summary(severity(last.level), std::string(levelName(last.level)) + reason);
+  const std::uint8_t least = health_.broken.empty() ? Level::OK : Level::WARN;
+  status.summary(std::max(severity(last.level), least), std::string(levelName(last.level)) + reason);
+  if (!health_.broken.empty()) status.add("joint inequality", health_.broken);
   status.add("distance [m]", last.minimum.distance);
   status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
   status.add("level set by", last.deciding.a.link + " and " + last.deciding.b.link);

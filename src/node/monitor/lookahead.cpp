@@ -62,11 +62,12 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
   return bodies;
 }
 
-/// Tells that moving objects are assumed to rest; returns "" if it is known that they do.
-std::string assumptionOf(const LookaheadStart& start) {
-  if (start.frame_poses.may_move.empty()) return {};
+/// Tells that moving objects are assumed to rest, unless it is known that they do, and which inequality the motion
+/// breaks.
+std::string assumptionOf(const LookaheadStart& start, const TimedMotion& motion) {
+  if (start.frame_poses.may_move.empty()) return motion.broken;
   return "objects in frame '" + start.frames.names[start.frame_poses.may_move.front()] +
-         "' are taken to rest where they are";
+         "' are taken to rest where they are" + (motion.broken.empty() ? "" : "; ") + motion.broken;
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, const MonitorSettings& settings) {
@@ -108,6 +109,8 @@ MotionSources motionSourcesOf(const Robot& robot, const scene::Objects& objects)
     const int root_a = rootOf(model, body_a), root_b = rootOf(model, body_b);
     if (root_a != root_b) roots.insert({root_a, root_b});
   }
+  for (const scene::JointInequality& inequality : model.inequalities)
+    for (const scene::JointInequality::Term& term : inequality.terms) joints.insert(term.joint);
   return {{joints.begin(), joints.end()}, {roots.begin(), roots.end()}};
 }
 
@@ -141,7 +144,7 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, *motion);
   result.status = statusOf(found.status, question);
-  if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start);
+  if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start, *motion);
   result.time_free = motion->timeAt(found.t_free);
   if (found.contact) {
     result.state = Lookahead::CONTACT;

@@ -47,7 +47,7 @@ bool hasObject(const scene::PairProximity& pair) { return !pair.asked.areLinks()
 
 MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& present)
     : objects(present),
-      bodies(bodiesOfCheckedPairs(robot, *present.all)),
+      bodies(withInequalities(robot, bodiesOfCheckedPairs(robot, *present.all))),
       motion_sources(motionSourcesOf(robot, *present.all)),
       frames(framesOf(*present.all)),
       carriers(carriersOf(robot, *present.all)),
@@ -102,6 +102,8 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
   assignJoints(snapshot, settings);
+  stated_ = velocities.positions;
+  findBroken(snapshot);
   measurePairs({snapshot, frames, settings}, velocities);
   lookAhead(snapshot, velocities, settings, frames);
 
@@ -156,7 +158,7 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
   return constraints_->rowsOf({clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(),
-                               guarantees_ ? &guarantees_->distances() : nullptr, monitored_.longest_name},
+                               guarantees_ ? &guarantees_->distances() : nullptr, monitored_.longest_name, stated_},
                               settings);
 }
 
@@ -235,6 +237,19 @@ void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& 
   }
   clearance_.status.message.reserve(text_capacity_);
   text_->write(clearance_.status.message, clearance_, explained_.gradient);
+  if (broken_) text_->append(clearance_.status.message, *broken_);
+}
+
+/// Finds the inequality that is broken most.
+void Monitor::findBroken(const PoseSnapshot& snapshot) {
+  broken_.reset();
+  double largest = 1.0;
+  for (const scene::JointInequality& inequality : robot_->robotModel().inequalities) {
+    const auto excess = excessAt(robot_->robotModel(), inequality, snapshot.poses, stated_);
+    if (!excess || !(*excess / inequality.tolerance() > largest)) continue;
+    largest = *excess / inequality.tolerance();
+    broken_ = BrokenInequality{&inequality, *excess};
+  }
 }
 
 /// Sets the minimum and the level of one kind of pairs, and returns the pair that sets this level; nullopt if no pair

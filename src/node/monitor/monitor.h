@@ -71,6 +71,9 @@ class Monitor {
   StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                               const MonitorSettings& settings, const FrameSnapshot& frames = {});
 
+  /// The inequality that the poses of the latest cycle break most; nullopt if they break none, or poses are missing.
+  const std::optional<BrokenInequality>& broken() const { return broken_; }
+
   /// For a replay: the level before the first cycle, by which hysteresis may hold it. INVALID: none.
   void assumeLevel(Clearance::_level_type level);
 
@@ -96,6 +99,7 @@ class Monitor {
   const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
   void assignLevels(const Cycle& cycle, const scene::PairProximity& minimum);
   void explain(const scene::PairProximity& deciding, const PoseSnapshot& snapshot);
+  void findBroken(const PoseSnapshot& snapshot);
   std::optional<scene::GuaranteedDecidingPair> levelOfKind(scene::PairKind kind, const Cycle& cycle,
                                                            const scene::PairProximity& minimum);
   bool isReached(const scene::GuaranteedDecidingPair& deciding);
@@ -122,6 +126,8 @@ class Monitor {
   bool has_gradients_ = false;                         ///< of this cycle
   std::optional<ClearanceText> text_;                  ///< for this robot
   std::size_t text_capacity_ = 0;                      ///< [characters] of the longest text
+  std::vector<std::optional<double>> stated_;          ///< positions of joint_states, in the latest cycle; or empty
+  std::optional<BrokenInequality> broken_;             ///< of the robot, in the latest cycle
   Proximity explained_;                                ///< has the gradient of the pair that sets the level
   std::optional<Constraints> constraints_;             ///< for this robot; made when they are first needed
   scene::LevelThresholds thresholds_;                  ///< those of the robot, with the defaults of the latest settings

@@ -166,6 +166,7 @@ MonitorHealth MonitorLoop::health() {
   const Lock lock(mutex_);
   MonitorHealth health = health_;
   health.last = monitor_.latest();
+  if (const auto& broken = monitor_.broken()) health.broken = broken->inequality->brokenText(broken->excess);
   health_.slowest_cycle = ros::Duration(0.0);
   return health;
 }

@@ -26,6 +26,7 @@ struct MonitorHealth {
   Clearance last;  ///< its `cycle` is 0 before the first cycle
   MonitorSettings settings;
   bool enabled;
+  std::string broken;           ///< a text about the inequality that the latest poses break most; "": none
   ros::Duration slowest_cycle;  ///< since the previous call of MonitorLoop::health(); it includes publishing
 };
 

@@ -48,6 +48,7 @@ StoppingScale searchScale(const Robot& robot, scene::MovingScene& moving_scene, 
   const scene::Braking braking = brakingOf(robot, age, settings);
   scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
                            objectFramesAtStart(robot, start.frames, start.frame_poses.poses)};
+  if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
   if (guaranteed)
     state.largest_loss =
         guaranteed->largestLoss(scene::stoppingTravel(robot.robotModel(), velocities.velocities, braking));

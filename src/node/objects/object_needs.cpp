@@ -51,6 +51,15 @@ std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& 
   return toVector(bodies);
 }
 
+std::vector<int> withInequalities(const Robot& robot, const std::vector<int>& bodies) {
+  const scene::RobotModel& model = robot.robotModel();
+  std::set<int> needed(bodies.begin(), bodies.end());
+  for (const scene::JointInequality& inequality : model.inequalities)
+    for (const scene::JointInequality::Term& term : inequality.terms)
+      needed.insert(model.links[model.joints[term.joint].child_link].body);
+  return toVector(needed);
+}
+
 CarrierFrames framesOf(const scene::Objects& objects) {
   CarrierFrames frames{objects.frames(), {}};
   for (std::size_t i = 0; i < frames.names.size(); ++i) frames.needed.push_back(static_cast<int>(i));

@@ -15,6 +15,9 @@ namespace proximity_server::node {
 /// The bodies whose poses are needed for all checked pairs: those of links, and those with objects.
 std::vector<int> bodiesOfCheckedPairs(const Robot& robot, const scene::Objects& objects);
 
+/// Adds the bodies of the joints of RobotModel::inequalities.
+std::vector<int> withInequalities(const Robot& robot, const std::vector<int>& bodies);
+
 /// The frames of moving objects, all of which are needed.
 CarrierFrames framesOf(const scene::Objects& objects);
 

@@ -3,6 +3,7 @@
 #include "node/robot/load_config.h"
 #include "node/robot/tf_frames.h"
 #include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
@@ -15,6 +16,7 @@
 #include <map>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 namespace proximity_server::node {
 namespace {
@@ -70,6 +72,16 @@ scene::RobotModel loadModel(const std::vector<RobotTexts>& texts, const Config& 
   return scene::loadRobots(robots, meshResolver(config), options);
 }
 
+/// Sets the inequalities of the parameter, which is a path or the list itself.
+void setInequalities(const scene::FileValue& value, scene::RobotModel& robot) {
+  const std::string source = "parameter joint_inequalities";
+  const auto* const path = std::get_if<std::string>(&value.content);
+  if (!path) return setJointInequalities(value, source, robot);
+  if (path->empty()) return;
+  if (path->front() != '/') throw std::invalid_argument(source + " is '" + *path + "', no absolute path");
+  readJointInequalities(*path, robot);
+}
+
 scene::LevelThresholds thresholdsOf(const scene::RobotModel& robot, const std::vector<std::string>& srdfs,
                                     const Config& config) {
   scene::LevelThresholds defaults;
@@ -82,6 +94,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotT
   scene::SceneModel model = scene::makeSceneModel(loadModel(texts, config), srdfs, config.filter);
   if (!config.conditional_pairs.empty()) scene::readConditionalPairs(config.conditional_pairs, model);
   scene::warnOfNearPairs(model, thresholdsOf(model.robot, srdfs, config));
+  setInequalities(config.joint_inequalities, model.robot);  // after the random states, none of which may be within them
   return std::make_shared<const scene::SceneModel>(std::move(model));
 }
 

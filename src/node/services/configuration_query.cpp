@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string>
@@ -84,15 +85,14 @@ class FreeMotions {
   Eigen::VectorXd motion_;  ///< empty if the request has none
 };
 
-/// The status of the first state that has no answer; OK if all have one.
+/// The status of the first state that has no answer; if all have one, of the first that breaks an inequality.
 QueryStatus summary(const std::vector<StateProximity>& states) {
-  for (std::size_t i = 0; i < states.size(); ++i) {
-    if (states[i].status.code == QueryStatus::OK) continue;
-    QueryStatus status = states[i].status;
-    status.message = "state " + std::to_string(i) + ": " + status.message;
-    return status;
-  }
-  return {};
+  const auto has_none = [](const StateProximity& state) { return state.status.code != QueryStatus::OK; };
+  auto state = std::find_if(states.begin(), states.end(), has_none);
+  if (state == states.end())
+    state = std::find_if(states.begin(), states.end(), [](const auto& each) { return !each.status.message.empty(); });
+  if (state == states.end()) return {};
+  return statusOf(state->status.code, "state " + std::to_string(state - states.begin()) + ": " + state->status.message);
 }
 
 }  // namespace
@@ -106,7 +106,8 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     if (request.states.empty()) refuse("states is empty");
     const std::vector<JointValues> states = statesOf(robot.robotModel(), request);
 
-    const JointSnapshot from_tf = missingFromTf(robot, tf, pairs.bodies(), states, request.stamp);
+    const JointSnapshot from_tf =
+        missingFromTf(robot, tf, pairs.bodies(), states, request.stamp, coupledJoints(robot.robotModel(), states));
     response.header.stamp = from_tf.stamp;
     response.header.frame_id = robot.referenceFrame();
     const CarrierFrames asked_frames = pairs.frames();
@@ -122,6 +123,8 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
       scene->update(poses, frames.poses);
       details.update(poses, frames.poses);
       response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, details));
+      QueryStatus& of_state = response.states.back().status;
+      if (of_state.code == QueryStatus::OK) of_state.message = brokenText(robot, state, from_tf);
       if (free_motions) free_motions->add(*scene, poses, response);
     }
     if (details.gradients) response.joint_names = details.gradients->names();

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace proximity_server::node {
 namespace {
@@ -124,6 +125,36 @@ double presentPosition(const Robot& robot, int index, const JointSnapshot& from_
   const double position =
       scene::jointPosition(model, joint, model.links[joint.parent_link].body_T_link * parent_T_joint);
   return joint.type == scene::Joint::Type::Revolute ? turnNearestTo(next, position, joint) : position;
+}
+
+std::vector<int> coupledJoints(const scene::RobotModel& robot, const std::vector<JointValues>& states) {
+  std::vector<int> joints;
+  for (const JointValues& state : states)
+    for (const scene::JointInequality& inequality : robot.inequalities) {
+      const auto is_given = [&](const scene::JointInequality::Term& term) { return state[term.joint].has_value(); };
+      if (std::none_of(inequality.terms.begin(), inequality.terms.end(), is_given)) continue;
+      for (const scene::JointInequality::Term& term : inequality.terms)
+        if (!is_given(term)) joints.push_back(term.joint);
+    }
+  return joints;
+}
+
+scene::Positions positionsOf(const Robot& robot, const JointValues& given, const JointSnapshot& from_tf) {
+  scene::Positions positions;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const bool is_in_tf = scene::hasOnePosition(robot.robotModel().joints[i]) && from_tf.joints[i];
+    positions.push_back(given[i]   ? *given[i]
+                        : is_in_tf ? presentPosition(robot, static_cast<int>(i), from_tf, 0.0)
+                                   : std::numeric_limits<double>::quiet_NaN());
+  }
+  return positions;
+}
+
+std::string brokenText(const Robot& robot, const JointValues& given, const JointSnapshot& from_tf) {
+  if (robot.robotModel().inequalities.empty()) return {};
+  const scene::Positions positions = positionsOf(robot, given, from_tf);
+  const scene::JointInequality* const broken = mostBroken(robot.robotModel().inequalities, positions);
+  return broken ? broken->brokenText(broken->excess(positions)) : "";
 }
 
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf) {

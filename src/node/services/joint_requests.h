@@ -48,6 +48,15 @@ FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames
 /// revolute joint: it is the one within the limits that is nearest to `next`, where the joint goes first.
 double presentPosition(const Robot& robot, int joint, const JointSnapshot& from_tf, double next);
 
+/// The joints without a position in a state whose other joints share an inequality with them.
+std::vector<int> coupledJoints(const scene::RobotModel& robot, const std::vector<JointValues>& states);
+
+/// The positions of a state for inequalities: those that are given, or else those of tf; NaN where neither has one.
+scene::Positions positionsOf(const Robot& robot, const JointValues& given, const JointSnapshot& from_tf);
+
+/// A text about the inequality that these positions break most; "" if they break none.
+std::string brokenText(const Robot& robot, const JointValues& given, const JointSnapshot& from_tf);
+
 /// The poses of the bodies in the frame of the root link of their robot. Joints without a given position are taken from
 /// tf.
 scene::BodyPoses posesInRoot(const Robot& robot, const JointValues& positions, const JointSnapshot& from_tf);

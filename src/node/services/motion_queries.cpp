@@ -1,5 +1,6 @@
 #include "node/answers/conversions.h"
 #include "node/answers/statuses.h"
+#include "node/objects/object_needs.h"
 #include "node/services/answered.h"
 #include "node/services/motion_requests.h"
 #include "node/services/queries.h"
@@ -36,7 +37,9 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-    const PoseSnapshot start = tf.await(robot, pairs.bodies(), request.stamp);
+    const bool are_joints = !request.joints.name.empty();
+    const PoseSnapshot start =
+        tf.await(robot, are_joints ? withInequalities(robot, pairs.bodies()) : pairs.bodies(), request.stamp);
     response.header.stamp = start.stamp;
     response.header.frame_id = robot.referenceFrame();
     require(start.status);
@@ -54,10 +57,12 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
     fillContact(response, model, motion, found);
-    if (found.contact || request.skip_minimum || response.status.code != QueryStatus::OK) return;
-    const scene::RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
-    response.minimum = toMessage(model, motion, minimum);
-    response.status = statusOf(minimum.status, question);
+    if (!found.contact && !request.skip_minimum && response.status.code == QueryStatus::OK) {
+      const scene::RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
+      response.minimum = toMessage(model, motion, minimum);
+      response.status = statusOf(minimum.status, question);
+    }
+    if (response.status.code == QueryStatus::OK) response.status.message = motion.broken;
   });
 }
 

@@ -96,10 +96,14 @@ class LinearSegments {
     return {found.status, toMessage(trajectory_.model, motions_[segment], found)};
   }
 
-  /// A warning about the first point of the trajectory at which a joint is beyond its limit; "" if there is none.
+  /// A warning about the first point of the trajectory at which a joint is beyond its limit, or which breaks an
+  /// inequality; "" if there is none. Between two points that break no inequality, none is broken.
   std::string beyondLimits() const {
     const std::vector<scene::TrajectoryPoint>& points = trajectory_.way.points;
     for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::string broken =
+          brokenText(trajectory_.robot, trajectory_.way.valuesAt(points[i].positions), trajectory_.from_tf);
+      if (!broken.empty()) return "point " + std::to_string(i) + " is the first beyond a limit: " + broken;
       for (const int index : trajectory_.way.joints) {
         const scene::Joint& joint = trajectory_.robot.robotModel().joints[index];
         const double position = points[i].positions[index];
@@ -167,9 +171,16 @@ class SplineSegments {
     return {found.status, message};
   }
 
-  /// A warning about the first segment in which a joint of the trajectory is beyond its limit; "" if there is none.
+  /// A warning about the first segment in which a joint of the trajectory is beyond its limit, or which breaks an
+  /// inequality; "" if there is none.
   std::string beyondLimits() const {
+    const JointValues resting = restingPositions();
     for (std::size_t i = 0; i < splines_.size(); ++i) {
+      const auto broken = splines_[i].brokenInequalities(trajectory_.robot.robotModel(), resting);
+      if (!broken.empty())
+        return "segment " + std::to_string(i) + " is the first beyond a limit: at " +
+               system::secondsText(timeAt(i, broken.front().time)) + " " +
+               broken.front().inequality->brokenText(broken.front().excess);
       for (const scene::SplineSegment::Excess& excess : splines_[i].beyondLimits(trajectory_.robot.robotModel())) {
         const std::vector<int>& named = trajectory_.way.joints;
         const bool is_named = std::find(named.begin(), named.end(), excess.joint) != named.end();
@@ -185,6 +196,17 @@ class SplineSegments {
   }
 
  private:
+  /// Those of the joints that the trajectory does not name; empty if no inequality needs them.
+  JointValues restingPositions() const {
+    if (trajectory_.robot.robotModel().inequalities.empty()) return {};
+    const JointValues unnamed(trajectory_.robot.robotModel().joints.size());
+    const scene::Positions positions =
+        positionsOf(trajectory_.robot, completed(unnamed, trajectory_.way.missing), trajectory_.from_tf);
+    JointValues resting(positions.begin(), positions.end());
+    for (const int joint : trajectory_.way.joints) resting[joint].reset();
+    return resting;
+  }
+
   double timeAt(std::size_t segment, double parameter) const {
     const scene::SplineSegment& spline = splines_[segment];
     return parameter < 1.0 ? spline.begin() + parameter * (spline.end() - spline.begin()) : spline.end();
@@ -255,8 +277,9 @@ void answerAlong(Segments segments, const Trajectory& trajectory, const scene::M
 JointSnapshot awaitTf(const Robot& robot, TfPoses& tf, const RequestedPairs& pairs, const WayPoints& way,
                       const QueryTrajectoryRequest& request) {
   const std::vector<JointValues> given{way.valuesAt(way.points.front().positions)};  // the same joints in all points
-  return missingFromTf(robot, tf, pairs.bodies(), given, request.stamp,
-                       request.from_present_state ? way.joints : std::vector<int>());
+  std::vector<int> joints = coupledJoints(robot.robotModel(), given);
+  if (request.from_present_state) joints.insert(joints.end(), way.joints.begin(), way.joints.end());
+  return missingFromTf(robot, tf, pairs.bodies(), given, request.stamp, joints);
 }
 
 }  // namespace

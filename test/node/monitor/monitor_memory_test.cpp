@@ -80,6 +80,8 @@ std::shared_ptr<const Robot> gantryWithLongNames(Config config) {
   ros::param::set("/gantry_with_long_names", urdf);
   config.robot_description = "/gantry_with_long_names";
   config.max_tf_age = 1.0;
+  config.joint_inequalities =
+      scene::readYaml("- x_axis" + kLongName + " <= 0.6\n- 2*lift" + kLongName + " + x_axis" + kLongName + " <= 5", "");
   return std::make_shared<const Robot>(ros::NodeHandle(), config);
 }
 

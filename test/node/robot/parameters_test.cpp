@@ -48,6 +48,7 @@ std::string yaml(const JointLimits& limits) { return map(!limits.of_all && limit
 std::string yaml(const scene::FileValue& value) {
   const auto* number = std::get_if<double>(&value.content);
   const auto* entries = std::get_if<scene::FileValue::Map>(&value.content);
+  if (const auto* listed = std::get_if<scene::FileValue::List>(&value.content)) return list(listed->empty());
   return number ? yaml(*number) : map(entries && entries->empty());
 }
 std::string yaml(PoseLatency latency) {
