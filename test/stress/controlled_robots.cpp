@@ -7,6 +7,7 @@
 #include "scene/random_objects.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -59,12 +60,18 @@ std::shared_ptr<const SceneModel> coupled(const SceneModel& model, Chance& chanc
   for (int i = 0; i < static_cast<int>(model.robot.joints.size()); ++i)
     if (hasOnePosition(model.robot.joints[i]) && !model.robot.joints[i].mimic) joints.push_back(i);
   for (int n = joints.empty() ? 0 : 1 + chance.below(4); n > 0; --n) {
-    JointInequality inequality{"inequality " + std::to_string(n), {}, chance.between(0.0, 1.0)};
+    JointInequality inequality{"inequality " + std::to_string(n), {}, 0.0};
     std::shuffle(joints.begin(), joints.end(), chance);
-    for (std::size_t i = 0; i < std::min<std::size_t>(joints.size(), 1 + chance.below(4)); ++i) {
+    const std::size_t terms = std::min<std::size_t>(joints.size(), 1 + chance.below(4));
+    for (std::size_t i = 0; i < terms; ++i)
       inequality.terms.push_back({joints[i], chance.eitherSign(chance.between(0.3, 2.0))});
-      inequality.bound += inequality.terms[i].coefficient * randomPosition(model.robot.joints[joints[i]], chance);
+    std::vector<double> positions(model.robot.joints.size());
+    double largest = -std::numeric_limits<double>::infinity();
+    for (int state = 0; state < 3; ++state) {
+      for (const int joint : joints) positions[joint] = randomPosition(model.robot.joints[joint], chance);
+      largest = std::max(largest, inequality.excess(positions));
     }
+    inequality.bound = largest;
     copy->robot.inequalities.push_back(inequality);
   }
   return copy;

@@ -39,9 +39,9 @@ class Constraints {
 
   int capacity() const { return rows_.capacity(); }  ///< of pairs
 
-  /// The rows at the poses of a cycle: those of pairs, then one for each of
-  /// RobotModel::inequalities. The message is valid until the next call. It has no rows, and a status with the
-  /// reason, if the distance of a pair is unknown or if the settings contradict each other.
+  /// The rows at the poses of a cycle: those of pairs, then one for each of RobotModel::inequalities. The message is
+  /// valid until the next call. It has no rows, and a status with the reason, if the distance of a pair or the position
+  /// of a joint of an inequality is unknown, or if the settings contradict each other.
   const ConstraintRows& rowsOf(const MeasuredCycle& cycle, const MonitorSettings& settings);
 
  private:

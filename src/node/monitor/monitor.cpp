@@ -58,6 +58,7 @@ void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   moving_scene_.reset();
   guarantees_.reset();
   constraints_.reset();
+  broken_.reset();
   robot_ = robot;
   gradients_.emplace(*robot_);
   text_.emplace(robot_->robotModel());

@@ -80,7 +80,8 @@ struct Config {
   std::string mesh_cache = "user";  ///< the parameter as it was given; configFrom() sets model.mesh_cache by it
   scene::ModelOptions model;
   scene::PairFilterOptions filter;
-  scene::FileValue joint_inequalities{scene::FileValue::List()};  ///< or an absolute path
+  /// a list for scene::setJointInequalities(), or an absolute path
+  scene::FileValue joint_inequalities{scene::FileValue::List()};
   std::string conditional_pairs;    ///< an absolute path, see scene::addConditionalPairs(); "": none
   double tolerance = 1e-9;          ///< [m] accepted gap between the bounds of a distance
   double max_tf_age = 0.2;          ///< [s]

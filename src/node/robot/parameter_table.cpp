@@ -80,8 +80,7 @@ std::vector<Parameter> parameterTable(Config& config) {
       "Only pairs in which a link of this SRDF group moves are checked. \"\": no restriction.");
   add("joint_inequalities", &config.joint_inequalities, {}, "", kReload,
       "Limits that couple joints, as a cable or a differential does: `[\"2*j1 - j2 <= 1.7\"]`, or the absolute path of "
-      "a "
-      "file with this list. See [coupled limits](#coupled-limits). An unknown joint, and inequalities without a "
+      "a file with this list. See [coupled limits](#coupled-limits). An unknown joint, and inequalities without a "
       "solution, stop the node.");
   add("conditional_pairs", &config.conditional_pairs, {}, "", kReload,
       "Absolute path of a file of `pair_audit --write-conditional-pairs`: ranges of joint positions in which pairs are "

@@ -31,7 +31,7 @@ struct Sum {
 
 [[noreturn]] void refuse(const std::string& reason) { throw std::invalid_argument(reason); }
 
-bool isDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
+bool isOfNumber(char c) { return std::isdigit(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '+'; }
 bool isOfName(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '/'; }
 
 /// Reads a text by recursive descent: sums of products of numbers, joints and brackets.
@@ -98,7 +98,7 @@ class Reader {
 
   Sum operand() {
     if (const std::optional<Sum> joint = knownJoint()) return *joint;
-    if (!rest_.empty() && (isDigit(rest_.front()) || rest_.front() == '.')) return number();
+    if (!rest_.empty() && isOfNumber(rest_.front()) && rest_.front() != '+') return number();
     const auto end = std::find_if_not(rest_.begin(), rest_.end(), isOfName);
     const std::string name(rest_.begin(), end);
     if (name.empty())
@@ -127,20 +127,14 @@ class Reader {
     return Sum{{{leader.joint, leader.multiplier}}, leader.offset};
   }
 
+  /// Takes the longest number that the text continues with.
   Sum number() {
-    const auto digits = [&](std::size_t at) {
-      while (at < rest_.size() && (isDigit(rest_[at]) || rest_[at] == '.')) ++at;
-      return at;
-    };
-    std::size_t end = digits(0);
-    if (end < rest_.size() && (rest_[end] == 'e' || rest_[end] == 'E')) {
-      const std::size_t sign = end + 1 < rest_.size() && (rest_[end + 1] == '-' || rest_[end + 1] == '+') ? 1 : 0;
-      if (end + 1 + sign < rest_.size() && isDigit(rest_[end + 1 + sign])) end = digits(end + 1 + sign);
-    }
-    const std::string_view text = rest_.substr(0, end);
-    const std::optional<double> value = system::numberIn<double>(text);
-    if (!value || !std::isfinite(*value)) refuse("'" + std::string(text) + "' is no finite number");
-    rest_.remove_prefix(end);
+    const auto end = std::find_if_not(rest_.begin(), rest_.end(), [](char c) { return isOfName(c) || isOfNumber(c); });
+    std::string_view text = rest_.substr(0, static_cast<std::size_t>(end - rest_.begin()));
+    std::optional<double> value;
+    while (!text.empty() && !(value = system::numberIn<double>(text))) text.remove_suffix(1);
+    if (!value || !std::isfinite(*value)) refuse("'" + std::string(rest_) + "' begins with no finite number");
+    rest_.remove_prefix(text.size());
     return {{}, take("deg") ? *value * kDegree : *value};
   }
 

@@ -43,7 +43,6 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
   program.addText("--srdf", "FILE", arguments.robot.srdf, "what to compare with, and what --write keeps the rest of");
   addRobotOptions(program, arguments.robot);
   addJointInequalities(program, arguments.robot);
-  program.atMostOneOf({"--joint-inequalities", "--setup"});
   addQuiet(program, arguments.robot.warnings);
   addLength(program, "--distance", study.distance, 0.0,
             "up to which two links count as near (default: 0.02, the stop distance of the node; 0: contact)");
@@ -69,6 +68,7 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
       "--setup", "DIR", arguments.setup,
       "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest");
   addThreads(program, study.threads);
+  program.atMostOneOf({"--joint-inequalities", "--setup"});
 }
 
 PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options) {

@@ -39,6 +39,11 @@ TEST_F(CoupledSliders, AnInequalityThatHoldsIsNotNamed) {
   limit("- to_right - to_left <= 1.5");
   EXPECT_FALSE(has(cycle().status.message, "broken")) << cycle().status.message;
   EXPECT_FALSE(monitor_.broken().has_value());
+  limit("- to_right - to_left <= 1.2");
+  cycle();
+  EXPECT_TRUE(monitor_.broken().has_value());
+  follow("");
+  EXPECT_FALSE(monitor_.broken().has_value()) << "it was one of the robot before";
 }
 
 TEST_F(CoupledSliders, JointsOfAnInequalityAreNeededAlsoWithoutAPair) {

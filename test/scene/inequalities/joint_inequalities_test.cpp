@@ -65,7 +65,7 @@ TEST(JointInequalities, AreReadAsTheyAreWritten) {
 }
 
 TEST(JointInequalities, HaveSigns) {
-  const auto inequalities = read("- -j1 + -2*(j2 - -1) <= 3*-lift");
+  const auto inequalities = read("- -j1 + -2*(j2 - -1) <= 3e0*-lift+1e-0-1");
   ASSERT_EQ(inequalities.size(), 1u);
   EXPECT_EQ(termsOf(inequalities[0]), (Terms{{"j1", -1.0}, {"j2", -2.0}, {"lift", 3.0}}));
   EXPECT_EQ(inequalities[0].bound, 2.0);
@@ -116,9 +116,10 @@ TEST(JointInequalities, ThatCannotBeUsedAreRefusedWithTheirPlace) {
       {"- 1 <= j1 >= 0", "not in the same direction"},
       {"- 0 <= j1 <= j2 <= 1", "more than two comparisons"},
       {"- j1 - j1 <= 1", "no joint is left in it"},
-      {"- 1e400*j1 <= 1", "'1e400' is no finite number"},
+      {"- 1e400*j1 <= 1", "expected +, -, *, <= or >= before '0*j1 <= 1'"},
       {"- 1e300*1e300*j1 <= 1", "its numbers are too large"},
-      {"- 1.2.3*j1 <= 1", "'1.2.3' is no finite number"},
+      {"- . <= j1", "'. <= j1' begins with no finite number"},
+      {"- 1.2.3*j1 <= 1", "expected +, -, *, <= or >= before '.3*j1 <= 1'"},
       {"- 3", "must be a text"},
       {"limits: []", "limits"},
       {"j1 <= 1", "must be a list"}};

@@ -1,5 +1,6 @@
 #include "tools/pair_audit/pair_study.h"
 
+#include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "tools/pair_audit/audit_report.h"
@@ -49,6 +50,22 @@ TEST_F(CrossingSliders, EveryPairIsInItsClass) {
   EXPECT_EQ(evidence(study_, "base", "tip").nearClass(), NearClass::Sometimes);
   EXPECT_EQ(evidence(study_, "base", "loose").nearClass(), NearClass::Undecided);
   EXPECT_EQ(study_.pairs.size(), 15U);
+}
+
+// The distance of the base and the sled is 1 + slide.
+TEST(PairStudy, LooksOnlyWithinJointInequalities) {
+  RobotModel robot = loadRobotModel(kTwoSliders, packageResolver({}));
+  setJointInequalities(readYaml("- slide >= 0.25", ""), "", robot);
+  auto model = std::make_shared<SceneModel>();
+  model->pairs = filterPairs(robot, "");
+  model->robot = std::move(robot);
+  for (const PairEvidence& pair : studyPairs(model, StudyOptions()).pairs) {
+    if (pair.pair.b.link() != model->robot.findLink("sled, left") || pair.pair.a.link() != 0) continue;
+    EXPECT_GE(pair.smallest, 1.25 - 1e-5);
+    EXPECT_LE(pair.smallest, 1.25 + 1e-3);
+    return;
+  }
+  FAIL() << "no such pair";
 }
 
 TEST_F(CrossingSliders, NeighboursAreThoseOfOneJoint) {
