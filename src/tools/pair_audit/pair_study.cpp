@@ -272,6 +272,9 @@ class Studying {
     for (std::size_t i = 0; i < proofs.size(); ++i) {
       if (proofs[i].lower_bound > kContactDistance) evidence[i]->proven = proofs[i].lower_bound;
       if (proofs[i].outcome != scene::ProofOutcome::Refuted) continue;
+      const auto between = scene::rangesBetween(model_->robot, ranges_, pairs[i].a.link(), pairs[i].b.link());
+      // A proof is about all of the ranges, also about what the inequalities leave out.
+      if (mostBroken(scene::inequalitiesOver(between, model_->robot), proofs[i].closest)) continue;
       scene.update(scene::forwardKinematics(model_->robot, proofs[i].closest));
       add(scene.proximity(pairs[i]).result, proofs[i].closest, *evidence[i]);
     }
