@@ -89,7 +89,8 @@ void ClearanceText::write(std::string& text, const Clearance& clearance, const s
 void ClearanceText::append(std::string& text, const BrokenInequality& broken) {
   text += "; '";
   text += broken.inequality->text;
-  appendNumber(text, "' is broken by %.3g", broken.excess);
+  text += "' is broken by ";
+  system::appendRounded(text, broken.excess, 3);
 }
 
 void ClearanceText::writeMotion(std::string& text, const std::vector<double>& gradient) const {
