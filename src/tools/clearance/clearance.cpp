@@ -155,6 +155,10 @@ SweepSummary answerAll(const ClearanceOptions& options, const ClearanceQuestion&
   }
   end();
   printWarnings(spline_warnings, options.robot.warnings);
+  if (output.report) {
+    output.report->addExcess(states.limitWarning());
+    for (const std::string& warning : spline_warnings) output.report->addExcess(warning);
+  }
   return summary;
 }
 

@@ -1,15 +1,14 @@
 #include "tools/clearance/clearance_report.h"
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "tools/second_opinion/placed_pieces.h"
-#include "tools/states/joint_columns.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <tuple>
 
 namespace proximity_server::tools {
@@ -45,8 +44,6 @@ Json outlinesOf(const PlacedPiece& placed) {
   }
   return outlines;
 }
-
-Json toJson(const Vector3d& point) { return {point.x(), point.y(), point.z()}; }
 
 /// The links with geometry, and how exact their pieces are.
 Json fidelityOf(const scene::RobotModel& robot) {
@@ -91,19 +88,15 @@ Json settingsOf(const ClearanceQuestion& question) {
 }  // namespace
 
 ClearanceReport::ClearanceReport(const ClearanceQuestion& question, RowKind rows)
-    : question_(question),
-      rows_(rows),
-      numbers_(question.pairs, question.model->robot.links.size()),
-      of_links_(question.pairs.size(), nullptr) {
-  const scene::SceneModel& model = *question.model;
-  for (const scene::LinkPair& pair : model.pairs.pairs)
+    : question_(question), kind_(rows), rows_(question, RowFormat::Json), of_links_(question.pairs.size(), nullptr) {
+  const std::vector<scene::Link>& links = question.model->robot.links;
+  for (const scene::LinkPair& pair : question.model->pairs.pairs)
     if (pair.reason != scene::PairReason::Checked)
-      unchecked_[{model.robot.links[pair.link_a].name, model.robot.links[pair.link_b].name}] = {toString(pair.reason),
-                                                                                                pair.detail};
+      unchecked_[{links[pair.link_a].name, links[pair.link_b].name}] = {toString(pair.reason), pair.detail};
 }
 
 ClearanceReport::PairRecord& ClearanceReport::recordOf(const scene::ShapeRefPair& pair, const scene::Objects* objects) {
-  const int number = numbers_.of(pair);
+  const int number = rows_.numbers().of(pair);
   if (number >= 0 && of_links_[number]) return *of_links_[number];
   const scene::RobotModel& robot = question_.model->robot;
   PairRecord& record = records_[{nameOf(pair.a, robot, objects), nameOf(pair.b, robot, objects)}];
@@ -117,62 +110,42 @@ void ClearanceReport::useObjects(const std::shared_ptr<const scene::Objects>& ob
   objects_ = objects;
   const scene::RobotModel& robot = question_.model->robot;
   for (const int number : objects->numbers()) {
-    const auto object = scene::ShapeRef::ofObject(number);
     for (int link = 0; link < static_cast<int>(robot.links.size()); ++link) {
-      const scene::PairReason reason = objects->reason(link, object);
+      const scene::PairReason reason = objects->reason(link, scene::ShapeRef::ofObject(number));
       if (reason == scene::PairReason::Checked || reason == scene::PairReason::NoGeometry) continue;
       unchecked_.insert({{robot.links[link].name, objects->object(number)->id}, {toString(reason), ""}});
     }
   }
 }
 
-ClearanceReport::Beyond ClearanceReport::beyondLimits(const scene::Positions& positions) const {
-  Beyond beyond;
-  const std::vector<scene::Joint>& joints = question_.model->robot.joints;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    if (joints[i].mimic || !hasOnePosition(joints[i])) continue;
-    if (positions[i] < joints[i].lower - kLimitRounding || positions[i] > joints[i].upper + kLimitRounding)
-      beyond.emplace(static_cast<int>(i), positions[i]);
-  }
-  return beyond;
+/// `rowOf()` makes the row of the answer.
+template <typename RowOf>
+void ClearanceReport::take(const scene::PairProximity& pair, double time, const scene::Positions& positions,
+                           const std::shared_ptr<const scene::Objects>& objects, const RowOf& rowOf) {
+  PairRecord& record = recordOf(pair.asked, objects.get());
+  if (pair.result.status == narrowphase::Status::Unknown) return;
+  record.lowest = std::min(record.lowest, pair.result.lower_bound);
+  if (!record.row.empty() && !(pair.result.distance < record.closest.result.distance)) return;
+  record = {pair, rowOf(), time, record.lowest, positions, objects};
 }
 
-void ClearanceReport::countExcess(long number, const Beyond& beyond) {
-  if (!beyond.empty()) ++states_beyond_;
-  for (const auto& [joint, position] : beyond) {
-    Excess& excess = beyond_[joint];
-    if (excess.states++ > 0) continue;
-    excess.first = number;
-    excess.position = position;
-  }
-}
-
-/// Returns the level of the pair as a number, -1 without an answer.
-double ClearanceReport::take(const scene::PairProximity& pair, const Moment& moment) {
-  PairRecord& record = recordOf(pair.asked, moment.objects.get());
+/// The number of the level, 0 without thresholds.
+double ClearanceReport::levelOf(const scene::PairProximity& pair) const {
   if (pair.result.status == narrowphase::Status::Unknown) return kNoAnswer;
-  record.lower = std::min(record.lower, pair.result.lower_bound);
-  if (record.number < 0 || pair.result.distance < record.closest.result.distance) {
-    record.closest = pair;
-    record.number = moment.number;
-    record.time = moment.time;
-    record.positions = moment.positions;
-    record.objects = moment.objects;
-  }
-  if (!question_.thresholds) return 0.0;
-  const scene::ClearanceLevel level = levelOf(pair, *question_.thresholds).level;
-  record.level = std::max(record.level, level);
-  return static_cast<double>(level);
+  return question_.thresholds ? static_cast<double>(scene::levelOf(pair, *question_.thresholds).level) : 0.0;
 }
 
 void ClearanceReport::add(const StateClearance& answer) {
   useObjects(answer.objects);
-  countExcess(answer.state, beyondLimits(answer.positions));
   double distance = kInfinity, lower = kInfinity, level = 0.0;
   for (const scene::PairProximity& pair : answer.all_pairs) {
-    const double of_pair = take(pair, {answer.state, answer.time, answer.positions, answer.objects});
-    level = of_pair < 0.0 || level < 0.0 ? kNoAnswer : std::max(level, of_pair);
-    if (of_pair < 0.0) continue;
+    take(pair, answer.time, answer.positions, answer.objects, [&] {
+      WrittenRows row;
+      rows_.addPair(static_cast<std::uint64_t>(answer.state), pair, pair.result.lower_bound, answer.objects.get(), row);
+      return row.bytes;
+    });
+    const double of_pair = levelOf(pair);
+    level = std::min(of_pair, level) < 0.0 ? kNoAnswer : std::max(level, of_pair);
     distance = std::min(distance, pair.result.distance);
     lower = std::min(lower, pair.result.lower_bound);
   }
@@ -184,17 +157,13 @@ void ClearanceReport::add(const StateClearance& answer) {
 void ClearanceReport::add(const SegmentClearance& answer) {
   const TrajectorySegment& segment = answer.segment;
   useObjects(segment.objects);
-  Beyond beyond = beyondLimits(segment.from);
-  beyond.merge(beyondLimits(segment.to));
-  if (segment.spline)
-    for (const auto& excess : segment.spline->beyondLimits(question_.model->robot))
-      beyond.emplace(excess.joint, excess.position);
-  countExcess(segment.number, beyond);
   for (const scene::SplineMinimum& minimum : answer.of_pairs) {
     scene::PairProximity pair = minimum.pair;
     pair.result.lower_bound = minimum.lower_bound;
     pair.result.upper_bound = minimum.upper_bound;
-    take(pair, {segment.number, segment.timeAt(minimum.time), minimum.state, segment.objects});
+    take(pair, segment.timeAt(minimum.time), minimum.state, segment.objects, [&] {
+      return rowText(SegmentClearance{segment, minimum, {}}, question_.model->robot, RowFormat::Json);
+    });
   }
   const scene::RobotTimeOfContact& contact = answer.contact;
   const double undecided = contact.status == narrowphase::Status::Converged ? 0.0 : kUnknown;
@@ -209,40 +178,14 @@ void ClearanceReport::add(const SegmentClearance& answer) {
     curves_[name].push_back(value);
 }
 
-/// The worst level first, then the smallest distance; pairs without an answer last.
-std::vector<const ClearanceReport::NamedRecord*> ClearanceReport::sortedRecords() const {
-  std::vector<const NamedRecord*> sorted;
-  for (const NamedRecord& named : records_) sorted.push_back(&named);
-  const auto place = [](const NamedRecord* named) {
-    const PairRecord& record = named->second;
-    return std::tuple(record.number < 0, -static_cast<int>(record.level), record.closest.result.distance);
-  };
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](const NamedRecord* a, const NamedRecord* b) { return place(a) < place(b); });
-  return sorted;
-}
-
-Json ClearanceReport::toJson(const NamedRecord& named) const {
-  const auto& [names, record] = named;
-  Json json{{"a", names.first}, {"b", names.second}, {"distance", Json()}};
-  if (record.number < 0) return json;
-  json["distance"] = record.closest.result.distance;
-  json["lower"] = record.lower;
-  json["number"] = record.number;
-  json["time"] = record.time;
-  if (question_.thresholds) json["level"] = toString(record.level);
-  return json;
+void ClearanceReport::addExcess(const std::string& sentence) {
+  if (!sentence.empty()) excess_.push_back(sentence);
 }
 
 /// The closest state of a pair, with its pieces and what it takes to see it again.
 Json ClearanceReport::momentOf(const PairRecord& record) const {
   const scene::RobotModel& robot = question_.model->robot;
-  const narrowphase::SignedDistance& result = record.closest.result;
-  Json json{{"lower", result.lower_bound},
-            {"upper", result.upper_bound},
-            {"representation", toString(record.closest.representation)},
-            {"depth_is_lower_bound", record.closest.depth_is_lower_bound},
-            {"points", {tools::toJson(result.point_a), tools::toJson(result.point_b)}},
+  Json json{{"depth_is_lower_bound", record.closest.depth_is_lower_bound},
             {"positions", Json::object()},
             {"shapes", Json::array()}};
   if (question_.thresholds) {
@@ -264,27 +207,13 @@ Json ClearanceReport::momentOf(const PairRecord& record) const {
 Json ClearanceReport::uncheckedPairs() const {
   Json pairs = Json::array();
   for (const auto& [names, reason] : unchecked_)
-    if (records_.find(names) == records_.end())
-      pairs.push_back({{"a", names.first}, {"b", names.second}, {"reason", reason[0]}, {"detail", reason[1]}});
+    if (records_.find(names) == records_.end()) pairs.push_back({names.first, names.second, reason[0], reason[1]});
   return pairs;
-}
-
-Json ClearanceReport::limits() const {
-  const std::vector<scene::Joint>& joints = question_.model->robot.joints;
-  Json json{{"states", states_beyond_}, {"joints", Json::array()}};
-  for (const auto& [joint, excess] : beyond_)
-    json["joints"].push_back({{"joint", joints[joint].name},
-                              {"states", excess.states},
-                              {"first", excess.first},
-                              {"position", excess.position},
-                              {"lower", joints[joint].lower},
-                              {"upper", joints[joint].upper}});
-  return json;
 }
 
 Json ClearanceReport::toJson() const {
   const scene::SceneModel& model = *question_.model;
-  Json json{{"rows", rows_ == RowKind::State ? "state" : "segment"},
+  Json json{{"rows", kind_ == RowKind::State ? "state" : "segment"},
             {"curves", curves_},
             {"settings", settingsOf(question_)},
             {"links", fidelityOf(model.robot)},
@@ -292,12 +221,22 @@ Json ClearanceReport::toJson() const {
             {"pairs", Json::array()},
             {"moments", Json::array()},
             {"unchecked", uncheckedPairs()},
-            {"limits", limits()}};
+            {"excess", excess_}};
   for (const std::string& warning : model.pairs.warnings) json["warnings"].push_back(warning);
-  for (const NamedRecord* named : sortedRecords()) {
-    json["pairs"].push_back(toJson(*named));
-    if (named->second.number >= 0 && json["moments"].size() < kMoments)
-      json["moments"].push_back(momentOf(named->second));
+  // The worst level first, then the smallest distance; pairs without an answer last.
+  std::vector<std::tuple<bool, double, double, const Names*, const PairRecord*>> sorted;
+  for (const auto& [names, record] : records_)
+    sorted.emplace_back(record.row.empty(), -levelOf(record.closest), record.closest.result.distance, &names, &record);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return std::tie(std::get<0>(a), std::get<1>(a), std::get<2>(a)) <
+           std::tie(std::get<0>(b), std::get<1>(b), std::get<2>(b));
+  });
+  for (const auto& [is_unknown, level, distance, names, record] : sorted) {
+    Json pair = is_unknown ? Json{{"link_a", names->first}, {"link_b", names->second}, {"distance", Json()}}
+                           : Json::parse(record->row);
+    pair.update({{"lowest", record->lowest}, {"time", record->time}});
+    json["pairs"].push_back(std::move(pair));
+    if (!is_unknown && json["moments"].size() < kMoments) json["moments"].push_back(momentOf(*record));
   }
   return json;
 }

@@ -23,11 +23,10 @@ except ImportError as error:
 # Colours that people with any colour vision tell apart (Okabe and Ito, Color Universal Design, 2008); each has a marker.
 LEVELS = {"CLEAR": ("#56B4E9", "."), "WARN": ("#E69F00", "^"), "STOP": ("#D55E00", "s"), "COLLISION": ("#000000", "X")}
 BLUE, ORANGE = "#0072B2", "#E69F00"
-COLUMNS = 300  # the most points of the curve, and
-FEW = 40  # so few have markers
+COLUMNS = 300  # the most points of the curve
 NEAR = 0.2  # [m] the darkest colour of the matrix is contact, the brightest one this distance or more
 GAPS = (0.0, 0.01, 0.025, 0.05, 0.1)  # [m] of the shares
-MOST_NUMBERS, MOST_CROSSES = 14, 60  # rows of a matrix with numbers, and with marks of pairs that are not checked
+MOST_NUMBERS, MOST_WORDS = 14, 60  # rows of a matrix with numbers, and with marks in its cells
 MOST_OUTLINES = 60  # of a view that stays a drawing; with more it is an image
 STYLE = """
 body{font:16px/1.45 sans-serif;color:#000;background:#fff;max-width:60rem;margin:0 auto;padding:0 1rem 3rem}
@@ -71,7 +70,7 @@ def mm(metres):
 
 
 def pair_name(pair):
-    return f"{pair['a']} \N{EN DASH} {pair['b']}"
+    return f"{pair['link_a']} \N{EN DASH} {pair['link_b']}"
 
 
 def table(heads, rows):
@@ -99,122 +98,99 @@ class Pictures:
         return svg.replace("<svg ", f'<svg role="img" aria-label="{text(name)}" ', 1)
 
 
-def shown(number):
-    return "none" if number is None else f"{number:.6g}"
-
-
-def place(number, time, facts):
-    """The name of a state, or of a time of a trajectory."""
-    seconds = "" if time is None else f"{time:.4f}".rstrip("0").rstrip(".") + " s"
+def place(pair, facts):
+    """The state of a pair, or its time along a trajectory."""
+    seconds = "" if pair["time"] is None else f"{pair['time']:.4f}".rstrip("0").rstrip(".") + " s"
     if facts["rows"] == "segment":
-        return f"{seconds} (segment {number})"
-    return f"state {number}" + (f" ({seconds})" if seconds else "")
+        return f"{seconds} (segment {pair['segment']})"
+    return f"state {pair['state']}" + (f" ({seconds})" if seconds else "")
 
 
 def array(facts, name):
     return numpy.array(facts["curves"].get(name, []), dtype=float)
 
 
-def lines_of(axes, facts):
-    distances = dict(facts["settings"]["thresholds"] or {})
-    if facts["rows"] == "segment" and facts["settings"]["contact_distance"]:
-        distances["contact"] = facts["settings"]["contact_distance"]
-    for name, style in (("warn", ":"), ("stop", "--"), ("contact", "-.")):
-        if name in distances:
-            axes.axhline(1e3 * distances[name], color="black", linewidth=0.8, linestyle=style, label=name + " distance")
-    axes.axhline(0.0, color="black", linewidth=0.8)
-
-
-def mark_unknown(axes, places):
-    if len(places):
-        axes.plot(places, numpy.zeros(len(places)), linestyle="", color="grey", marker="|", label="INVALID")
+def closest_of_parts(lower):
+    """The places with the smallest values of at most COLUMNS parts; those without a value are left out."""
+    parts = numpy.array_split(numpy.arange(len(lower)), min(len(lower), COLUMNS))
+    return numpy.array([part[numpy.nanargmin(lower[part])] for part in parts if numpy.isfinite(lower[part]).any()], dtype=int)
 
 
 def curve_of_states(axes, facts):
-    """The smallest distance of the states that share a column, with a marker for the worst level of them."""
+    """The smallest distance of each state, with a marker for its level; of many states the closest ones."""
     distance, lower, level = (array(facts, name) for name in ("distance", "lower", "level"))
-    parts = [part for part in numpy.array_split(numpy.arange(len(distance)), min(len(distance), COLUMNS))
-             if numpy.isfinite(distance[part]).any()]
-    at = numpy.array([part[numpy.nanargmin(distance[part])] for part in parts], dtype=int)
-    if len(distance) > COLUMNS:
-        axes.fill_between(at, [1e3 * numpy.nanmax(distance[part]) for part in parts], 1e3 * distance[at], color="#dddddd",
-                          label="all states")
+    at = closest_of_parts(lower)
+    axes.set_xlabel("state" if len(at) == len(lower) else f"state (the closest of each {-(-len(lower) // COLUMNS)})")
     is_way = not facts["asked"]["states"]["identity"].startswith("sample")  # the order of samples means nothing
     axes.plot(at, 1e3 * distance[at], color=BLUE, linewidth=0.8 * is_way, label="smallest distance",
               marker="" if is_way else ".", markersize=3)
     if (distance - lower > 1e-6).any():
-        axes.plot(at, [1e3 * numpy.nanmin(lower[part]) for part in parts], color=BLUE, linewidth=0.8, linestyle="--",
-                  label="proven lower bound")
-    worst = numpy.array([level[part].max() for part in parts])
+        axes.plot(at, 1e3 * lower[at], color=BLUE, linewidth=0.8, linestyle="--", label="proven lower bound")
     for number, (name, (color, marker)) in enumerate(LEVELS.items()):
-        chosen = at[worst == number]
-        if len(chosen) and (facts["settings"]["thresholds"] or len(at) < FEW):
-            axes.plot(chosen, 1e3 * distance[chosen], linestyle="", color=color, marker=marker, markersize=5,
-                      label=name if facts["settings"]["thresholds"] else None)
-    mark_unknown(axes, numpy.flatnonzero(numpy.isnan(distance)))
-    axes.set_xlabel("state")
+        chosen = at[level[at] == number]
+        if len(chosen) and facts["settings"]["thresholds"]:
+            axes.plot(chosen, 1e3 * distance[chosen], linestyle="", color=color, marker=marker, markersize=5, label=name)
+    return numpy.flatnonzero(numpy.isnan(lower))
 
 
 def curve_of_segments(axes, facts):
-    """Both bounds of the minimum of each segment, of many segments the closest ones."""
+    """Both bounds of the minimum of each segment; of many segments the closest ones."""
     begin, end, time, distance, lower, upper, contact, t_contact = (
         array(facts, name) for name in ("begin", "end", "time", "distance", "lower", "upper", "contact", "t_contact"))
-    parts = numpy.array_split(numpy.arange(len(lower)), min(len(lower), COLUMNS))
-    at = [part[numpy.argmin(lower[part])] for part in parts]
-    mark_unknown(axes, begin[numpy.isnan(lower)])
-    begin, end = begin[[part[0] for part in parts]], end[[part[-1] for part in parts]]
-    axes.hlines(1e3 * lower[at], begin, end, color=BLUE, linewidth=1.2, label="lower bound of the segment")
-    axes.hlines(1e3 * upper[at], begin, end, color=ORANGE, linewidth=1.2, linestyle=":", label="upper bound")
-    axes.plot(time[at], 1e3 * distance[at], linestyle="", color="black", marker=".",
-              markersize=5 if len(at) < FEW else 2, label="where it is closest")
-    limit, touching = 1e3 * facts["settings"]["contact_distance"], t_contact[contact == 1.0]
-    if len(touching):
-        axes.plot(touching, numpy.full(len(touching), limit), linestyle="", color="#D55E00", marker="X", label="contact")
+    at = closest_of_parts(lower)
     axes.set_xlabel("time [s]")
+    axes.hlines(1e3 * lower[at], begin[at], end[at], color=BLUE, linewidth=1.2, label="lower bound of the segment")
+    axes.hlines(1e3 * upper[at], begin[at], end[at], color=ORANGE, linewidth=1.2, linestyle=":", label="upper bound")
+    axes.plot(time[at], 1e3 * distance[at], linestyle="", color="black", marker=".", markersize=3, label="where it is closest")
+    touching = t_contact[contact == 1.0]
+    if len(touching):
+        axes.plot(touching, numpy.full(len(touching), 1e3 * facts["settings"]["contact_distance"]), linestyle="",
+                  color="#D55E00", marker="X", label="contact")
+    return begin[numpy.isnan(lower)]
 
 
 def draw_curve(facts, pictures):
     figure, axes = plt.subplots(figsize=(6.2, 3.0), constrained_layout=True)
-    lines_of(axes, facts)
-    (curve_of_states if facts["rows"] == "state" else curve_of_segments)(axes, facts)
+    unknown = (curve_of_states if facts["rows"] == "state" else curve_of_segments)(axes, facts)
+    if len(unknown):
+        axes.plot(unknown, numpy.zeros(len(unknown)), linestyle="", color="grey", marker="|", label="INVALID")
+    lines = facts["settings"]["thresholds"] or {"contact": facts["settings"]["contact_distance"]}
+    for name, style in (("warn", ":"), ("stop", "--"), ("contact", "-.")):
+        if lines.get(name):
+            axes.axhline(1e3 * lines[name], color="black", linewidth=0.8, linestyle=style, label=name + " distance")
+    axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_ylabel("clearance [mm]")
     axes.legend(fontsize=7, ncol=3, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
     return pictures.svg(figure, "Clearance over the " + ("states" if facts["rows"] == "state" else "time"))
 
 
 def draw_matrix(facts, pictures):
-    known = {frozenset((pair["a"], pair["b"])): pair["distance"] for pair in facts["pairs"]}
+    known = {frozenset((pair["link_a"], pair["link_b"])): pair["distance"] for pair in facts["pairs"]}
     used = {name for pair in known for name in pair}
     names = [link["link"] for link in facts["links"] if link["link"] in used]
     names += sorted(used.difference(names))
     size = len(names)
+    font = min(8.0, 250.0 / size)
     values = numpy.full((size, size), numpy.nan)
-    for row in range(size):
-        for column in range(row):
-            distance = known.get(frozenset((names[row], names[column])))
-            values[row, column] = numpy.nan if distance is None else 1e3 * distance
     figure, axes = plt.subplots(figsize=(6.2, 5.6), constrained_layout=True)
-    axes.set_facecolor("#ffffff")
+    for row, column in zip(*numpy.tril_indices(size, -1)):
+        distance = known.get(frozenset((names[row], names[column])))
+        values[row, column] = numpy.nan if distance is None else 1e3 * distance
+        words, color = "\N{MULTIPLICATION SIGN}", "#777777"
+        if distance is not None:
+            words = f"{1e3 * distance:.0f}" if size <= MOST_NUMBERS else "0" * (distance <= 0.0)
+            color = "white" if distance < 0.5 * NEAR else "black"
+        if words and size <= MOST_WORDS:
+            axes.text(column + 0.5, row + 0.5, words, fontsize=0.9 * font, ha="center", va="center", color=color)
     image = axes.pcolormesh(numpy.ma.masked_invalid(values), cmap="cividis", vmin=0.0, vmax=1e3 * NEAR, edgecolors="white",
                             linewidth=0.3)
-    font = min(8.0, 250.0 / size)
-    for row in range(size):
-        for column in range(row):
-            value = values[row, column]
-            if numpy.isnan(value) and size <= MOST_CROSSES:
-                axes.text(column + 0.5, row + 0.5, "\N{MULTIPLICATION SIGN}", fontsize=font, ha="center", va="center",
-                          color="#777777")
-            elif size <= MOST_NUMBERS or value <= 0.0:
-                axes.text(column + 0.5, row + 0.5, f"{value:.0f}" if size <= MOST_NUMBERS else "0", ha="center",
-                          va="center", fontsize=0.85 * font, color="white" if value < 500.0 * NEAR else "black")
-    axes.set_xticks(numpy.arange(size) + 0.5)
-    axes.set_yticks(numpy.arange(size) + 0.5)
-    axes.set_xticklabels([label(name) for name in names], fontsize=font, rotation=90)
-    axes.set_yticklabels([label(name) for name in names], fontsize=font)
+    places, labels = numpy.arange(size) + 0.5, [label(name) for name in names]
+    axes.set_xticks(places)
+    axes.set_yticks(places)
+    axes.set_xticklabels(labels, fontsize=font, rotation=90)
+    axes.set_yticklabels(labels, fontsize=font)
     axes.set_xlim(0, size - 1)
     axes.set_ylim(size, 1)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
     figure.colorbar(image, ax=axes, label="smallest distance [mm]", extend="both", shrink=0.6)
     return pictures.svg(figure, "Smallest distance of each pair")
 
@@ -230,18 +206,17 @@ def draw_views(pair, moment, pictures):
             if not outlines:
                 continue  # a half-space
             many = len(outlines) > MOST_OUTLINES
-            axes.add_collection(PolyCollection(
-                outlines, facecolor=to_rgba(color, 0.3), edgecolor=to_rgba(color, 0.1 if many else 0.9), linewidth=0.7,
-                linestyle=style, rasterized=many))
+            axes.add_collection(PolyCollection(outlines, facecolor=to_rgba(color, 0.3), linewidth=0.7, linestyle=style,
+                                               edgecolor=to_rgba(color, 0.1 if many else 0.9), rasterized=many))
             corners = numpy.vstack(outlines)
             sizes.append((corners.min(axis=0), corners.max(axis=0)))
-        points = numpy.array([[point[right], point[up]] for point in moment["points"]], dtype=float)
+        points = numpy.array([[pair[f"point_{end}_{'xyz'[axis]}"] for axis in (right, up)] for end in "ab"], dtype=float)
         window(axes, sizes, points)
         axes.plot(*points.T, color="black", linewidth=1.2)
         for point, marker in zip(points, "os"):
             axes.plot(*point, color="black", marker=marker, markersize=4, markerfacecolor="white")
-        axes.set_xlabel("xyz"[right] + " [m]", fontsize=8)
-        axes.set_ylabel("xyz"[up] + " [m]", fontsize=8)
+        axes.set_xlabel("xyz"[right] + " [m]")
+        axes.set_ylabel("xyz"[up] + " [m]")
         axes.tick_params(labelsize=7)
         axes.locator_params(nbins=5)
         every.append(pictures.svg(figure, f"{pair_name(pair)}, seen along {'zyx'[view]}"))
@@ -267,85 +242,63 @@ def first_words(facts):
     closest = min((pair for pair in facts["pairs"] if pair["distance"] is not None), key=lambda pair: pair["distance"])
     for name, pair in (("Worst level", facts["pairs"][0]), ("Closest", closest)):
         if "level" in pair or name == "Closest":
-            level = f", {pair['level']}" if "level" in pair else ""
-            words += f'<p class="key">{name}: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>{level}, ' \
-                     f'{place(pair["number"], pair["time"], facts)}.</p>'
-    if "assertion" in facts:
-        words += f"<p>{text(facts['assertion'])}</p>"
-    return words
+            words += f'<p class="key">{name}: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>, ' \
+                     f'{pair["level"] + ", " if "level" in pair else ""}{place(pair, facts)}.</p>'
+    return words + f"<p>{text(facts.get('assertion', ''))}</p>"
 
 
 def shares(facts):
-    if facts["rows"] == "state":
-        lower, level = array(facts, "lower"), array(facts, "level")
-        weights, what = numpy.ones(len(lower)), "states"
-    else:
-        lower, level = array(facts, "lower"), numpy.zeros(0)
-        weights, what = array(facts, "end") - array(facts, "begin"), "time"
+    lower, level = array(facts, "lower"), array(facts, "level")
+    is_states = facts["rows"] == "state"
+    weights = numpy.ones(len(lower)) if is_states else array(facts, "end") - array(facts, "begin")
+    whole = weights.sum()
 
     def row(name, chosen):
-        part, whole = weights[chosen].sum(), weights.sum()
-        amount = f"{part:.0f} of {whole:.0f}" if what == "states" else f"{part:.6g} of {whole:.6g} s"
-        return [name, f"{100.0 * part / whole:.2f} %" if whole else "", amount]
+        part = weights[chosen].sum()
+        return [name, f"{100.0 * part / whole:.2f} %" if whole else "", f"{part:.10g} of {whole:.10g}" + ("" if is_states else " s")]
 
-    rows = []
-    if facts["settings"]["thresholds"]:
-        rows += [row(f"level {name}", level == number) for number, name in enumerate(LEVELS)]
+    rows = [row(f"level {name}", level == number) for number, name in enumerate(LEVELS) if facts["settings"]["thresholds"]]
     if not numpy.isfinite(lower).all():
         rows.append(row("without an answer (INVALID)", ~numpy.isfinite(lower)))
     rows += [row(f"at {1e3 * gap:.0f} mm or below", lower <= gap) for gap in GAPS]
-    note = "" if what == "states" else "<p>The whole time of a segment counts if it comes as close anywhere.</p>"
-    return note + table([what, "#share", "#"], rows)
+    note = "" if is_states else " The whole time of a segment counts if it comes as close anywhere."
+    return f"<p>The proven lower bound decides.{note}</p>" + table(["", "#share", "#"], rows)
 
 
 def moments(facts, pictures):
-    parts = []
+    parts = ["<p>The closest state of each of the closest pairs. Coordinates are those of the root link.</p>"]
     for number, (pair, moment) in enumerate(zip(facts["pairs"], facts["moments"]), 1):
-        level = ""
-        if "level" in pair:
-            level = f"; worst level of the pair {pair['level']} (stop {mm(moment['stop'])} mm, warn {mm(moment['warn'])} mm)"
+        level = f"; {pair['level']} (stop {mm(moment['stop'])} mm, warn {mm(moment['warn'])} mm)" if "level" in pair else ""
         deeper = "; the whole overlap may be deeper" if moment["depth_is_lower_bound"] else ""
         state = " ".join(f"{joint}={position!r}" for joint, position in moment["positions"].items())
         parts.append(
             f'<div class="moment"><h3>{number}. {text(pair_name(pair))}: {mm(pair["distance"])} mm</h3>'
-            f'<p>{place(pair["number"], pair["time"], facts).capitalize()}; between {mm(moment["lower"])} and '
-            f'{mm(moment["upper"])} mm{deeper}; geometry {text(moment["representation"])}{level}.<br/>'
-            f'<b>{text(pair["a"])}</b> blue, solid edge, round end of the line; <b>{text(pair["b"])}</b> orange, dashed edge, '
-            f'square end.</p>{draw_views(pair, moment, pictures)}<p>State: {code(state)}</p></div>\n')
+            f'<p>{place(pair, facts).capitalize()}; between {mm(pair["lower"])} and '
+            f'{mm(pair["upper"])} mm{deeper}; geometry {text(pair["representation"])}{level}.<br/>'
+            f'<b>{text(pair["link_a"])}</b> blue, solid edge, round end of the line; <b>{text(pair["link_b"])}</b> orange, dashed '
+            f'edge, square end.</p>{draw_views(pair, moment, pictures)}<p>State: {code(state)}</p></div>\n')
     return "".join(parts)
 
 
 def pairs_table(facts):
-    has_levels = any("level" in pair for pair in facts["pairs"])
     rows = []
     for pair in facts["pairs"]:
-        if pair["distance"] is None:
-            rows.append([text(pair_name(pair)), mm(None), mm(None), "no answer"] + ["INVALID"] * has_levels)
-            continue
-        rows.append([text(pair_name(pair)), mm(pair["distance"]), mm(pair["lower"]),
-                     place(pair["number"], pair["time"], facts)] + ([pair["level"]] if has_levels else []))
-    return table(["pair", "#smallest [mm]", "#proven [mm]", "first"] + ["worst level"] * has_levels, rows)
+        where = "no answer" if pair["distance"] is None else place(pair, facts)
+        rows.append([text(pair_name(pair)), mm(pair["distance"]), mm(pair["lowest"]), where, pair.get("level", "")])
+    return table(["pair", "#smallest [mm]", "#proven [mm]", "first", ""], rows)
 
 
 def unchecked(facts):
     groups = {}
-    for pair in facts["unchecked"]:
-        reason = pair["reason"] + (f" ({pair['detail']})" if pair["detail"] else "")
-        groups.setdefault(reason, []).append(text(pair_name(pair)))
-    if not groups:
-        return "<p>None: all pairs are checked.</p>"
+    for link_a, link_b, reason, detail in facts["unchecked"]:
+        pair = text(pair_name({"link_a": link_a, "link_b": link_b}))
+        groups.setdefault(reason + (f" ({detail})" if detail else ""), []).append(pair)
     return "<dl>" + "".join(f"<dt>{text(reason)}: {len(pairs)}</dt><dd>{'; '.join(pairs)}</dd>\n"
                             for reason, pairs in sorted(groups.items())) + "</dl>"
 
 
-def limits(facts):
-    found, what = facts["limits"], "states" if facts["rows"] == "state" else "segments"
-    if not found["states"]:
-        return f"<p>None: all {what} are within the limits of all joints.</p>"
-    rows = [[text(joint["joint"]), joint["states"], joint["first"], shown(joint["position"]),
-             f"{shown(joint['lower'])} \N{HORIZONTAL ELLIPSIS} {shown(joint['upper'])}"] for joint in found["joints"]]
-    return f"<p>{found['states']} {what}. A joint that is not given is at 0.</p>" + \
-        table(["joint", "#" + what, "#first", "#position there", "#limits"], rows)
+def sentences(those):
+    return "".join(f"<p>{text(sentence)}</p>" for sentence in those) or "<p>None.</p>"
 
 
 def checked(facts):
@@ -380,7 +333,8 @@ def fidelity(facts):
         for collision in link["collisions"]:
             rows.append([text(link["link"]), f'<div class="mesh">{text(collision["geometry"])}</div>', text(collision["representation"]),
                          collision["pieces"], mm(collision["deviation"]), mm(collision["uncovered"])])
-    return table(["link", "geometry", "as", "#pieces", "#outside of it [mm]", "#uncovered [mm]"], rows)
+    return "<p>How far the convex pieces lie outside of the mesh, and the mesh outside of the pieces.</p>" + table(
+        ["link", "geometry", "as", "#pieces", "#outside of it [mm]", "#uncovered [mm]"], rows)
 
 
 def command(facts):
@@ -393,21 +347,16 @@ def page(facts):
     title = "Clearance of " + text(facts["asked"]["model"]["robot"])
     over = "the states" if facts["rows"] == "state" else "the time"
     parts = [
-        (f"Clearance over {over}", f'<div class="wide">{draw_curve(facts, pictures)}</div>' if facts["moments"] else ""),
-        (f"Share of {over}", "<p>The proven lower bound decides.</p>" + shares(facts)),
-        ("Worst moments", "<p>The closest state of each of the closest pairs. Coordinates are those of the root link.</p>"
-         + moments(facts, pictures)),
-        ("All pairs", '<p>\N{MULTIPLICATION SIGN}: never checked. 0: contact.</p>'
-         f'<div class="wide">{draw_matrix(facts, pictures)}</div>{pairs_table(facts)}' if facts["moments"] else ""),
-        ("Pairs never checked", unchecked(facts)),
-        ("States beyond limits", limits(facts)),
-        ("What was checked", checked(facts)),
-        ("Geometry", "<p>How far the convex pieces lie outside of the mesh, and the mesh outside of the pieces.</p>"
-         + fidelity(facts)),
-        ("Warnings about the model", "<ul>" + "".join(f"<li>{text(warning)}</li>" for warning in facts["warnings"]) + "</ul>"
-         if facts["warnings"] else "<p>None.</p>"),
+        (f"Share of {over}", shares(facts)), ("Pairs never checked", unchecked(facts)),
+        ("States beyond limits", sentences(facts["excess"])), ("What was checked", checked(facts)),
+        ("Geometry", fidelity(facts)), ("Warnings about the model", sentences(facts["warnings"])),
         ("The command", command(facts))]
-    body = "".join(f"<h2>{head}</h2>\n{content}\n" for head, content in parts if content)
+    if facts["moments"]:
+        parts.insert(1, ("Worst moments", moments(facts, pictures)))
+        parts.insert(2, ("All pairs", "<p>\N{MULTIPLICATION SIGN}: never checked. 0: contact.</p>"
+                         f'<div class="wide">{draw_matrix(facts, pictures)}</div>{pairs_table(facts)}'))
+        parts.insert(0, (f"Clearance over {over}", f'<div class="wide">{draw_curve(facts, pictures)}</div>'))
+    body = "".join(f"<h2>{head}</h2>\n{content}\n" for head, content in parts)
     return ('<!DOCTYPE html>\n<html xmlns="http://www.w3.org/1999/xhtml" lang="en"><head><meta charset="utf-8"/>'
             '<meta name="viewport" content="width=device-width, initial-scale=1"/>'
             f"<title>{title}</title><style>{STYLE}</style></head>\n<body><h1>{title}</h1>\n{first_words(facts)}\n{body}"

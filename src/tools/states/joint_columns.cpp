@@ -97,6 +97,7 @@ void LimitCheck::add(int joint, double position) {
   if (limits.mimic || !isBeyond(limits, position)) return;
   if (!is_beyond_) ++states_beyond_;
   is_beyond_ = true;
+  joints_.insert(joint);
   if (!first_) first_ = Violation{state_, line_, joint, position};
   if (limits.type != scene::Joint::Type::Revolute) return;
   largest_angle_ = std::max(largest_angle_, std::abs(position));
@@ -132,6 +133,12 @@ std::string LimitCheck::limitsText(const std::string& source) const {
                      placeText(first_->state, first_->line) + ": \"" + joint.name + "\" is at " +
                      shortest(first_->position) + unit + ", its limits are " + shortest(joint.lower) + " and " +
                      shortest(joint.upper) + unit + ".";
+  if (joints_.size() > 1) {
+    text += " All joints that are:";
+    for (const int each : joints_)
+      text += (each == *joints_.begin() ? " " : ", ") + scene::quoted(robot_.joints[each].name);
+    text += ".";
+  }
   if (looksLikeDegrees()) {
     text +=
         " These look like degrees, which are the usual cause: as such, all angles would be within their limits. "

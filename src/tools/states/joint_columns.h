@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -48,8 +49,8 @@ class LimitCheck {
   /// `positions` are those of all joints.
   void endState(const std::vector<double>& positions);
 
-  /// The warning about the states of `source` in a few sentences; "" if all were within the limits. It says so if the
-  /// positions seem to be in degrees instead of radians.
+  /// The warning about the states of `source` in a few sentences; "" if all were within the limits. It names all joints
+  /// if there are several, and says so if the positions seem to be in degrees instead of radians.
   std::string warning(const std::string& source) const;
 
  private:
@@ -71,6 +72,7 @@ class LimitCheck {
   std::optional<Violation> first_;
   std::uint64_t states_breaking_ = 0;  ///< an inequality
   std::string first_break_;
+  std::set<int> joints_;  ///< that were beyond their limits
   // About all positions of revolute joints beyond their limits:
   double largest_angle_ = 0.0;  ///< [rad] absolute value
   bool would_be_within_as_degrees_ = true;

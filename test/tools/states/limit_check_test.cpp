@@ -36,7 +36,7 @@ std::string warningFor(const char* urdf, const std::string& text, const std::str
 TEST(LimitCheck, CountsTheStatesBeyondAndNamesTheFirst) {
   EXPECT_EQ(warningFor(kArm, "lift,elbow\n0,0\n\n0.5,3.5\n0.75,-4\n0,1\n"),
             "s.csv: 2 of 4 states are beyond the limits of a joint. The first is state 1, line 4: \"elbow\" is at 3.5 "
-            "rad, its limits are -2 and 3 rad.");
+            "rad, its limits are -2 and 3 rad. All joints that are: \"elbow\", \"lift\".");
   EXPECT_EQ(warningFor(kArm, "lift\n-0.25\n"),
             "s.csv: 1 of 1 states are beyond the limits of a joint. The first is state 0, line 2: \"lift\" is at -0.25 "
             "m, its limits are 0 and 0.5 m.");
