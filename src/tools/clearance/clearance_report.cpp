@@ -45,32 +45,20 @@ Json outlinesOf(const PlacedPiece& placed) {
   return outlines;
 }
 
-/// The links with geometry, and how exact their pieces are.
+/// Each <collision>, and how exact its pieces are.
 Json fidelityOf(const scene::RobotModel& robot) {
-  Json links = Json::array();
-  for (const scene::Link& link : robot.links) {
-    if (link.collisions.empty()) continue;
-    Json collisions = Json::array();
-    for (const int number : link.collisions) {
-      const scene::Collision& collision = robot.collisions[number];
-      collisions.push_back({{"geometry", collision.description},
-                            {"representation", toString(collision.representation)},
-                            {"pieces", collision.pieces.size()},
-                            {"deviation", collision.deviation},
-                            {"uncovered", collision.uncovered}});
-    }
-    links.push_back({{"link", link.name}, {"collisions", std::move(collisions)}});
-  }
-  return links;
+  Json rows = Json::array();
+  for (const scene::Collision& collision : robot.collisions)
+    rows.push_back({robot.links[collision.link].name, collision.description, toString(collision.representation),
+                    collision.pieces.size(), collision.deviation, collision.uncovered});
+  return rows;
 }
 
 Json settingsOf(const ClearanceQuestion& question) {
-  double padding = 0.0, of_objects = 0.0;
-  for (const scene::LinkPair& pair : question.model->pairs.pairs) padding = std::max(padding, pair.padding);
+  double of_objects = 0.0;  // links have no padding here
   if (question.objects)
     for (const scene::Object& object : question.objects->all()) of_objects = std::max(of_objects, paddingOf(object));
-  Json json{{"padding", padding},
-            {"padding_of_objects", of_objects},
+  Json json{{"padding_of_objects", of_objects},
             {"is_uncertain", question.uncertainty.has_value()},
             {"has_tracking_error", !question.tracking_error.empty()},
             {"thresholds", Json()},
@@ -216,7 +204,7 @@ Json ClearanceReport::toJson() const {
   Json json{{"rows", kind_ == RowKind::State ? "state" : "segment"},
             {"curves", curves_},
             {"settings", settingsOf(question_)},
-            {"links", fidelityOf(model.robot)},
+            {"collisions", fidelityOf(model.robot)},
             {"warnings", model.robot.warnings},
             {"pairs", Json::array()},
             {"moments", Json::array()},

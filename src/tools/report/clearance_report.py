@@ -81,21 +81,15 @@ def table(heads, rows):
     return f'<div class="wide"><table><thead>{line}</thead><tbody>\n{body}</tbody></table></div>\n'
 
 
-class Pictures:
-    """Makes SVGs whose ids differ from those of all others on the page."""
-
-    def __init__(self):
-        self.count = 0
-
-    def svg(self, figure, name):
-        self.count += 1
-        stream = io.StringIO()
-        figure.savefig(stream, format="svg", metadata={"Date": None})
-        plt.close(figure)
-        svg = stream.getvalue()
-        svg = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg"):], flags=re.DOTALL)
-        svg = re.sub(r'( id="|url\(#|href="#)', rf"\g<1>p{self.count}-", svg)
-        return svg.replace("<svg ", f'<svg role="img" aria-label="{text(name)}" ', 1)
+def svg_of(figure, name, number):
+    """The drawing as an element of the page; the number keeps its ids apart from those of all others."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None})
+    plt.close(figure)
+    svg = stream.getvalue()
+    svg = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg"):], flags=re.DOTALL)
+    svg = re.sub(r'( id="|url\(#|href="#)', rf"\g<1>p{number}-", svg)
+    return svg.replace("<svg ", f'<svg role="img" aria-label="{text(name)}" ', 1)
 
 
 def place(pair, facts):
@@ -117,7 +111,7 @@ def closest_of_parts(lower):
 
 
 def curve_of_states(axes, facts):
-    """The smallest distance of each state, with a marker for its level; of many states the closest ones."""
+    """The smallest distance of each state, with markers for the levels; of many states the closest and the worst ones."""
     distance, lower, level = (array(facts, name) for name in ("distance", "lower", "level"))
     at = closest_of_parts(lower)
     axes.set_xlabel("state" if len(at) == len(lower) else f"state (the closest of each {-(-len(lower) // COLUMNS)})")
@@ -126,8 +120,9 @@ def curve_of_states(axes, facts):
               marker="" if is_way else ".", markersize=3)
     if (distance - lower > 1e-6).any():
         axes.plot(at, 1e3 * lower[at], color=BLUE, linewidth=0.8, linestyle="--", label="proven lower bound")
+    worst = closest_of_parts(lower - 1e6 * level)
     for number, (name, (color, marker)) in enumerate(LEVELS.items()):
-        chosen = at[level[at] == number]
+        chosen = worst[level[worst] == number]
         if len(chosen) and facts["settings"]["thresholds"]:
             axes.plot(chosen, 1e3 * distance[chosen], linestyle="", color=color, marker=marker, markersize=5, label=name)
     return numpy.flatnonzero(numpy.isnan(lower))
@@ -149,7 +144,7 @@ def curve_of_segments(axes, facts):
     return begin[numpy.isnan(lower)]
 
 
-def draw_curve(facts, pictures):
+def draw_curve(facts):
     figure, axes = plt.subplots(figsize=(6.2, 3.0), constrained_layout=True)
     unknown = (curve_of_states if facts["rows"] == "state" else curve_of_segments)(axes, facts)
     if len(unknown):
@@ -161,13 +156,13 @@ def draw_curve(facts, pictures):
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_ylabel("clearance [mm]")
     axes.legend(fontsize=7, ncol=3, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
-    return pictures.svg(figure, "Clearance over the " + ("states" if facts["rows"] == "state" else "time"))
+    return svg_of(figure, "Clearance over the " + ("states" if facts["rows"] == "state" else "time"), "c")
 
 
-def draw_matrix(facts, pictures):
+def draw_matrix(facts):
     known = {frozenset((pair["link_a"], pair["link_b"])): pair["distance"] for pair in facts["pairs"]}
     used = {name for pair in known for name in pair}
-    names = [link["link"] for link in facts["links"] if link["link"] in used]
+    names = [name for name in dict.fromkeys(row[0] for row in facts["collisions"]) if name in used]
     names += sorted(used.difference(names))
     size = len(names)
     font = min(8.0, 250.0 / size)
@@ -192,10 +187,10 @@ def draw_matrix(facts, pictures):
     axes.set_xlim(0, size - 1)
     axes.set_ylim(size, 1)
     figure.colorbar(image, ax=axes, label="smallest distance [mm]", extend="both", shrink=0.6)
-    return pictures.svg(figure, "Smallest distance of each pair")
+    return svg_of(figure, "Smallest distance of each pair", "m")
 
 
-def draw_views(pair, moment, pictures):
+def draw_views(pair, moment, number):
     """The two of a pair, seen along z, y and x."""
     every = []
     for view, (right, up) in enumerate(((0, 1), (0, 2), (1, 2))):
@@ -219,7 +214,7 @@ def draw_views(pair, moment, pictures):
         axes.set_ylabel("xyz"[up] + " [m]")
         axes.tick_params(labelsize=7)
         axes.locator_params(nbins=5)
-        every.append(pictures.svg(figure, f"{pair_name(pair)}, seen along {'zyx'[view]}"))
+        every.append(svg_of(figure, f"{pair_name(pair)}, seen along {'zyx'[view]}", f"{number}-{view}"))
     return '<div class="views">' + "".join(every) + "</div>"
 
 
@@ -238,12 +233,12 @@ def window(axes, sizes, points):
 def first_words(facts):
     if not facts["moments"]:
         return "<p>No pair has an answer in any state.</p>"
-    words = ""
+    worst = facts["pairs"][0]
     closest = min((pair for pair in facts["pairs"] if pair["distance"] is not None), key=lambda pair: pair["distance"])
-    for name, pair in (("Worst level", facts["pairs"][0]), ("Closest", closest)):
-        if "level" in pair or name == "Closest":
-            words += f'<p class="key">{name}: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>, ' \
-                     f'{pair["level"] + ", " if "level" in pair else ""}{place(pair, facts)}.</p>'
+    words = ""
+    for name, pair in [("Worst level", worst)] * (worst is not closest) + [("Closest", closest)]:
+        words += f'<p class="key">{name}: <b>{text(pair_name(pair))}</b>, <b>{mm(pair["distance"])} mm</b>, ' \
+                 f'{pair["level"] + ", " if "level" in pair else ""}{place(pair, facts)}.</p>'
     return words + f"<p>{text(facts.get('assertion', ''))}</p>"
 
 
@@ -265,7 +260,7 @@ def shares(facts):
     return f"<p>The proven lower bound decides.{note}</p>" + table(["", "#share", "#"], rows)
 
 
-def moments(facts, pictures):
+def moments(facts):
     parts = ["<p>The closest state of each of the closest pairs. Coordinates are those of the root link.</p>"]
     for number, (pair, moment) in enumerate(zip(facts["pairs"], facts["moments"]), 1):
         level = f"; {pair['level']} (stop {mm(moment['stop'])} mm, warn {mm(moment['warn'])} mm)" if "level" in pair else ""
@@ -276,7 +271,7 @@ def moments(facts, pictures):
             f'<p>{place(pair, facts).capitalize()}; between {mm(pair["lower"])} and '
             f'{mm(pair["upper"])} mm{deeper}; geometry {text(pair["representation"])}{level}.<br/>'
             f'<b>{text(pair["link_a"])}</b> blue, solid edge, round end of the line; <b>{text(pair["link_b"])}</b> orange, dashed '
-            f'edge, square end.</p>{draw_views(pair, moment, pictures)}<p>State: {code(state)}</p></div>\n')
+            f'edge, square end.</p>{draw_views(pair, moment, number)}<p>State: {code(state)}</p></div>\n')
     return "".join(parts)
 
 
@@ -312,7 +307,7 @@ def checked(facts):
             ("states", text(asked["states"]["identity"] or "standard input") + f"; {len(array(facts, 'lower'))} "
              + ("states" if facts["rows"] == "state" else "segments, with all that lies between their way points")),
             ("pairs", f"{len(facts['pairs'])} checked" + ("" if question["filter"] else ", without the filter")),
-            ("padding", f"links {mm(settings['padding'])} mm, objects {mm(settings['padding_of_objects'])} mm")]
+            ("padding", f"links none, objects at most {mm(settings['padding_of_objects'])} mm")]
     for name, key in (("joint uncertainty", "is_uncertain"), ("tracking error", "has_tracking_error")):
         if not settings[key]:
             rows.append((name, "none: the states are taken to be exact"))
@@ -328,11 +323,8 @@ def checked(facts):
 
 
 def fidelity(facts):
-    rows = []
-    for link in facts["links"]:
-        for collision in link["collisions"]:
-            rows.append([text(link["link"]), f'<div class="mesh">{text(collision["geometry"])}</div>', text(collision["representation"]),
-                         collision["pieces"], mm(collision["deviation"]), mm(collision["uncovered"])])
+    rows = [[text(link), f'<div class="mesh">{text(geometry)}</div>', text(representation), pieces, mm(deviation), mm(uncovered)]
+            for link, geometry, representation, pieces, deviation, uncovered in facts["collisions"]]
     return "<p>How far the convex pieces lie outside of the mesh, and the mesh outside of the pieces.</p>" + table(
         ["link", "geometry", "as", "#pieces", "#outside of it [mm]", "#uncovered [mm]"], rows)
 
@@ -343,7 +335,6 @@ def command(facts):
 
 
 def page(facts):
-    pictures = Pictures()
     title = "Clearance of " + text(facts["asked"]["model"]["robot"])
     over = "the states" if facts["rows"] == "state" else "the time"
     parts = [
@@ -352,10 +343,10 @@ def page(facts):
         ("Geometry", fidelity(facts)), ("Warnings about the model", sentences(facts["warnings"])),
         ("The command", command(facts))]
     if facts["moments"]:
-        parts.insert(1, ("Worst moments", moments(facts, pictures)))
+        parts.insert(1, ("Worst moments", moments(facts)))
         parts.insert(2, ("All pairs", "<p>\N{MULTIPLICATION SIGN}: never checked. 0: contact.</p>"
-                         f'<div class="wide">{draw_matrix(facts, pictures)}</div>{pairs_table(facts)}'))
-        parts.insert(0, (f"Clearance over {over}", f'<div class="wide">{draw_curve(facts, pictures)}</div>'))
+                         f'<div class="wide">{draw_matrix(facts)}</div>{pairs_table(facts)}'))
+        parts.insert(0, (f"Clearance over {over}", f'<div class="wide">{draw_curve(facts)}</div>'))
     body = "".join(f"<h2>{head}</h2>\n{content}\n" for head, content in parts)
     return ('<!DOCTYPE html>\n<html xmlns="http://www.w3.org/1999/xhtml" lang="en"><head><meta charset="utf-8"/>'
             '<meta name="viewport" content="width=device-width, initial-scale=1"/>'

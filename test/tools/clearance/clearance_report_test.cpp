@@ -117,7 +117,7 @@ for level in ("CLEAR", "WARN", "STOP", "COLLISION"):
 assert found["without an answer (INVALID)"][1] == "1 of 201"
 near = sum(float(row["lower"]) <= 0.1 for row in rows if row["level"] != "INVALID")
 assert found["at 100 mm or below"][1] == f"{near} of 201"
-assert ", COLLISION, state " in text(body[1]) and text(body[2]).startswith("Closest: ")
+assert text(body[1]).startswith("Closest: ") and ", COLLISION, state " in text(body[1])
 )py",
              rows);
 }
@@ -168,6 +168,19 @@ objects:
 assert abs(float(table("All pairs")["ball \u2013 ground"][0]) - 1750.0) < 1e-3
 assert "sled, left \u2013 tool" in words("Pairs never checked") and "ball \u2013 tool" in words("Pairs never checked")
 assert "ground" not in words("Pairs never checked").replace("base \u2013 ground", "").replace("mast \u2013 ground", "")
+)py");
+}
+
+TEST_F(ClearanceReportTest, ThePairOfTheWorstLevelNeedNotBeTheClosest) {
+  const std::string pair = ": [{links: [ball, \"sled, left\"], distance: ";
+  const std::string thresholds = files_.write("t.yaml", "stop_distance: 0.1\nwarn_distance: 0.2\npair_stop_distance" +
+                                                            pair + "3}]\npair_warn_distance" + pair + "4}]\n");
+  const CommandResult result = report("slide\n0\n", "--no-filter --thresholds " + thresholds);
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  expectPage(R"py(
+assert text(body[1]) == "Worst level: ball \u2013 sled, left, 2250.000 mm, STOP, state 0."
+assert text(body[2]) == "Closest: base \u2013 sled, left, 1000.000 mm, CLEAR, state 0."
+assert moments()[:2] == ["ball \u2013 sled, left: 2250.000 mm", "base \u2013 sled, left: 1000.000 mm"]
 )py");
 }
 
