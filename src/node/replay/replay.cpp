@@ -133,17 +133,19 @@ double distanceOf(const ReplayOptions& options, const RobotVariant& variant, con
 ReplayResult replay(const ReplayOptions& options, std::ostream& rows) {
   ReplayResult result;
   Monitor monitor;
+  std::uint64_t expected = 0;  // number of the next cycle; the first one has 1
   RecordReader reader(options.file, {options.mesh_tolerance});
   rows << "stamp,level,recorded_level,link_a,link_b,distance,guaranteed,minimum_lower,minimum_upper,"
           "recorded_minimum_lower,recorded_minimum_upper\n";
   reader.read([&](const RecordedCycle& cycle) {
     if (reader.is_new) {
-      const bool is_first = monitor.robot() == nullptr;
       if (monitor.robot() != reader.robot) monitor.follow(reader.robot);
       MonitoredObjects objects = reader.objects;
       monitor.use(objects);
-      if (is_first) monitor.assumeLevel(cycle.clearance.level);
     }
+    // Hysteresis may hold a level of a cycle that is not in the record.
+    if (cycle.clearance.cycle != expected) monitor.assumeLevel(cycle.clearance.level);
+    expected = cycle.clearance.cycle + 1;
     MonitorSettings settings = cycle.settings;
     settings.lookahead = 0.0;
     const Clearance& now = monitor.cycle(snapshotOf(cycle), {}, settings, {cycle.frames, {}, {}});
