@@ -297,7 +297,8 @@ std::vector<Finding> findPinchPoints(const scene::SceneModel& model, const PairS
     findings.push_back(ofPair(Severity::Note, "pinch", model, evidence,
                               "their gap closes from more than " + millimetres(gap) + " until " + closest + ", at " +
                                   stateText(model.robot, evidence.pair, evidence.closest) + ".",
-                              ""));
+                              "A pair_stop_distance stops before; `pair_audit --safe-distance " + scene::shortest(gap) +
+                                  "` looks for limits."));
   }
   return findings;
 }

@@ -31,7 +31,7 @@ struct AuditArguments {
   RobotFiles robot;
   StudyOptions study;
   std::string write, write_thresholds, write_conditional, write_limits, setup;
-  double conditional_distance = kUsual.warn;
+  double conditional_distance = kUsual.warn, safe_distance = 0.0;  ///< [m]
   long boxes = 2000;
 };
 
@@ -62,6 +62,9 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
       .needs = "--write-conditional-pairs";
   program.addText("--write-safe-limits", "FILE", arguments.write_limits,
                   "limits for prove --box, within which the robot is proven not to collide with itself");
+  addLength(program, "--safe-distance", arguments.safe_distance, 0.0,
+            "how far pairs but neighbours are proven apart there, as 0.025 for a finger (default: not in contact)")
+      .needs = "--write-safe-limits";
   addCount(program, "--boxes", arguments.boxes, 1, 1000000000,
            "parts into which a proof of these two divides a box (default: 2000)");
   program.addText(
@@ -163,6 +166,7 @@ SafeLimits searchLimits(const AuditArguments& arguments, const std::shared_ptr<c
                         const PairStudy& study) {
   ProgressBar bar;
   SafeLimitOptions options;
+  options.distance = arguments.safe_distance;
   options.most_boxes = arguments.boxes;
   options.seed = arguments.study.seed;
   options.threads = arguments.study.threads;
@@ -193,7 +197,9 @@ ExitCode run(const AuditArguments& arguments) {
   if (!arguments.setup.empty()) requireEmpty(arguments.setup);
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(arguments.robot);
   printWarningsOf(*model, arguments.robot.warnings);
-  const PairStudy study = studyWithProgress(model, arguments.study);
+  StudyOptions options = arguments.study;
+  options.warn_distance = std::max(options.warn_distance, arguments.safe_distance);
+  const PairStudy study = studyWithProgress(model, options);
   const SrdfGiven srdf = arguments.robot.srdf.empty() ? SrdfGiven::No : SrdfGiven::Yes;
   writeTo(std::cout, "standard output", auditReport(*model, study, srdf));
   const bool writes = !arguments.write.empty() || !arguments.write_thresholds.empty() || !arguments.setup.empty();

@@ -28,12 +28,15 @@ class GrowingProof {
  public:
   GrowingProof(std::shared_ptr<const scene::SceneModel> model, const SafeLimitOptions& options)
       : model_(std::move(model)) {
-    question_.contact_distance = kContactDistance;
+    question_.contact_distance = options.distance + kContactDistance;
     question_.most_boxes = options.most_boxes;
   }
 
-  bool isProven(const scene::ShapeRefPair& pair, const scene::JointBox& box) const {
-    return proof(pair, box).outcome == scene::ProofOutcome::Proven;
+  /// Returns whether two neighbours are proven not to be in contact.
+  bool areApart(const scene::ShapeRefPair& neighbours, const scene::JointBox& box) const {
+    scene::ProofQuestion question = question_;
+    question.contact_distance = kContactDistance;
+    return scene::proveApart(model_, {neighbours}, box, question).front().outcome == scene::ProofOutcome::Proven;
   }
 
   void use(const std::vector<scene::ShapeRefPair>& pairs) {
@@ -111,11 +114,14 @@ class SafeLimitSearch {
     const auto leaveOut = [&](const std::string& why) { safe_.uncovered.push_back({evidence.pair, why}); };
     if (!evidence.has_known_ranges) return leaveOut("a joint between them has no known limits");
     if (evidence.alwaysInContact()) return leaveOut("always in contact");
-    if (!evidence.proven) {
+    if (!evidence.are_neighbours && evidence.largest <= options_.distance)
+      return leaveOut("always within " + shortest(options_.distance) + " m");
+    if (!evidence.proven || (!evidence.are_neighbours && *evidence.proven <= options_.distance)) {
       if (evidence.are_neighbours && !tighten(evidence)) return leaveOut("neighbours, not proven apart");
       if (!evidence.are_neighbours && reason != scene::PairReason::Checked) return leaveOut(toString(reason));
       if (!evidence.are_neighbours) open_.push_back(&evidence);
     }
+    (evidence.are_neighbours ? neighbours_ : others_).push_back(evidence.pair);
     safe_.covered.push_back(evidence.pair);
   }
 
@@ -128,7 +134,7 @@ class SafeLimitSearch {
                                     [&](const scene::JointRange& range) { return range.joint == between[0].joint; });
     const auto at = static_cast<std::size_t>(joint - outer_.begin());
     const scene::JointRange range = outer_[at];
-    const auto proves = [&](const scene::JointBox& box) { return proof_.isProven(evidence.pair, box); };
+    const auto proves = [&](const scene::JointBox& box) { return proof_.areApart(evidence.pair, box); };
     scene::JointBox box = outer_;
     box[at].lower = box[at].upper = std::clamp(evidence.farthest.at(range.joint), range.lower, range.upper);
     if (!proves(box)) return false;
@@ -142,7 +148,7 @@ class SafeLimitSearch {
   /// Tightens the joint of a pair that is apart in a large range of it.
   void tightenWithin(const PairEvidence& evidence) {
     ConditionalOptions options;
-    options.distance = 0.0;
+    options.distance = options_.distance;
     options.most_boxes = options_.most_boxes;
     const scene::JointRange* best = nullptr;
     const scene::ConditionalPair found = provenRanges(model_, evidence, within_, options);
@@ -171,7 +177,7 @@ class SafeLimitSearch {
       scene.update(scene::forwardKinematics(model_->robot, state));
       const scene::PairProximity* closest = scene.minimum(open);
       const double smallest = closest ? closest->result.lower_bound : std::numeric_limits<double>::infinity();
-      if (smallest > kContactDistance) states.emplace_back(smallest, std::move(state));
+      if (smallest > options_.distance + kContactDistance) states.emplace_back(smallest, std::move(state));
     }
     const auto isBetter = [](const auto& one, const auto& other) { return one.first > other.first; };
     std::stable_sort(states.begin(), states.end(), isBetter);
@@ -213,11 +219,14 @@ class SafeLimitSearch {
   }
 
   bool isProvenAsAWhole(const scene::JointBox& box) const {
+    return areProven(neighbours_, 0.0, box) && areProven(others_, options_.distance, box);
+  }
+  bool areProven(const std::vector<scene::ShapeRefPair>& pairs, double distance, const scene::JointBox& box) const {
     scene::ProofQuestion question;
-    question.contact_distance = kContactDistance;
+    question.contact_distance = distance + kContactDistance;
     question.most_boxes = 10 * options_.most_boxes;
     question.threads = options_.threads;
-    const std::vector<scene::PairProof> proofs = scene::proveApart(model_, safe_.covered, box, question);
+    const std::vector<scene::PairProof> proofs = scene::proveApart(model_, pairs, box, question);
     return std::all_of(proofs.begin(), proofs.end(),
                        [](const scene::PairProof& proof) { return proof.outcome == scene::ProofOutcome::Proven; });
   }
@@ -229,6 +238,7 @@ class SafeLimitSearch {
   scene::JointBox outer_;                  ///< the limits, tightened for neighbours
   scene::JointBox within_;                 ///< outer_, tightened for pairs that are apart in a range of one joint
   std::vector<const PairEvidence*> open_;  ///< the covered pairs that are not proven in all of outer_
+  std::vector<scene::ShapeRefPair> neighbours_, others_;  ///< the covered pairs
   SafeLimits safe_;
 };
 

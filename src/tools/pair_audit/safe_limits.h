@@ -24,16 +24,18 @@ struct SafeLimits {
 };
 
 struct SafeLimitOptions {
+  double distance = 0.0;   ///< [m] how far pairs are apart; neighbours, which are near by design, just not in contact
   long most_boxes = 2000;  ///< of each proof
   unsigned long seed = 1;
   int threads = 1;
   std::function<void(double done)> progress;  ///< from 0 to 1
 };
 
-/// Finds limits, tightened as little as the search finds, within which the robot does not collide with itself.
+/// Finds limits, tightened as little as the search finds, within which the robot does not collide with itself, nor comes
+/// within a distance of itself. The study must have measured distances up to this one.
 ///
 /// 1. Pairs are covered that are checked, and, whatever the SRDF says of them, neighbours and pairs that the study has
-///    proven. Pairs that are always in contact or whose limits are not known are not.
+///    proven. Pairs that are always within the distance or whose limits are not known are not.
 /// 2. Neighbours move by one joint. Where they may collide, it gets the interval about the state in which they were seen
 ///    farthest apart. If less than kLeastShare of it is left, they are not covered.
 /// 3. A pair that is apart in a range of one joint (provenRanges()) with at least 30 % of its width gets this range.

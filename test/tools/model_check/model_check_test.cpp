@@ -161,7 +161,8 @@ TEST_F(ModelCheck, NamesPinchPoints) {
   const CommandResult closes = run(Parts(), "--fail-on note --pinch 0.9");
   EXPECT_EQ(closes.exit_code, 2);
   EXPECT_TRUE(says(closes.output,
-                   "note: pinch: a - c: their gap closes from more than 900 mm until 800 mm, at first=0 second=0."))
+                   "note: pinch: a - c: their gap closes from more than 900 mm until 800 mm, at first=0 second=0. A "
+                   "pair_stop_distance stops before; `pair_audit --safe-distance 0.9` looks for limits."))
       << closes.output;
   EXPECT_EQ(run(Parts(), "--fail-on note --pinch 1.5").exit_code, 0) << "never that far apart";
 }

@@ -150,6 +150,27 @@ TEST_F(PairAudit, WritesLimitsWithinWhichTheRobotIsProvenApart) {
     EXPECT_EQ(proveApart(model, {pairOf(*model, "upper", link)}, box)[0].outcome, ProofOutcome::Proven);
 }
 
+// A finger is not caught between "upper" and "cover", which are no neighbours.
+TEST_F(PairAudit, WritesLimitsWithinWhichAGapStaysOpen) {
+  const std::string urdf = files_.write("arm.urdf", kFoldingArm), out = files_.path("limits.yaml");
+  const std::string options = " --samples 2000 --write-safe-limits " + out + " --safe-distance 0.025";
+  const CommandResult result = runCommand(PAIR_AUDIT " " + urdf + options + " 2>&1");
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  const auto model = modelOf(std::string(kFoldingArm));
+  const JointBox box = jointBoxFrom(readFile(out), out, model->robot, knownRanges(model->robot));
+  ASSERT_EQ(box.size(), 1U);
+  const std::vector<ShapeRefPair> pair = {pairOf(*model, "upper", "cover")};
+  ProofQuestion finger;
+  finger.contact_distance = 0.025;
+  EXPECT_EQ(proveApart(model, pair, box, finger)[0].outcome, ProofOutcome::Proven);
+  // The limit is as far as the gap stays open, and the limit without contact is farther.
+  EXPECT_LT(box[0].upper, kMeeting);
+  JointBox larger = box;
+  larger[0].upper += kSearchError;
+  EXPECT_EQ(proveApart(model, pair, larger)[0].outcome, ProofOutcome::Proven);
+  EXPECT_NE(proveApart(model, pair, larger, finger)[0].outcome, ProofOutcome::Proven);
+}
+
 TEST_F(PairAudit, SafeLimitsNameThePairsThatTheyDoNotCover) {
   const std::string out = files_.path("limits.yaml");
   const CommandResult result = run("--samples 2000 --srdf " + srdf_ + " --write-safe-limits " + out);
