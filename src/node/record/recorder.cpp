@@ -86,6 +86,27 @@ const std::uint8_t* get(const std::uint8_t* place, std::size_t count, scene::Bod
   return place;
 }
 
+/// A stream for roscpp that relies on there being room. Where all calls are inlined its place stays in a register: that
+/// halves the instructions of a cycle, which are 2.6 % of those of Monitor::cycle() for the robot of the demo, 3.0 % for
+/// a Panda and 0.24 % for a PR2 (callgrind, g++ 12, 2026-11-27).
+struct UncheckedStream {
+  std::uint8_t* place;
+
+  std::uint8_t* advance(std::uint32_t bytes) { return std::exchange(place, place + bytes); }
+  template <class Value>
+  void next(const Value& value) {
+    ros::serialization::serialize(*this, value);
+  }
+  void next(const Proximity& pair) { place = put(place, pair); }
+
+ private:
+  [[gnu::flatten, gnu::noinline]] static std::uint8_t* put(std::uint8_t* place, const Proximity& pair) {
+    UncheckedStream stream{place};
+    ros::serialization::serialize(stream, pair);
+    return stream.place;
+  }
+};
+
 }  // namespace
 
 /// A record that is being written.
@@ -181,7 +202,7 @@ void Recorder::add(const Robot& robot, const PoseSnapshot& snapshot, const Frame
   const std::uint32_t size = ros::serialization::serializationLength(clearance);
   if (std::uint8_t* place = reserve(sizeof head + poses + size)) {
     place = put(put(put(place, &head, sizeof head), snapshot.poses), frames.poses);
-    ros::serialization::OStream stream(place, size);
+    UncheckedStream stream{place};
     ros::serialization::serialize(stream, clearance);
     ring_.commit();
   } else {
