@@ -2,12 +2,14 @@
 
 #include "node/replay/record_reader.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 namespace proximity_server::node {
@@ -37,10 +39,10 @@ class Stretch {
     files_.mesh_tolerance = robot_->config().model.mesh_tolerance;
     requireTable();
     std::filesystem::create_directory(files_.folder);
-    open("robot.urdf") << robot_->texts()[0].urdf;
-    writeSrdf();
-    open("objects.yaml") << (reader.objects_text.empty() ? "[]\n" : reader.objects_text);
-    states_ = open("states.csv");
+    write("robot.urdf", robot_->texts()[0].urdf);
+    write("robot.srdf", srdf());
+    write("objects.yaml", reader.objects_text.empty() ? "[]\n" : reader.objects_text);
+    states_.open(files_.folder + "/states.csv");
     states_ << std::setprecision(std::numeric_limits<double>::max_digits10);
   }
 
@@ -62,8 +64,7 @@ class Stretch {
   }
 
   RecordFiles end() {
-    states_.close();
-    if (!states_) throw std::invalid_argument(files_.folder + ": the files cannot be written");
+    close(states_, "states.csv");
     return files_;
   }
 
@@ -76,20 +77,25 @@ class Stretch {
                                     "' has no single position, so there is no table of states");
   }
 
-  std::ofstream open(const char* name) const {
+  void write(const char* name, const std::string& text) const {
     std::ofstream file(files_.folder + "/" + name);
+    file << text;
+    close(file, name);
+  }
+  void close(std::ofstream& file, const char* name) const {
+    file.close();
     if (!file) throw std::invalid_argument(files_.folder + "/" + name + " cannot be written");
-    return file;
   }
 
-  void writeSrdf() const {
-    std::ofstream srdf = open("robot.srdf");
-    srdf << "<robot name=" << xmlOf(robot_->robotModel().name) << ">\n";
+  std::string srdf() const {
+    std::ostringstream text;
+    text << "<robot name=" << xmlOf(robot_->robotModel().name) << ">\n";
     for (const scene::LinkPair& pair : robot_->sceneModel().pairs.pairs)
       if (pair.reason != scene::PairReason::Checked)
-        srdf << "  <disable_collisions link1=" << xmlOf(linkName(pair.link_a))
+        text << "  <disable_collisions link1=" << xmlOf(linkName(pair.link_a))
              << " link2=" << xmlOf(linkName(pair.link_b)) << " reason=\"" << scene::toString(pair.reason) << "\"/>\n";
-    srdf << "</robot>\n";
+    text << "</robot>\n";
+    return text.str();
   }
   const std::string& linkName(int link) const { return robot_->robotModel().links[link].name; }
 
@@ -116,6 +122,9 @@ std::vector<RecordFiles> writeFiles(const ReplayOptions& options, const std::str
     stretch->add(cycle);
   });
   end();
+  const bool has_states =
+      std::any_of(written.begin(), written.end(), [](const RecordFiles& files) { return files.states > 0; });
+  if (!has_states) throw std::invalid_argument(options.file + ": no cycle has known poses");
   return written;
 }
 
