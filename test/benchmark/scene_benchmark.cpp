@@ -300,7 +300,7 @@ json measureCells(const std::vector<NamedCell>& cells, int states, const Wanted&
   json rows = json::array();
   for (const NamedCell& cell : cells)
     append(rows, measure({{cell.name, cell.model},
-                          {SceneQuestion::Minimum, SceneQuestion::Below},
+                          {SceneQuestion::Contact, SceneQuestion::Minimum, SceneQuestion::Below},
                           scalingLibraries(),
                           states,
                           cell.objects},

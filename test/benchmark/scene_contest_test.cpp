@@ -99,6 +99,27 @@ TEST_P(FclMethods, AnswersEveryQuestionAsOursDoes) {
   }
 }
 
+TEST_P(FclMethods, FindAFirstContactWhereTheMinimumIsAnOverlap) {
+  FclScene fcl(*demo().model, GetParam());
+  OurScene ours(demo().model, Skipping::On), minimum(demo().model, Skipping::On);
+  int overlaps = 0;
+  for (const BodyPoses& poses : randomStates(demo().model->robot, kStates)) {
+    fcl.ask(poses, SceneQuestion::Contact);
+    ours.ask(poses, SceneQuestion::Contact);
+    minimum.ask(poses, SceneQuestion::Minimum);
+    const bool is_overlap = minimum.pairs().front().distance <= 0.0;
+    EXPECT_EQ(fcl.pairs().size(), is_overlap ? 1u : 0u);
+    ASSERT_EQ(ours.pairs().size(), is_overlap ? 1u : 0u);
+    if (!is_overlap) continue;
+    EXPECT_LE(ours.pairs().front().distance, 0.0);
+    ++overlaps;
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(overlaps, kStates / 10);
+  }
+  EXPECT_LT(overlaps, kStates);
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, FclMethods,
                          testing::Values(FclScene::Method::Triangles, FclScene::Method::HullsLibccd,
                                          FclScene::Method::HullsIndep));

@@ -7,6 +7,7 @@
 #include "scene/objects/placed_object.h"
 #include "tools/second_opinion/fcl_shape.h"
 
+#include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
 #include <algorithm>
@@ -130,6 +131,7 @@ void FclScene::ask(const BodyPoses& poses, SceneQuestion question) {
   answer_.clear();
   is_any_below_ = false;
   if (question == SceneQuestion::All) return askEach();
+  if (question == SceneQuestion::Contact) return askFirstContact();
   if (question == SceneQuestion::Below) within_.assign(candidates_.size() + is_checked_.size(), kInfinity);
   // Only the search among objects begins with the parts that were the nearest the last time: robots alone were measured
   // without.
@@ -154,6 +156,34 @@ bool FclScene::visit(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* s
   scene.offer(scene.indexOf(*a), scene.indexOf(*b));
   reach = std::min(reach, scene.reach());
   return scene.isDone();
+}
+
+void FclScene::askFirstContact() {
+  if (nearest_parts_) offerToContact(nearest_parts_->first, nearest_parts_->second);
+  if (answer_.empty()) manager_.collide(this, visitTouching);
+  if (answer_.empty() && objects_ > 0) manager_.collide(&environment_, this, visitTouching);
+}
+
+/// Called for each two parts whose boxes overlap. Returns whether the search ends.
+bool FclScene::visitTouching(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self) {
+  auto& scene = *static_cast<FclScene*>(self);
+  scene.offerToContact(scene.indexOf(*a), scene.indexOf(*b));
+  return !scene.answer_.empty();
+}
+
+/// Keeps two parts of a candidate pair if they overlap.
+void FclScene::offerToContact(std::size_t a, std::size_t b) {
+  const int candidate = candidateOf(parts_[a].link, parts_[b].link);
+  if (candidate < 0) return;
+  const std::optional<double> contacts = answerOf([&] {
+    fcl::CollisionResultd result;
+    return static_cast<double>(
+        fcl::collide(parts_[a].object.get(), parts_[b].object.get(), fcl::CollisionRequestd(), result));
+  });
+  if (!contacts) ++failures_;
+  if (!contacts || *contacts == 0.0) return;
+  answer_.push_back({candidate, 0.0});
+  nearest_parts_ = {a, b};
 }
 
 /// Returns how near [m] two parts must be to change the answer.

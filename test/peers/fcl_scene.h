@@ -22,6 +22,9 @@ using namespace scene;
 /// are in a second tree, which is built once; the search for the minimum then begins with the bound of the pair of
 /// parts that was nearest the last time.
 ///
+/// The first contact is FCL's collision query with the same filter. It begins with the two parts that overlapped the
+/// last time.
+///
 /// The parts are the very pieces of the robot. Spheres, capsules, cylinders, cones and ellipsoids are FCL's primitives.
 /// A pair whose query throws or aborts counts as far, and failures() as one more.
 /// Failure: throws std::invalid_argument naming the link of a piece that FCL cannot describe (a padding).
@@ -72,6 +75,9 @@ class FclScene : public SceneLibrary {
   void update(const BodyPoses& poses);
 
   static bool visit(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self, double& reach);
+  static bool visitTouching(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self);
+  void askFirstContact();
+  void offerToContact(std::size_t a, std::size_t b);
   void offer(std::size_t a, std::size_t b);
   void offerToClosest(int candidate, std::size_t a, std::size_t b);
   double reach() const;
@@ -98,7 +104,7 @@ class FclScene : public SceneLibrary {
   std::vector<bool> is_checked_;                 // by link and object
   fcl::DynamicAABBTreeCollisionManagerd manager_, environment_;
   SceneQuestion question_ = SceneQuestion::All;
-  std::optional<std::pair<std::size_t, std::size_t>> nearest_parts_;  // of the last minimum
+  std::optional<std::pair<std::size_t, std::size_t>> nearest_parts_;  // of the last minimum or contact
   std::vector<double> within_;                                        // [m] by candidate, of Below
   std::vector<PairDistance> answer_;                                  // sorted while Minimum and Closest search
   bool is_any_below_ = false;

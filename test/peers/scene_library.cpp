@@ -18,7 +18,7 @@ bool isBefore(const ShapeRefPair& a, const ShapeRefPair& b) {
 }  // namespace
 
 std::string nameOf(SceneQuestion question) {
-  const char* names[] = {"any below 5 cm", "minimum", "5 closest", "below 5 cm", "all"};
+  const char* names[] = {"any below 5 cm", "first contact", "minimum", "5 closest", "below 5 cm", "all"};
   return names[static_cast<int>(question)];
 }
 
@@ -49,9 +49,14 @@ void OurScene::ask(const BodyPoses& poses, SceneQuestion question) {
   const Candidates& candidates = scene_.candidates();
   Question within;
   within.threshold = kBelow;
+  Question touching;
+  touching.threshold = 0.0;
+  touching.depth = Question::Depth::NotWanted;
   switch (question) {
     case SceneQuestion::AnyBelow:
       return take(scene_.first(candidates, within));
+    case SceneQuestion::Contact:
+      return take(scene_.first(candidates, touching));
     case SceneQuestion::Minimum:
       return take(scene_.minimum(candidates));
     case SceneQuestion::Closest:

@@ -14,6 +14,7 @@ using namespace scene;
 /// The questions of the benchmarks about the candidate pairs of a robot in each state.
 enum class SceneQuestion {
   AnyBelow,  ///< whether a pair is within kBelow
+  Contact,   ///< whether a pair overlaps, and which one; the search ends at the first
   Minimum,   ///< the smallest distance
   Closest,   ///< the kClosest closest pairs
   Below,     ///< all pairs within kBelow
@@ -26,7 +27,7 @@ std::string nameOf(SceneQuestion question);
 /// The distance of one candidate pair.
 struct PairDistance {
   int pair;         ///< see numberOf()
-  double distance;  ///< [m]; in overlap zero or negative, and only ours is the depth
+  double distance;  ///< [m]; in overlap zero or negative, and only ours is the depth, except in answers of Contact
 };
 
 inline bool isNearer(const PairDistance& a, const PairDistance& b) { return a.distance < b.distance; }
@@ -34,8 +35,8 @@ inline bool isNearer(const PairDistance& a, const PairDistance& b) { return a.di
 /// The answer about one state.
 struct SceneAnswer {
   bool is_below = false;  ///< of AnyBelow
-  /// The pairs of the other questions, sorted by distance except for All: one of Minimum, all of All that could be
-  /// answered.
+  /// The pairs of the other questions, sorted by distance except for All: at most one of Contact, one of Minimum, all of
+  /// All that could be answered.
   std::vector<PairDistance> pairs = {};
 };
 

@@ -30,8 +30,9 @@ void SweepBatch::ask(const States& states, SceneQuestion question) {
     case SceneQuestion::Below:
       lists_ = &batch_.below(states, kBelow);
       return;
+    case SceneQuestion::Contact:
     case SceneQuestion::All:
-      throw std::invalid_argument("a batch has no list of all pairs");
+      throw std::invalid_argument("a batch has neither a first contact nor a list of all pairs");
   }
 }
 
@@ -82,8 +83,9 @@ void SweepSpheres::answer(const std::vector<double>& positions, SceneQuestion qu
     case SceneQuestion::Below:
       answer.pairs = spheres_.below(kBelow);
       return;
+    case SceneQuestion::Contact:
     case SceneQuestion::All:
-      throw std::invalid_argument("spheres have no list of all pairs");
+      throw std::invalid_argument("spheres have neither a first contact nor a list of all pairs");
   }
 }
 
