@@ -20,7 +20,8 @@ bool isCheckedPair(const PlacedRobot& robot, int a, int b) {
 
 void ObjectVisits::fit(const PlacedRobot& robot) {
   searchers_.clear();
-  queue_.clear();  // its visits point to them
+  forgetSearch();  // its visits point to them
+  are_boxes_placed_ = false;
   attached_.clear();
   unknown_pairs_ = 0;
   const Objects* objects = robot.objects();
@@ -30,15 +31,85 @@ void ObjectVisits::fit(const PlacedRobot& robot) {
     if (objects->placed(number)->kind == PlacedObject::Kind::Attached) attached_.push_back(number);
     addSearcher(robot, robot.numberOfObject(number));
   }
-  fitMoving(robot);
   countUnknown(robot);
+}
+
+/// Places the boxes of searchers and moving objects in the latest poses. Many questions end before they are needed.
+void ObjectVisits::placeBoxes(const PlacedRobot& robot) {
+  if (are_boxes_placed_) return;
+  for (Searcher& searcher : searchers_)
+    if (!searcher.is_unbounded) searcher.box = robot.worldBox(searcher.part);
+  fitMoving(robot);
+  are_boxes_placed_ = true;
+}
+
+void ObjectVisits::forgetSearch() {
+  near_.clear();
+  left_out_.clear();
+  lowest_left_out_ = kInfinity;
+  most_ = kNearest;
+}
+
+/// Finds the nearest leaves below the nodes that were left out, and leaves out the others.
+void ObjectVisits::findNearest(const PlacedRobot& robot, double limit) {
+  starts_.swap(left_out_);
+  left_out_.clear();
+  lowest_left_out_ = kInfinity;
+  if (starts_.size() > most_)
+    std::nth_element(starts_.begin(), starts_.begin() + static_cast<std::ptrdiff_t>(most_), starts_.end());
+  double farthest = limit;
+  for (const NodeVisit& start : starts_) farthest = searchBelow(robot, start, farthest, limit);
+  std::sort(near_.rbegin(), near_.rend());
+  most_ *= 2;
+}
+
+/// Adds the leaves below a node that are within `farthest` [m]. Returns `farthest`, or less if there are too many.
+double ObjectVisits::searchBelow(const PlacedRobot& robot, const NodeVisit& start, double farthest, double limit) {
+  const BoxTree& boxes = treeOf(start.tree, robot);
+  open_.assign(1, start);
+  while (!open_.empty()) {
+    const NodeVisit visit = open_.back();
+    open_.pop_back();
+    const BoxTree::Node& node = boxes[visit.node];
+    if (visit.lower_bound > farthest) {
+      leaveOut(visit, limit);
+    } else if (node.isLeaf()) {
+      near_.push_back(visit);
+      if (near_.size() >= 2 * most_) farthest = keepNearest(limit);
+    } else {
+      NodeVisit near = visit, far = visit;
+      near.node = node.parts[0];
+      far.node = node.parts[1];
+      near.lower_bound = boxGap(visit.searcher->box, boxes[near.node].box);
+      far.lower_bound = boxGap(visit.searcher->box, boxes[far.node].box);
+      if (far.lower_bound < near.lower_bound) std::swap(near, far);
+      far.lower_bound > farthest ? leaveOut(far, limit) : open_.push_back(far);
+      near.lower_bound > farthest ? leaveOut(near, limit) : open_.push_back(near);
+    }
+  }
+  return farthest;
+}
+
+void ObjectVisits::leaveOut(const NodeVisit& visit, double limit) {
+  if (visit.lower_bound > limit || visit.lower_bound == kInfinity) return;
+  left_out_.push_back(visit);
+  lowest_left_out_ = std::min(lowest_left_out_, visit.lower_bound);
+}
+
+/// Keeps about as many leaves as wanted, the nearest ones. Returns the largest of their bounds [m].
+double ObjectVisits::keepNearest(double limit) {
+  const auto end = near_.begin() + static_cast<std::ptrdiff_t>(most_);
+  std::nth_element(near_.begin(), end - 1, near_.end());
+  const double farthest = (end - 1)->lower_bound;
+  std::for_each(end, near_.end(), [&](const NodeVisit& visit) { leaveOut(visit, limit); });
+  near_.erase(end, near_.end());
+  return farthest;
 }
 
 void ObjectVisits::addSearcher(const PlacedRobot& robot, int part) {
   if (!robot.isPlaced(part)) return;
   const bool is_unbounded = robot[part].isUnbounded();
-  searchers_.push_back(
-      {part, robot.refOf(part), is_unbounded, is_unbounded ? Eigen::AlignedBox3d() : robot.worldBox(part)});
+  searchers_.push_back({part, robot.refOf(part), is_unbounded, {}});
 }
 
 /// Fits the boxes of moving objects. An object without a pose gets an empty box, so that nothing is near it.

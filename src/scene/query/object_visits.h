@@ -1,14 +1,12 @@
 #pragma once
 
 #include "proximity_server/scene/objects/objects.h"
-#include "scene/bounds/heap.h"
+#include "scene/model/numbers.h"
 #include "scene/parts/placed_robot.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <iterator>
-#include <limits>
-#include <utility>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -20,26 +18,27 @@ namespace proximity_server::scene {
 /// each searcher visits all of them: attached objects, objects with a half-space, and objects that came after the tree
 /// was built. A searcher with a half-space visits all objects.
 ///
-/// 1. Enter each searcher with the root of each tree into a queue.
-/// 2. Take the node with the smallest lower bound, and go down to its nearer part while no other node is nearer; the
-///    other part enters the queue. A leaf is a pair. A node beyond the limit of the question is left out.
-/// If the limit cannot become smaller, all objects within it are found in one search without a queue.
+/// 1. Search all trees from their roots, the nearer part of each node first, for about kNearest leaves. A leaf is a pair.
+///    The nodes that are farther are left out, and those beyond the limit of the question are forgotten.
+/// 2. The caller takes the leaves one by one. When all are taken, search what was left out for twice as many.
+/// If the limit cannot become smaller, all objects within it are found in one search.
 class ObjectVisits {
  public:
   /// Adapts to new objects or new poses.
   void fit(const PlacedRobot& robot);
 
-  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and puts the searchers with the
-  /// roots of the trees into the queue. Pairs farther than `limit` [m] may be left out.
+  /// Calls enter(a, b), two parts with a < b, for each checked pair that is in no tree, and begins the search of the
+  /// trees.
   template <typename Enter>
-  void begin(const PlacedRobot& robot, double limit, const Enter& enter) {
-    queue_.clear();
+  void begin(const PlacedRobot& robot, const Enter& enter) {
+    placeBoxes(robot);
+    forgetSearch();
     for (const Searcher& searcher : searchers_) {
       enterWhatIsInNoTree(robot, searcher, enter);
       if (searcher.is_unbounded) continue;
       for (const Tree tree : {Tree::Fixed, Tree::Moving})
         if (const BoxTree& boxes = treeOf(tree, robot); !boxes.empty())
-          push({boxGap(searcher.box, boxes[0].box), &searcher, 0, tree}, limit);
+          leaveOut({boxGap(searcher.box, boxes[0].box), &searcher, 0, tree}, kInfinity);
     }
   }
 
@@ -47,7 +46,8 @@ class ObjectVisits {
   /// within `limit` [m] of each other.
   template <typename Enter>
   void enterAllWithin(const PlacedRobot& robot, double limit, const Enter& enter) {
-    queue_.clear();
+    placeBoxes(robot);
+    forgetSearch();
     for (const Searcher& searcher : searchers_) {
       enterWhatIsInNoTree(robot, searcher, enter);
       if (searcher.is_unbounded) continue;
@@ -56,31 +56,20 @@ class ObjectVisits {
     }
   }
 
-  bool empty() const { return queue_.empty(); }
+  bool empty() const { return lowestBound() == kInfinity; }
 
-  /// [m] The smallest lower bound in the queue; infinity if the queue is empty.
-  double lowestBound() const {
-    return queue_.empty() ? std::numeric_limits<double>::infinity() : queue_.first().lower_bound;
-  }
+  /// [m] No pair of the trees that was not taken has a smaller lower bound. Infinity if there is none within the limit.
+  double lowestBound() const { return near_.empty() ? lowest_left_out_ : near_.back().lower_bound; }
 
-  /// Takes the node with the smallest bound and opens it. Calls enter(a, b) if it ends at a checked pair.
+  /// Takes the pair with the smallest bound, and calls enter(a, b) if it is checked. Pairs farther than `limit` [m],
+  /// which must not grow from call to call, may be left out.
   template <typename Enter>
   void open(const PlacedRobot& robot, double limit, const Enter& enter) {
-    NodeVisit visit = queue_.pop();
-    const BoxTree& boxes = treeOf(visit.tree, robot);
-    const Searcher& searcher = *visit.searcher;
-    while (!boxes[visit.node].isLeaf()) {
-      NodeVisit near = visit, far = visit;
-      near.node = boxes[visit.node].parts[0];
-      far.node = boxes[visit.node].parts[1];
-      near.lower_bound = boxGap(searcher.box, boxes[near.node].box);
-      far.lower_bound = boxGap(searcher.box, boxes[far.node].box);
-      if (far.lower_bound < near.lower_bound) std::swap(near, far);
-      push(far, limit);
-      if (near.lower_bound > std::min(limit, lowestBound())) return push(near, limit);
-      visit = near;
-    }
-    enterItem(robot, searcher, visit.tree, boxes[visit.node].item, enter);
+    if (near_.empty()) findNearest(robot, limit);
+    if (near_.empty()) return;
+    const NodeVisit leaf = near_.back();
+    near_.pop_back();
+    enterItem(robot, *leaf.searcher, leaf.tree, treeOf(leaf.tree, robot)[leaf.node].item, enter);
   }
 
   /// The number of checked pairs that have no distance because a pose is missing.
@@ -93,18 +82,22 @@ class ObjectVisits {
     int part;
     ShapeRef ref;
     bool is_unbounded;
-    Eigen::AlignedBox3d box;  ///< empty if it is unbounded
+    Eigen::AlignedBox3d box;  ///< empty if it is unbounded, and before placeBoxes()
   };
+
+  /// About so many leaves are looked for first. Measured on Panda among 1000 boxes (AMD EPYC, 2026-11): in small steps a
+  /// question takes 1 to 6 of them; a random state takes 10 % longer with 2, and 40 % with 24.
+  static constexpr std::size_t kNearest = 8;
 
   struct NodeVisit {
     double lower_bound;  ///< [m]
     const Searcher* searcher;
     int node;
     Tree tree;
-    bool operator<(const NodeVisit& other) const {
-      if (lower_bound != other.lower_bound) return lower_bound > other.lower_bound;
-      if (searcher != other.searcher) return searcher > other.searcher;
-      return tree != other.tree ? tree > other.tree : node > other.node;
+    bool operator<(const NodeVisit& other) const {  // the nearest first
+      if (lower_bound != other.lower_bound) return lower_bound < other.lower_bound;
+      if (searcher != other.searcher) return searcher < other.searcher;
+      return tree != other.tree ? tree < other.tree : node < other.node;
     }
   };
 
@@ -148,9 +141,12 @@ class ObjectVisits {
     }
   }
 
-  void push(const NodeVisit& visit, double limit) {
-    if (!(visit.lower_bound > limit)) queue_.push(visit);
-  }
+  void placeBoxes(const PlacedRobot& robot);
+  void forgetSearch();
+  void findNearest(const PlacedRobot& robot, double limit);
+  double searchBelow(const PlacedRobot& robot, const NodeVisit& start, double farthest, double limit);
+  void leaveOut(const NodeVisit& visit, double limit);
+  double keepNearest(double limit);
   void addSearcher(const PlacedRobot& robot, int part);
   void fitMoving(const PlacedRobot& robot);
   void countUnknown(const PlacedRobot& robot);
@@ -166,7 +162,12 @@ class ObjectVisits {
   std::vector<int> scratch_;
   std::vector<Eigen::AlignedBox3d> moving_boxes_;
   BoxTree moving_tree_;
-  Heap<NodeVisit> queue_;
+  bool are_boxes_placed_ = false;
+  std::vector<NodeVisit> near_;           ///< leaves that were found and not taken, the nearest last
+  std::vector<NodeVisit> left_out_;       ///< nodes that are not nearer than these, in no order
+  double lowest_left_out_ = kInfinity;    ///< [m]
+  std::vector<NodeVisit> starts_, open_;  ///< of the current search
+  std::size_t most_ = kNearest;           ///< about as many leaves are looked for next
   std::int64_t unknown_pairs_ = 0;
 };
 

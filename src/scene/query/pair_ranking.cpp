@@ -160,10 +160,23 @@ void PairRanking::enterOthers(const Search& search) {
   if (search.pairs.areCandidates() && search.pairs.size() != candidate_count_)
     throw std::invalid_argument("the candidates are those of another robot: " + std::to_string(search.pairs.size()) +
                                 " pairs, not " + std::to_string(candidate_count_));
+  if (search.pairs.areCandidates() && limit(search) == -kInfinity) return countUnknown(search);
   if (search.with_objects) enterObjects(search);
   if (!search.with_links) return;
   if (groups_fit_ && search.pairs.areCandidates()) return enterBetween(0, 0, search);
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(inList(number, search), search);
+}
+
+/// Counts the candidates without a distance, as enterOthers() does, where the answer is known already.
+void PairRanking::countUnknown(const Search& search) {
+  const PlacedRobot& robot = measurement_.robot();
+  if (search.with_objects) measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
+  if (!search.with_links || groups_fit_) return;
+  for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) {
+    const QueriedPair pair = inList(number, search);
+    const bool is_placed = robot.isPlaced(pair.a) && robot.isPlaced(pair.b);
+    measurement_.counts().unknown += !is_placed && !std::binary_search(likely_.begin(), likely_.end(), pair);
+  }
 }
 
 /// Puts the pairs with objects that are in no hierarchy into the queue, and begins the search of the hierarchies.
@@ -178,7 +191,7 @@ void PairRanking::enterObjects(const Search& search) {
   if (asks_for_all && search.question.threshold < kInfinity)
     object_visits_.enterAllWithin(robot, search.question.threshold + search.with_object, enter_pair);
   else
-    object_visits_.begin(robot, limit(search) + search.with_object, enter_pair);
+    object_visits_.begin(robot, enter_pair);
 }
 
 /// Opens the hierarchy of objects while it may hold the pair with the smallest bound.

@@ -102,6 +102,7 @@ class PairRanking {
   void consider(const Visit& visit, const Search& search);
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);
+  void countUnknown(const Search& search);
   void enterObjects(const Search& search);
   void enter(const QueriedPair& pair, const Search& search);
   void openNearby(const Search& search);

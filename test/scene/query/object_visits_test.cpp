@@ -69,7 +69,7 @@ std::vector<Eigen::Vector3d> randomPlaces() {
 TEST_F(ObjectsAbout, AreVisitedTheNearestFirst) {
   putAt(randomPlaces());
   std::vector<double> visited;
-  visits_.begin(robot_, kInfinity, into(visited));
+  visits_.begin(robot_, into(visited));
   EXPECT_TRUE(visited.empty()) << "all are in the tree";
   while (!visits_.empty()) {
     const std::size_t before = visited.size();
@@ -88,12 +88,22 @@ TEST_F(ObjectsAbout, AreLeftOutBeyondTheLimit) {
   const double limit = expected[40];
   expected.resize(41);
   std::vector<double> visited, within;
-  visits_.begin(robot_, limit, into(visited));
+  visits_.begin(robot_, into(visited));
   while (!visits_.empty()) visits_.open(robot_, limit, into(visited));
   EXPECT_EQ(visited, expected);
   visits_.enterAllWithin(robot_, limit, into(within));
   std::sort(within.begin(), within.end());
   EXPECT_EQ(within, expected);
+}
+
+TEST_F(ObjectsAbout, AreNotVisitedOnceMoreAfterAllWithinALimit) {
+  putAt(randomPlaces());
+  std::vector<double> visited;
+  visits_.begin(robot_, into(visited));
+  visits_.open(robot_, kInfinity, into(visited));
+  EXPECT_FALSE(visits_.empty());
+  visits_.enterAllWithin(robot_, allGaps()[40], into(visited));
+  EXPECT_TRUE(visits_.empty());
 }
 
 }  // namespace proximity_server::scene::object_visits_test
