@@ -96,7 +96,6 @@ class PieceSearch {
     double lower_bound;  ///< [m] of their signed distance minus the padding
     int number;          ///< decides between equal bounds
     int a, b;
-    bool has_box_bound;  ///< false if the bound is that of the spheres
 
     bool operator<(const VolumePair& other) const {
       return lower_bound != other.lower_bound ? lower_bound > other.lower_bound : number > other.number;
@@ -107,7 +106,7 @@ class PieceSearch {
   bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
   narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
                                               const narrowphase::Options& options);
-  VolumePair withBoxes(VolumePair volumes, const RelativePose& a_T_b) const;
+  double boundAbove(double limit, const Volume& a, const Volume& b, const RelativePose& a_T_b) const;
   void split(const VolumePair& whole, const RelativePose& a_T_b, double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
 
