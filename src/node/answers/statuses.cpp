@@ -32,4 +32,13 @@ QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& qu
   return statusOf(QueryStatus::OVER_BUDGET, "the time budget ended; what is said is proven");
 }
 
+QueryStatus statusOfContact(const scene::RobotTimeOfContact& found, double t_free,
+                            const scene::MotionQuestion& question) {
+  const QueryStatus status = statusOf(found.status, question);
+  if (found.contact || found.status != narrowphase::Status::Degenerate || status.code != QueryStatus::NOT_CONVERGED)
+    return status;
+  return statusOf(QueryStatus::NOT_CONVERGED, "from " + system::secondsText(t_free) +
+                                                  " on there may be a contact, but no state is known that is one");
+}
+
 }  // namespace proximity_server::node

@@ -20,4 +20,8 @@ QueryStatus completeness(const scene::MotionCounts& counts);
 /// The status of a search: OK if it is complete, OVER_BUDGET if the deadline has ended it, otherwise NOT_CONVERGED.
 QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question);
 
+/// The status of a search for contact, which is free until `t_free` [s].
+QueryStatus statusOfContact(const scene::RobotTimeOfContact& found, double t_free,
+                            const scene::MotionQuestion& question);
+
 }  // namespace proximity_server::node

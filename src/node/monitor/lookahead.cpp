@@ -96,6 +96,63 @@ std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart&
   }
 }
 
+/// The times [s] of the lookahead between which each joint is on one segment: its ends, those of the splines, and the
+/// stops at limits.
+std::vector<double> knotsOf(const CommandedMotion& commanded, const TimedMotion& others) {
+  std::vector<double> knots{0.0, others.duration};
+  const auto add = [&](double time) {
+    if (time > 0.0 && time < others.duration) knots.push_back(time);
+  };
+  for (const scene::JointStop& stop : others.stops) add(others.timeAt(stop.time));
+  for (const FollowedSplines& followed : commanded.followed) {
+    for (const scene::SplineSegment& segment : followed.splines->segments) {
+      add(segment.begin() - followed.time);
+      add(segment.end() - followed.time);
+    }
+  }
+  std::sort(knots.begin(), knots.end());
+  knots.erase(std::unique(knots.begin(), knots.end()), knots.end());
+  return knots;
+}
+
+/// The velocities of the joints that follow no commands, and 0 for all others.
+VelocitySnapshot withoutFollowers(VelocitySnapshot velocities, const CommandedMotion& commanded) {
+  for (const FollowedSplines& followed : commanded.followed)
+    for (const int joint : followed.joints) velocities.velocities[joint] = 0.0;
+  return velocities;
+}
+
+/// The motion of all joints between successive knots. `others` and `velocities` are of those that follow no commands.
+std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const CommandedMotion& commanded,
+                                                const TimedMotion& others, const std::vector<double>& velocities) {
+  std::vector<double> stops(velocities.size(), others.duration);
+  for (const scene::JointStop& stop : others.stops) stops[stop.joint] = others.timeAt(stop.time);
+  const auto pointAt = [&](double time) {
+    scene::TrajectoryPoint point{time, commanded.positions};
+    for (std::size_t i = 0; i < stops.size(); ++i) point.positions[i] += velocities[i] * std::min(time, stops[i]);
+    return point;
+  };
+  const std::vector<double> knots = knotsOf(commanded, others);
+  std::vector<scene::SplineSegment> segments;
+  for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
+    segments.emplace_back(robot.robotModel(), pointAt(knots[i]), pointAt(knots[i + 1]));
+    for (const FollowedSplines& followed : commanded.followed)
+      segments.back().follow(followed.splines->between(followed.time + knots[i], followed.time + knots[i + 1]),
+                             followed.joints);
+  }
+  return segments;
+}
+
+/// The poses along splines, from those at the start and the positions there.
+SplineMotion motionAlong(const CommandedMotion& commanded, const Robot& robot, const LookaheadStart& start) {
+  const auto posesAt = [&](const scene::Positions& positions) {
+    std::vector<double> travel = positions;
+    for (std::size_t i = 0; i < travel.size(); ++i) travel[i] -= commanded.positions[i];
+    return scene::RobotMotion::ofTravel(robot.robotModel(), start.poses, travel).at(1.0);
+  };
+  return splineMotion(robot, posesAt, commanded.positions, start.frames, start.frame_poses.poses);
+}
+
 }  // namespace
 
 MotionSources motionSourcesOf(const Robot& robot, const scene::Objects& objects) {
@@ -154,6 +211,40 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   } else if (result.status.code == QueryStatus::OK) {
     result.state = Lookahead::FREE;
   }
+  return result;
+}
+
+Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
+                       const LookaheadStart& start, const VelocitySnapshot& velocities,
+                       const scene::PairDistances& stop, const MonitorSettings& settings) {
+  Lookahead result = noLookahead(settings);
+  const VelocitySnapshot of_others = withoutFollowers(velocities, commanded);
+  const std::optional<TimedMotion> others = motionAhead(robot, start, of_others, settings, result.status);
+  if (!others) return result;
+  const SplineMotion motion = motionAlong(commanded, robot, start);
+  const scene::SplineQuestion question{questionOf(stop, settings), commanded.tracking_error, motion.frames,
+                                       motion.poses};
+  for (const scene::SplineSegment& segment : segmentsAhead(robot, commanded, *others, of_others.velocities)) {
+    const auto timeAt = [&](double place) {
+      return place < 1.0 ? segment.begin() + place * (segment.end() - segment.begin()) : segment.end();
+    };
+    const scene::SplineContact found = scene.timeOfContact(robot.candidates(), segment, question);
+    result.status = completeness(found.counts);
+    if (result.status.code != QueryStatus::OK) return result;
+    result.time_free = timeAt(found.t_free);
+    result.status = statusOfContact(found, result.time_free, question.motion);
+    if (found.contact) {
+      result.state = Lookahead::CONTACT;
+      result.time_to_contact = timeAt(found.t_contact);
+      result.pair_contact_distance = stop.of(found.pair.asked);
+      result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.state, found.pair);
+    }
+    if (found.contact || result.status.code != QueryStatus::OK) break;
+  }
+  assignStops(result, robot, *others);
+  if (result.status.code != QueryStatus::OK) return result;
+  if (result.state != Lookahead::CONTACT) result.state = Lookahead::FREE;
+  result.status.message = assumptionOf(start);
   return result;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
+#include "node/monitor/commanded_trajectories.h"
 #include "node/monitor/joint_velocities.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Lookahead.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/spline_scene.h"
 
 #include <chrono>
 #include <vector>
@@ -41,5 +43,11 @@ std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& sett
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
                        const VelocitySnapshot& velocities, const scene::PairDistances& stop,
                        const MonitorSettings& settings);
+
+/// Does the same if some joints follow the splines of commands, and all others keep their velocities. The answer is
+/// proven for all motions within the tracking errors of the followers. The velocities have the status OK.
+Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
+                       const LookaheadStart& start, const VelocitySnapshot& velocities,
+                       const scene::PairDistances& stop, const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

@@ -56,6 +56,7 @@ MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& prese
 void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
   scene_.reset();
   moving_scene_.reset();
+  spline_scene_.reset();
   guarantees_.reset();
   constraints_.reset();
   broken_.reset();
@@ -87,7 +88,8 @@ void Monitor::use(MonitoredObjects& objects) {
 }
 
 const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                                const MonitorSettings& settings, const FrameSnapshot& frames) {
+                                const MonitorSettings& settings, const FrameSnapshot& frames,
+                                const CommandedMotion& commanded) {
   const Clock::time_point start = Clock::now();
   clearance_.header.stamp = snapshot.stamp;
   clearance_.header.frame_id = robot_->referenceFrame();
@@ -106,7 +108,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   stated_ = velocities.positions;
   findBroken(snapshot);
   measurePairs({snapshot, frames, settings}, velocities);
-  lookAhead(snapshot, velocities, settings, frames);
+  lookAhead(snapshot, velocities, settings, frames, commanded);
 
   const std::chrono::duration<double> elapsed = Clock::now() - start;
   clearance_.computation_time = ros::Duration(elapsed.count());
@@ -332,7 +334,8 @@ double Monitor::othersThan(const scene::PairsBelow& below, const Cycle& cycle) c
 }
 
 void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                        const MonitorSettings& settings, const FrameSnapshot& frames) {
+                        const MonitorSettings& settings, const FrameSnapshot& frames,
+                        const CommandedMotion& commanded) {
   clearance_.lookahead = noLookahead(settings);
   if (settings.lookahead == 0.0) return;
   if (clearance_.level == Clearance::INVALID) {
@@ -340,7 +343,14 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     return;
   }
   const LookaheadStart start{snapshot.poses, monitored_.frames, frames};
-  clearance_.lookahead = contactAhead(*robot_, movingScene(), start, velocities, thresholds(settings).stop, settings);
+  const scene::PairDistances& stop = thresholds(settings).stop;
+  clearance_.lookahead = commanded.followed.empty()
+                             ? contactAhead(*robot_, movingScene(), start, velocities, stop, settings)
+                             : contactAlong(commanded, *robot_, splineScene(), start, velocities, stop, settings);
+  QueryStatus& status = clearance_.lookahead.status;
+  if (status.code != QueryStatus::OK || commanded.text.empty()) return;
+  if (!status.message.empty()) status.message += "; ";
+  status.message += commanded.text;
 }
 
 StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -370,6 +380,12 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
 scene::MovingScene& Monitor::movingScene() {
   if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
   return *moving_scene_;
+}
+
+scene::SplineScene& Monitor::splineScene() {
+  if (!spline_scene_) spline_scene_ = robot_->borrowSplineScene();
+  if (spline_scene_->objects() != objects().all.get()) spline_scene_->use(objects().all);
+  return *spline_scene_;
 }
 
 void Monitor::countPairs() {

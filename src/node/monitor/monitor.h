@@ -55,11 +55,12 @@ class Monitor {
   /// The roots that have to stand still for the lookahead, see MotionSources.
   const std::vector<int>& roots() const { return monitored_.motion_sources.roots; }
 
-  /// Computes the clearance at these poses, and the lookahead with these velocities. `frames` are the poses of
-  /// frames(); without them these poses are unknown. Never waits. The result is valid until the next cycle. Without a
+  /// Computes the clearance at these poses, and the lookahead with these velocities or along what was commanded.
+  /// `frames` are the poses of frames(); without them these poses are unknown. Never waits. The result is valid until the next cycle. Without a
   /// lookahead, memory is allocated only in the first few cycles of a robot, and after max_reported_pairs has grown.
   const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
-                         const MonitorSettings& settings, const FrameSnapshot& frames = {});
+                         const MonitorSettings& settings, const FrameSnapshot& frames = {},
+                         const CommandedMotion& commanded = {});
 
   /// The constraint rows at the poses of the latest cycle, whose `snapshot` has to be given again. The message is valid
   /// until the next call.
@@ -110,13 +111,15 @@ class Monitor {
   void listPairs(const Cycle& cycle, const scene::PairsBelow& below);
   double othersThan(const scene::PairsBelow& below, const Cycle& cycle) const;
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
-                 const FrameSnapshot& frames);
+                 const FrameSnapshot& frames, const CommandedMotion& commanded);
   scene::MovingScene& movingScene();
+  scene::SplineScene& splineScene();
   void countPairs();
 
   std::shared_ptr<const Robot> robot_;
   ScenePool::Lease scene_;  // the leases are declared after robot_, because they return to its pools
   MovingScenePool::Lease moving_scene_;
+  SplineScenePool::Lease spline_scene_;  ///< nullptr until it is needed
   MonitoredObjects monitored_;
   std::optional<Guarantees> guarantees_;               ///< for this robot and these objects, if the robot is uncertain
   std::vector<scene::PairProximity> near_;             ///< the closest pairs of this cycle, for the guarantees

@@ -37,6 +37,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
                          const std::shared_ptr<const Robot>& robot, Recorder& recorder)
     : tf_(tf),
       recorder_(recorder),
+      public_nh_(nh),
       velocities_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
@@ -50,7 +51,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   constraints_pub_ = nh_.advertise<ConstraintRows>("constraints", 1);
   const auto on_listeners = [this](const ros::SingleSubscriberPublisher&) {
     const Lock lock(mutex_);
-    listenToVelocities();
+    listenToJoints();
   };
   velocity_scale_pub_ = nh_.advertise<std_msgs::Float64>("collision_velocity_scale", 1, on_listeners, on_listeners);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
@@ -88,7 +89,7 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   lookup_.reset();  // it refers to the robot that is replaced next
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
-  listenToVelocities();
+  listenToJoints();
   markers_.reset();
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
@@ -132,7 +133,7 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   const bool redraw = settings.markers != health_.settings.markers;
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
-  listenToVelocities();
+  listenToJoints();
   setRate(settings.rate);
   keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
   if (redraw) redrawPieces();
@@ -220,7 +221,8 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   has_cycled_ = true;
   const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
   const VelocitySnapshot velocities = lookUpVelocities();
-  const Clearance& clearance = monitor_.cycle(snapshot, velocities, health_.settings, frames);
+  const Clearance& clearance =
+      monitor_.cycle(snapshot, velocities, health_.settings, frames, lookUpCommands(snapshot, velocities));
   clearance_pub_.publish(clearance);
   recorder_.add(*monitor_.robot(), snapshot, frames, clearance, health_.settings);
   warnIfInvalid(clearance);
@@ -254,8 +256,9 @@ bool MonitorLoop::needsVelocities() const {
          monitor_.robot()->config().pose_latency != PoseLatency::Off;
 }
 
-void MonitorLoop::listenToVelocities() {
+void MonitorLoop::listenToJoints() {
   needsVelocities() ? velocities_.listen(*monitor_.robot()) : velocities_.stopListening();
+  health_.settings.lookahead > 0.0 ? commands_.listen(public_nh_, monitor_.robot()) : commands_.stopListening();
 }
 
 VelocitySnapshot MonitorLoop::lookUpVelocities() {
@@ -267,6 +270,11 @@ VelocitySnapshot MonitorLoop::lookUpVelocities() {
   velocities.roots = tf_.standingStill(*monitor_.robot(), monitor_.roots());
   if (velocities.status.code == QueryStatus::OK) velocities.status = velocities.roots;
   return velocities;
+}
+
+CommandedMotion MonitorLoop::lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities) {
+  if (health_.settings.lookahead == 0.0) return {};
+  return commands_.lookUp(monitor_.joints(), snapshot, velocities, ros::Time::now());
 }
 
 void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "node/monitor/commanded_trajectories.h"
 #include "node/monitor/markers.h"
 #include "node/monitor/monitor.h"
 #include "node/record/recorder.h"
@@ -39,7 +40,7 @@ struct MonitorHealth {
 /// time. Thread-safe.
 class MonitorLoop {
  public:
-  /// Subscribes to joint_states in the namespace of `nh`, and publishes in that of `private_nh`.
+  /// Subscribes to joint_states and trajectories in the namespace of `nh`, and publishes in that of `private_nh`.
   MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
               const std::shared_ptr<const Robot>& robot, Recorder& recorder);
   ~MonitorLoop();
@@ -77,12 +78,15 @@ class MonitorLoop {
   const PoseSnapshot& lookUp();
   void useNextObjects();
   VelocitySnapshot lookUpVelocities();
+  CommandedMotion lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities);
   bool needsVelocities() const;
-  void listenToVelocities();
+  void listenToJoints();
 
   TfPoses& tf_;
   Recorder& recorder_;
+  ros::NodeHandle public_nh_;
   JointVelocities velocities_;
+  CommandedTrajectories commands_;
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
   std::atomic<bool> on_tf_{false};

@@ -42,15 +42,16 @@ struct RobotSource {
   bool needs_semantic = true;  ///< true if it is an error that the parameter `semantic` does not exist
   std::string tf_prefix;       ///< prefix of the robot's frames, see tfFrame()
   std::string joint_states = "joint_states";  ///< topic with the robot's joint velocities
+  std::vector<std::string> trajectories;      ///< see Config::trajectories
 
   /// The parameter that sets the prefix: "tf_prefix" or, for example, "robots/left/tf_prefix".
   std::string prefixParameter() const { return name.empty() ? "tf_prefix" : "robots/" + name + "/tf_prefix"; }
 };
 
-/// The largest accelerations or decelerations of joints [rad/s^2] or [m/s^2].
+/// The largest accelerations or decelerations of joints [rad/s^2] or [m/s^2], or their largest errors [rad] or [m].
 struct JointLimits {
-  std::optional<double> of_all;            ///< the limit of all joints, if the parameter is one number
-  std::map<std::string, double> of_joint;  ///< otherwise that of each joint; a joint that is not named has none
+  std::optional<double> of_all;            ///< that of all joints which are not named; without it they have none
+  std::map<std::string, double> of_joint;  ///< by name
 };
 
 /// How the monitor bounds the motion since the time of the poses.
@@ -102,6 +103,9 @@ struct Config {
   std::string parameters;                      ///< all parameters that are set, as XML-RPC
   std::vector<std::string> constraint_joints;  ///< joints that the controller of ~constraints moves; empty: all
   JointLimits max_deceleration;
+  /// Topics from which the robot's controllers take trajectories, or "/goal" topics of their actions.
+  std::vector<std::string> trajectories;
+  JointLimits tracking_error{0.01, {}};  ///< [rad] or [m] how far each joint may be off its trajectory
   UncertaintyValues uncertainty;
   PoseLatency pose_latency = PoseLatency::Off;
   double message_latency = 0.0;  ///< [s] from a cycle of the monitor until its message is used

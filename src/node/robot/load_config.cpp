@@ -59,6 +59,10 @@ class Parameters {
     if (!condition) throw std::invalid_argument("parameter " + fullName(name) + " " + demand);
   }
 
+  void requireTopics(const std::vector<std::string>& topics, const std::string& name) const {
+    for (const std::string& topic : topics) require(isTopic(topic), name, "has no name of a topic: '" + topic + "'");
+  }
+
   /// Accepts a parameter that another library reads in this namespace.
   void acceptUnread(const std::string& name) { known_.push_back(name); }
 
@@ -173,6 +177,8 @@ class Parameters {
     readText("tf_prefix", robot.tf_prefix);
     readText("joint_states", robot.joint_states);
     require(isTopic(robot.joint_states), "joint_states", "is no name of a topic: '" + robot.joint_states + "'");
+    if (XmlRpcValue* value = find("trajectories")) robot.trajectories = texts(*value, "trajectories");
+    requireTopics(robot.trajectories, "trajectories");
     for (const auto& [field, value] : values_) {
       require(std::find(known_.begin(), known_.end(), field) != known_.end(), field,
               "is unknown: did you mean '" + scene::nearestName(field, known_) + "'?");
@@ -267,6 +273,7 @@ std::vector<RobotSource> robotSources(const Config& config) {
   robot.semantic = config.semantic_description;
   robot.needs_semantic = config.semantic_description != Config().semantic_description;
   robot.tf_prefix = config.tf_prefix;
+  robot.trajectories = config.trajectories;
   return {robot};
 }
 
@@ -313,6 +320,7 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
                                                               {"record_directory", config.record_directory}};
   for (const auto& [parameter, path] : paths)
     parameters.require(path.empty() || path.front() == '/', parameter, "is '" + path + "', no absolute path");
+  parameters.requireTopics(config.trajectories, "trajectories");
   for (const std::string& event : config.record_on)
     parameters.require(event == "stop" || event == "collision" || event == "invalid", "record_on",
                        "has '" + event + "', which is neither stop, collision nor invalid");

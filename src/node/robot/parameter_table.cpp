@@ -192,6 +192,17 @@ std::vector<Parameter> parameterTable(Config& config) {
       "objects at `object_stop_distance`, if every joint keeps its velocity of joint_states until it stops at its "
       "limit. If a velocity is missing or older than `max_tf_age`, the result is UNKNOWN. The search may take a "
       "quarter of the period (2.5 ms at rate 0); if it is not complete then, it is UNKNOWN too.");
+  add("trajectories", &config.trajectories, {}, "", kReload,
+      "Topics from which joint_trajectory_controllers take their trajectories, `[/arm_controller/command]`, or goals "
+      "of "
+      "their actions, `/arm_controller/follow_joint_trajectory/goal`. `lookahead` then searches along the splines that "
+      "the controllers drive; joints without a trajectory keep their velocities. See "
+      "[trajectories](#trajectories). []: none.");
+  add("tracking_error", &config.tracking_error, {0, 10}, "rad or m", kReload,
+      "For `trajectories`: how far each joint may be off its spline, besides a common delay of up to 0.1 s that the "
+      "monitor finds by itself: one number for all joints, or `{elbow: 0.02}`, where the others keep the default. "
+      "`lookahead` proves all motions that are so near. If a joint is farther off, it takes the velocities, and says "
+      "so.");
   add("gradients", &monitor.gradients, {}, "", kLive,
       "true: each pair that `~clearance` lists has its gradient by the joints. The message then has their names and "
       "positions.");

@@ -253,6 +253,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       root_edges_(rootEdgesOf(*this)),
       max_decelerations_(limitsOf(model_->robot, config.max_deceleration, "max_deceleration")),
       max_accelerations_(limitsOf(model_->robot, config.max_acceleration, "max_acceleration")),
+      tracking_errors_(limitsOf(model_->robot, config.tracking_error, "tracking_error")),
       uncertainty_(uncertaintyOf(model_->robot, config.uncertainty)),
       is_uncertain_(!uncertainty_.isZero() || config.pose_latency != PoseLatency::Off),
       base_speeds_(baseSpeedsOf(model_->robot, config)),

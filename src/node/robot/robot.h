@@ -91,6 +91,9 @@ class Robot {
   /// The largest acceleration of each of RobotModel::joints; nullopt if the parameters have none for it.
   const std::vector<std::optional<double>>& maxAccelerations() const { return max_accelerations_; }
 
+  /// How far each of RobotModel::joints may be off its trajectory [rad] or [m]; nullopt counts as 0.
+  const std::vector<std::optional<double>>& trackingErrors() const { return tracking_errors_; }
+
   /// How fast roots and moving objects can be.
   const scene::FrameSpeeds& baseSpeeds() const { return base_speeds_; }
   const scene::FrameSpeeds& objectSpeeds() const { return object_speeds_; }
@@ -133,6 +136,7 @@ class Robot {
   std::vector<int> root_edges_;
   std::vector<std::optional<double>> max_decelerations_;
   std::vector<std::optional<double>> max_accelerations_;
+  std::vector<std::optional<double>> tracking_errors_;
   scene::Uncertainty uncertainty_;
   bool is_uncertain_;
   scene::FrameSpeeds base_speeds_, object_speeds_;

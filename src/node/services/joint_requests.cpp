@@ -30,20 +30,6 @@ int jointNamed(const scene::RobotModel& robot, const std::string& name, const st
   return index;
 }
 
-/// A pose is that of many positions of a revolute joint. Returns the one within the limits that is nearest to `next`;
-/// if none is within them, the one nearest to them.
-double turnNearestTo(double next, double position, const scene::Joint& joint) {
-  const double nearest = next + std::remainder(position - next, kWholeTurn);
-  const auto excess = [&](double candidate) {
-    const double beyond = std::max(joint.lower - candidate, candidate - joint.upper);
-    return beyond <= scene::kBeyondLimit ? 0.0 : beyond;
-  };
-  double best = nearest;
-  for (const double candidate : {nearest - kWholeTurn, nearest + kWholeTurn})
-    if (excess(candidate) < excess(best)) best = candidate;
-  return best;
-}
-
 }  // namespace
 
 std::vector<int> jointsNamed(const scene::RobotModel& robot, const std::vector<std::string>& names,
@@ -118,13 +104,26 @@ FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames
   return tf.awaitFrames(robot, frames, robot_poses, stamp);
 }
 
+double onTurnNearestTo(double next, double position, const scene::Joint& joint) {
+  if (joint.type != scene::Joint::Type::Revolute) return position;
+  const double nearest = next + std::remainder(position - next, kWholeTurn);
+  const auto excess = [&](double candidate) {
+    const double beyond = std::max(joint.lower - candidate, candidate - joint.upper);
+    return beyond <= scene::kBeyondLimit ? 0.0 : beyond;
+  };
+  double best = nearest;
+  for (const double candidate : {nearest - kWholeTurn, nearest + kWholeTurn})
+    if (excess(candidate) < excess(best)) best = candidate;
+  return best;
+}
+
 double presentPosition(const Robot& robot, int index, const JointSnapshot& from_tf, double next) {
   const scene::RobotModel& model = robot.robotModel();
   const scene::Joint& joint = model.joints[index];
   const Eigen::Isometry3d& parent_T_joint = from_tf.joints[index].value();
   const double position =
       scene::jointPosition(model, joint, model.links[joint.parent_link].body_T_link * parent_T_joint);
-  return joint.type == scene::Joint::Type::Revolute ? turnNearestTo(next, position, joint) : position;
+  return onTurnNearestTo(next, position, joint);
 }
 
 std::vector<int> coupledJoints(const scene::RobotModel& robot, const std::vector<JointValues>& states) {

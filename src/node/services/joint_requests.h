@@ -44,8 +44,11 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
 FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp);
 
-/// The position [rad] or [m] of a joint in tf, which `from_tf` must have. A transform does not tell the turn of a
-/// revolute joint: it is the one within the limits that is nearest to `next`, where the joint goes first.
+/// A transform does not tell the turn of a revolute joint. Returns the position within the limits that is nearest to
+/// `next`, where the joint goes first; if none is within them, the one nearest to them.
+double onTurnNearestTo(double next, double position, const scene::Joint& joint);
+
+/// The position [rad] or [m] of a joint in tf, which `from_tf` must have, on the turn nearest to `next`.
 double presentPosition(const Robot& robot, int joint, const JointSnapshot& from_tf, double next);
 
 /// The joints without a position in a state whose other joints share an inequality with them.

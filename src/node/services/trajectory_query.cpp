@@ -220,15 +220,6 @@ class SplineSegments {
   const scene::SplineQuestion question_;
 };
 
-/// The status of the search for a contact in a segment.
-QueryStatus statusOfContact(const ContactInSegment& contact, const scene::MotionQuestion& question) {
-  const QueryStatus status = statusOf(contact.found.status, question);
-  if (contact.found.contact || contact.found.status != Status::Degenerate || status.code != QueryStatus::NOT_CONVERGED)
-    return status;
-  return statusOf(QueryStatus::NOT_CONVERGED, "from " + system::secondsText(contact.t_free) +
-                                                  " on there may be a contact, but no state is known that is one");
-}
-
 /// Searches segment by segment until a contact is found, or until the search of a segment is not complete.
 template <class Segments>
 void findContact(Segments& segments, const Trajectory& trajectory, const scene::MotionQuestion& question,
@@ -236,7 +227,7 @@ void findContact(Segments& segments, const Trajectory& trajectory, const scene::
   for (std::size_t i = 0; i < segments.size(); ++i) {
     const ContactInSegment contact = segments.contactIn(i);
     require(completeness(contact.found.counts));
-    response.status = statusOfContact(contact, question);
+    response.status = statusOfContact(contact.found, contact.t_free, question);
     response.contact = contact.found.contact;
     response.t_free = contact.t_free;
     response.t_contact = contact.t_contact;

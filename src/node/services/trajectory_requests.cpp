@@ -51,15 +51,10 @@ JointValues WayPoints::valuesAt(const scene::Positions& positions) const {
   return completed(std::move(values), missing);
 }
 
-WayPoints wayPointsOf(const Robot& asked_robot, const QueryTrajectoryRequest& request) {
+WayPoints wayPointsOf(const Robot& asked_robot, const trajectory_msgs::JointTrajectory& trajectory,
+                      std::uint8_t interpolation) {
   const scene::RobotModel& robot = asked_robot.robotModel();
-  const trajectory_msgs::JointTrajectory& trajectory = request.trajectory;
   WayPoints way;
-  way.missing = missingJoints(request.missing_joints);
-  requireInterpolation(request);
-  if (trajectory.joint_names.empty()) refuse("the trajectory names no joints");
-  if (trajectory.points.empty() && request.from_present_state) refuse("the trajectory has no points");
-  if (trajectory.points.size() < 2 && !request.from_present_state) refuse("the trajectory has fewer than two points");
   requirePointsWithinBatch(asked_robot, trajectory.points.size());
   way.joints = jointsNamed(robot, trajectory.joint_names, "trajectory");
   for (const trajectory_msgs::JointTrajectoryPoint& message : trajectory.points) {
@@ -67,8 +62,20 @@ WayPoints wayPointsOf(const Robot& asked_robot, const QueryTrajectoryRequest& re
     if (!way.points.empty() && !(message.time_from_start.toSec() > way.points.back().time)) {
       refuse(where + ": its time_from_start is not later than that of the point before");
     }
-    way.points.push_back(pointOf(robot, way.joints, message, request.interpolation, where));
+    way.points.push_back(pointOf(robot, way.joints, message, interpolation, where));
   }
+  return way;
+}
+
+WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request) {
+  const trajectory_msgs::JointTrajectory& trajectory = request.trajectory;
+  const MissingJoints missing = missingJoints(request.missing_joints);
+  requireInterpolation(request);
+  if (trajectory.joint_names.empty()) refuse("the trajectory names no joints");
+  if (trajectory.points.empty() && request.from_present_state) refuse("the trajectory has no points");
+  if (trajectory.points.size() < 2 && !request.from_present_state) refuse("the trajectory has fewer than two points");
+  WayPoints way = wayPointsOf(robot, trajectory, request.interpolation);
+  way.missing = missing;
   if (!request.present_velocities.empty() && !request.from_present_state)
     refuse("present_velocities are given without from_present_state");
   return way;

@@ -6,6 +6,9 @@
 #include "proximity_server/QueryTrajectoryRequest.h"
 #include "proximity_server/scene/motion/joint_spline.h"
 
+#include <trajectory_msgs/JointTrajectory.h>
+
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -17,7 +20,8 @@ namespace proximity_server::node {
 /// The points of a trajectory.
 struct WayPoints {
   std::vector<int> joints;  ///< the joints that the trajectory names, as indices into RobotModel::joints
-  MissingJoints missing;    ///< where all others rest; their positions in `points` are 0 and mean nothing
+  MissingJoints missing =
+      MissingJoints::FromTf;  ///< where all others rest; their positions in `points` are 0 and mean nothing
   /// With the velocities and accelerations that the interpolation of the request uses, if the point has them.
   std::vector<scene::TrajectoryPoint> points;
 
@@ -25,6 +29,10 @@ struct WayPoints {
   JointValues valuesAt(const scene::Positions& positions) const;
 };
 WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request);
+
+/// The points of a trajectory that names joints. `interpolation` is one of QueryTrajectoryRequest.
+WayPoints wayPointsOf(const Robot& robot, const trajectory_msgs::JointTrajectory& trajectory,
+                      std::uint8_t interpolation);
 
 /// The change of position [rad] or [m] of every joint from one state to another.
 std::vector<double> travelBetween(const scene::Positions& from, const scene::Positions& to);

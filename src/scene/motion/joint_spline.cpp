@@ -118,6 +118,29 @@ Positions SplineSegment::at(double time) const {
   return positions;
 }
 
+/// The values before the last steps of de Casteljau's algorithm give the derivatives.
+TrajectoryPoint SplineSegment::stateAt(double time) const {
+  const double duration = end_ - begin_;
+  TrajectoryPoint state{begin_ + time * duration, {}};
+  for (const ControlValues& values : joints_) {
+    ControlValues row = values;
+    const auto step = [&](int size) {
+      for (int i = 0; i < size; ++i) row[i] = (1.0 - time) * row[i] + time * row[i + 1];
+    };
+    for (const int size : {5, 4, 3}) step(size);
+    state.accelerations.push_back(20.0 * (row[2] - 2.0 * row[1] + row[0]) / (duration * duration));
+    step(2);
+    state.velocities.push_back(5.0 * (row[1] - row[0]) / duration);
+    step(1);
+    state.positions.push_back(row[0]);
+  }
+  return state;
+}
+
+void SplineSegment::follow(const SplineSegment& other, const std::vector<int>& joints) {
+  for (const int joint : joints) joints_[joint] = other.joints_[joint];
+}
+
 SplineSegment SplineSegment::between(double from, double to) const {
   SplineSegment segment = *this;
   segment.begin_ = begin_ + from * (end_ - begin_);

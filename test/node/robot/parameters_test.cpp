@@ -43,7 +43,9 @@ std::string yaml(const std::vector<Entry>& entries) {
 std::string yaml(const scene::ObjectFile& file) { return list(file.objects.empty()); }
 std::string yaml(const std::vector<RobotSource>& robots) { return map(robots.empty()); }
 std::string yaml(const std::map<std::string, double>& numbers) { return map(numbers.empty()); }
-std::string yaml(const JointLimits& limits) { return map(!limits.of_all && limits.of_joint.empty()); }
+std::string yaml(const JointLimits& limits) {
+  return limits.of_all ? yaml(*limits.of_all) : map(limits.of_joint.empty());
+}
 
 std::string yaml(const scene::FileValue& value) {
   const auto* number = std::get_if<double>(&value.content);

@@ -56,6 +56,12 @@ class SplineSegment {
 
   Positions at(double time) const;
 
+  /// Positions, velocities and accelerations, with the time in seconds.
+  TrajectoryPoint stateAt(double time) const;
+
+  /// Takes the motion of these joints from a segment over the same time.
+  void follow(const SplineSegment& other, const std::vector<int>& joints);
+
   /// The motion between two times, over a time [0, 1] of its own.
   SplineSegment between(double from, double to) const;
 
