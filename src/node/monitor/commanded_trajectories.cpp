@@ -162,13 +162,14 @@ double CommandedTrajectories::secondsAt(const ros::Time& time) const {
 std::string CommandedTrajectories::take(const std::string& topic, const trajectory_msgs::JointTrajectory& message,
                                         const ros::Time& now) {
   std::shared_ptr<const Robot> robot;
-  int member = -1;
+  int member;
   {
     const Lock lock(mutex_);
+    const auto known = topics_.find(topic);
+    if (known == topics_.end()) return {};
     robot = robot_;
-    if (const auto known = topics_.find(topic); known != topics_.end()) member = known->second;
+    member = known->second;
   }
-  if (!robot) return {};
   try {
     WayPoints way = wayPointsOf(*robot, member, message);
     const Lock lock(mutex_);

@@ -488,7 +488,10 @@ TEST_F(Commanded, ThreadsMayCommandAndLoadRobotsDuringCycles) {
     });
   }
   threads.emplace_back([&] {
-    while (goes_on) commands_.follow(robot_, {{"/arm", 0}});
+    for (const auto again = std::make_shared<const Robot>(kSliders, "", config_); goes_on;) {
+      commands_.follow(again, {{"/arm", 0}});
+      commands_.follow(robot_, {{"/arm", 0}, {"/gripper", 0}});
+    }
   });
   int along = 0;
   for (int i = 0; i < 2000; ++i) along += !ahead(0.0, {-1.0, 0.0, 0.5}).status.message.empty();

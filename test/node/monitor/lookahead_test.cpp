@@ -4,13 +4,67 @@
 #include "node/joint_states.h"
 #include "node/limited_robot.h"
 #include "node/settings.h"
+#include "node/ticker.h"
 
+#include <trajectory_msgs/JointTrajectory.h>
+
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <optional>
 
 // The robot of gantry.urdf stands at (0.9, 0, 0), 0.7 m from the base, and says that it moves. The stop distance is 0.1
 // m.
+
+namespace proximity_server::node::lookahead_test {
+
+/// A control_msgs/FollowJointTrajectoryActionGoal without tolerances.
+struct ActionGoal {
+  std_msgs::Header header;
+  ros::Time stamp;
+  std::string id;
+  trajectory_msgs::JointTrajectory trajectory;
+  std::uint32_t path_tolerances = 0, goal_tolerances = 0;
+  ros::Duration goal_time_tolerance;
+};
+
+}  // namespace proximity_server::node::lookahead_test
+
+namespace ros::message_traits {
+using proximity_server::node::lookahead_test::ActionGoal;
+template <>
+struct MD5Sum<ActionGoal> {
+  static const char* value() { return "cff5c1d533bf2f82dd0138d57f4304bb"; }
+  static const char* value(const ActionGoal&) { return value(); }
+};
+template <>
+struct DataType<ActionGoal> {
+  static const char* value() { return "control_msgs/FollowJointTrajectoryActionGoal"; }
+  static const char* value(const ActionGoal&) { return value(); }
+};
+template <>
+struct Definition<ActionGoal> {
+  static const char* value() { return "Header header"; }
+  static const char* value(const ActionGoal&) { return value(); }
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization {
+template <>
+struct Serializer<message_traits::ActionGoal> {
+  template <typename Stream, typename Goal>
+  static void allInOne(Stream& stream, Goal goal) {
+    stream.next(goal.header);
+    stream.next(goal.stamp);
+    stream.next(goal.id);
+    stream.next(goal.trajectory);
+    stream.next(goal.path_tolerances);
+    stream.next(goal.goal_tolerances);
+    stream.next(goal.goal_time_tolerance);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
+}  // namespace ros::serialization
 
 namespace proximity_server::node::lookahead_test {
 
@@ -129,6 +183,52 @@ TEST_F(LookaheadOfTheMonitor, IsOffUntilItIsAskedFor) {
   const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state == Lookahead::CONTACT; });
   ASSERT_TRUE(on);
   EXPECT_NEAR(on->lookahead.time_to_contact, 1.36, 1e-5);  // the stop distance is 0.02
+}
+
+/// The robot stands still, and gets a trajectory that leads to the stop distance.
+class LookaheadAlongTrajectories : public LookaheadOfTheMonitor {
+ protected:
+  void SetUp() override {
+    LookaheadOfTheMonitor::SetUp();
+    joint_states_.hold(slidingAt(0.0));
+    ASSERT_TRUE(withState(Lookahead::FREE));
+    trajectory_.joint_names = {"x_axis"};
+    trajectory_.points.resize(1);
+    trajectory_.points[0].time_from_start = ros::Duration(2.0);
+    trajectory_.points[0].positions = {0.2};
+  }
+
+  /// Sends the message every 0.1 s until the node follows it, and then no more.
+  template <class Message>
+  void expectFollowed(const std::string& topic, const Message& message) {
+    ros::Publisher publisher = ros::NodeHandle().advertise<Message>(topic, 1);
+    Ticker ticker(ros::NodeHandle(), 10.0, [&] { publisher.publish(message); });
+    ticker.start();
+    const auto contact = withState(Lookahead::CONTACT);
+    ticker.stop();
+    ASSERT_TRUE(contact);
+    EXPECT_EQ(contact->status.message.find("along the trajectory of " + topic), 0U) << contact->status.message;
+    EXPECT_NEAR(contact->time_to_contact, 2.0 * 0.6 / 0.7, 0.2);
+    const auto off = next([](const Lookahead& lookahead) {
+      return lookahead.status.message.find("joint 'x_axis' is ") == 0 && lookahead.state == Lookahead::FREE;
+    });
+    ASSERT_TRUE(off);
+    EXPECT_NE(off->status.message.find(" m off the trajectory of " + topic), std::string::npos) << off->status.message;
+    const auto velocities = next([](const Lookahead& lookahead) { return lookahead.status.message.empty(); });
+    EXPECT_TRUE(velocities) << "the trajectory is over";
+  }
+
+  trajectory_msgs::JointTrajectory trajectory_;
+};
+
+TEST_F(LookaheadAlongTrajectories, FollowsTheCommandsOfAController) {
+  expectFollowed("/arm_controller/command", trajectory_);
+}
+
+TEST_F(LookaheadAlongTrajectories, FollowsTheGoalsOfAnAction) {
+  ActionGoal goal;
+  goal.trajectory = trajectory_;
+  expectFollowed("/arm_controller/follow_joint_trajectory/goal", goal);
 }
 
 // followers.urdf: with "lead" at x the ball is at (x, 0, 0) and the shadow at (0, 2 x + 0.5, 0); its joint follows.

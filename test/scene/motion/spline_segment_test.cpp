@@ -83,6 +83,36 @@ TEST(SplineSegment, IsThePolynomialOfWhatBothPointsHave) {
   }
 }
 
+TEST(SplineSegment, TellsItsStateInSeconds) {
+  Chance chance(5);
+  for (int i = 0; i < 1000; ++i) {
+    const State from = randomState(chance), to = randomState(chance);
+    const double begin = chance.between(0.0, 5.0);
+    const TrajectoryPoint first = pointAt(begin, from), last = pointAt(begin + chance.between(0.1, 2.0), to);
+    const long double duration = static_cast<long double>(last.time) - first.time;
+    const Powers p = quinticOf(from, to, duration);
+    for (const double time : {0.0, 0.37, 1.0}) {
+      const TrajectoryPoint state = SplineSegment(free(), first, last).stateAt(time);
+      const long double t = time * duration;
+      const long double velocity = p.c1 + t * (2 * p.c2 + t * (3 * p.c3 + t * (4 * p.c4 + t * 5 * p.c5)));
+      const long double acceleration = 2 * p.c2 + t * (6 * p.c3 + t * (12 * p.c4 + t * 20 * p.c5));
+      EXPECT_NEAR(state.time, static_cast<double>(first.time + t), 1e-14);
+      EXPECT_NEAR(state.positions[0], p.at(t), 1e-13);
+      EXPECT_NEAR(state.velocities[0], static_cast<double>(velocity), 1e-12);
+      EXPECT_NEAR(state.accelerations[0], static_cast<double>(acceleration), 1e-10);
+    }
+  }
+}
+
+TEST(SplineSegment, FollowsAnotherOneWithSomeJoints) {
+  const RobotModel robot = robotOf(urdfOf(link("a") + link("b") + link("c") + hinge("first", "a", "b", "0 0 1") +
+                                          hinge("second", "b", "c", "0 0 1")));
+  SplineSegment segment(robot, {0.0, {0.0, 1.0}}, {1.0, {1.0, 2.0}});
+  segment.follow(SplineSegment(robot, {0.0, {5.0, 6.0}}, {1.0, {5.0, 7.0}}), {1});
+  EXPECT_EQ(segment.at(0.0), (Positions{0.0, 6.0}));
+  EXPECT_EQ(segment.at(1.0), (Positions{1.0, 7.0}));
+}
+
 TEST(SplineSegment, StaysWithinTheDeviationOfItsChord) {
   Chance chance(2);
   double worst = 0.0;
