@@ -52,7 +52,7 @@ struct CommandedMotion {
 ///    positions of tf and the velocities of joint_states.
 /// 3. A robot follows its command with a delay. It is the one of at most kLargestDelay, to either side, at which the
 ///    positions fit best. If a joint is then farther off than its tracking error, no command is used.
-/// 4. The splines end with the last point.
+/// 4. Joints rest after their last point. When it has passed, they follow no command any more.
 class CommandedTrajectories {
  public:
   static constexpr double kLargestDelay = 0.1;  ///< [s]
@@ -71,7 +71,7 @@ class CommandedTrajectories {
   /// Takes a command. Returns why it is refused, as by the controller, which then keeps the one before; "" if it is not.
   std::string take(const std::string& topic, const trajectory_msgs::JointTrajectory& message, const ros::Time& now);
 
-  /// The motion of those of `joints` that follow commands. The poses and velocities have the status OK.
+  /// The motion of those of `joints` that follow commands; of none while a pose or velocity is not known.
   CommandedMotion lookUp(const std::vector<int>& joints, const PoseSnapshot& poses, const VelocitySnapshot& velocities,
                          const ros::Time& now);
 
