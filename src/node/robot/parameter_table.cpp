@@ -197,7 +197,7 @@ std::vector<Parameter> parameterTable(Config& config) {
       "of "
       "their actions, `/arm_controller/follow_joint_trajectory/goal`. `lookahead` then searches along the splines that "
       "the controllers drive; joints without a trajectory keep their velocities. See "
-      "[trajectories](#trajectories). []: none.");
+      "[trajectories](UNCERTAINTY.md#trajectories). []: none.");
   add("tracking_error", &config.tracking_error, {0, 10}, "rad or m", kReload,
       "For `trajectories`: how far each joint may be off its spline, besides a common delay of up to 0.1 s that the "
       "monitor finds by itself: one number for all joints, or `{elbow: 0.02}`, where the others keep the default. "
@@ -210,7 +210,7 @@ std::vector<Parameter> parameterTable(Config& config) {
   heading =
       "What is not known exactly. With one of these, each pair has a `guaranteed` distance, the levels are decided by "
       "it, and so are `~constraints` and `~collision_velocity_scale`; see "
-      "[uncertainty](#uncertainty).";
+      "[uncertainty](UNCERTAINTY.md#uncertainty).";
   add("joint_uncertainty", &config.uncertainty.joint, {}, "rad or m", kReload,
       "How far the position of each joint may be off to either side: one number for all joints, or `{elbow: 0.002}`. "
       "In this and the next four, `\"*\"` names all that a map does not name.");
