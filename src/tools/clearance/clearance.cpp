@@ -1,5 +1,7 @@
 // How close a robot is to itself and to objects in recorded or planned states, without a ROS master.
 #include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/loading/model_options.h"
+#include "proximity_server/scene/query/question.h"
 #include "tools/clearance/clearance_assertion.h"
 #include "tools/clearance/clearance_options.h"
 #include "tools/clearance/clearance_question.h"
@@ -195,6 +197,8 @@ nlohmann::ordered_json askedBy(const ClearanceOptions& options, const ClearanceQ
   nlohmann::ordered_json asked = describe(question, options.format, states, 0);
   asked.erase("pairs");
   asked["command"] = options.command;
+  asked["mesh_tolerance"] = options.robot.mesh_tolerance.value_or(scene::ModelOptions().mesh_tolerance);
+  asked["tolerance"] = options.rows == RowKind::State ? scene::Question().tolerance : question.motion.tolerance;
   asked["files"] = nlohmann::ordered_json::array();
   for (const auto& [name, text] : {std::pair{"URDF", options.robot.urdf},
                                    {"SRDF", options.robot.srdf},

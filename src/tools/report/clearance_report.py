@@ -307,6 +307,7 @@ def checked(facts):
             ("states", text(asked["states"]["identity"] or "standard input") + f"; {len(array(facts, 'lower'))} "
              + ("states" if facts["rows"] == "state" else "segments, with all that lies between their way points")),
             ("pairs", f"{len(facts['pairs'])} checked" + ("" if question["filter"] else ", without the filter")),
+            ("tolerances", f"pieces {mm(asked['mesh_tolerance'])} mm from their meshes; distances {1e3 * asked['tolerance']:.1g} mm"),
             ("padding", f"links none, objects at most {mm(settings['padding_of_objects'])} mm")]
     for name, key in (("joint uncertainty", "is_uncertain"), ("tracking error", "has_tracking_error")):
         if not settings[key]:

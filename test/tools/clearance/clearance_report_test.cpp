@@ -257,6 +257,7 @@ TEST_F(ClearanceReportTest, TellsWhatWasAskedAndHow) {
 assert "--no-filter --assert-above 1.5 --report " + sys.argv[1] in words("The command"), words("The command")
 assert "not proven to be above 1.5 m" in " ".join(text(element) for element in body)
 assert table("What was checked")["robot"] == ["two sliders"]
+assert table("What was checked")["tolerances"] == ["pieces 5.000 mm from their meshes; distances 1e-06 mm"]
 assert table("Geometry")["ball"] == ["sphere, radius 0.25", "exact", "1", "0.000", "0.000"]
 )py");
 }
