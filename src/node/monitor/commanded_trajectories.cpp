@@ -353,7 +353,7 @@ CommandedMotion CommandedTrajectories::motionFrom(const Present& present) const 
   CommandedMotion motion;
   for (const Driven& driven : driven_)
     if (driven.stray_joint >= 0) return {{}, {}, {}, textOfStray(driven)};
-  motion.positions.assign(present.positions.size(), 0.0);
+  for (const std::optional<double>& position : present.positions) motion.positions.push_back(position.value_or(0.0));
   motion.tracking_error.assign(present.positions.size(), 0.0);
   std::ostringstream text;
   text << std::setprecision(3);

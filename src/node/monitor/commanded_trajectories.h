@@ -38,7 +38,7 @@ struct FollowedSplines {
 /// What the robot does after the stamp of its poses, as far as commands tell.
 struct CommandedMotion {
   std::vector<FollowedSplines> followed;  ///< empty: every joint keeps its velocity
-  scene::Positions positions;             ///< [rad] or [m] of all joints at the stamp; 0 for those that follow nothing
+  scene::Positions positions;             ///< [rad] or [m] of all joints at the stamp; 0 if a position is not known
   std::vector<double> tracking_error;     ///< [rad] or [m] of all joints
   std::string text;                       ///< for which motion the answer is, or why the commands are not used
 };

@@ -64,10 +64,10 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
 
 /// Tells that moving objects are assumed to rest, unless it is known that they do, and which inequality the motion
 /// breaks.
-std::string assumptionOf(const LookaheadStart& start, const TimedMotion& motion) {
-  if (start.frame_poses.may_move.empty()) return motion.broken;
+std::string assumptionOf(const LookaheadStart& start, const std::string& broken) {
+  if (start.frame_poses.may_move.empty()) return broken;
   return "objects in frame '" + start.frames.names[start.frame_poses.may_move.front()] +
-         "' are taken to rest where they are" + (motion.broken.empty() ? "" : "; ") + motion.broken;
+         "' are taken to rest where they are" + (broken.empty() ? "" : "; ") + broken;
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, const MonitorSettings& settings) {
@@ -143,6 +143,14 @@ std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const Comman
   return segments;
 }
 
+/// Tells which inequality a segment breaks, and when; "" for none.
+std::string brokenText(const scene::SplineSegment& segment, const scene::RobotModel& robot) {
+  const auto broken = segment.brokenInequalities(robot);
+  if (broken.empty()) return {};
+  const double time = segment.begin() + broken.front().time * (segment.end() - segment.begin());
+  return "after " + system::secondsText(time) + " " + broken.front().inequality->brokenText(broken.front().excess);
+}
+
 /// The poses along splines, from those at the start and the positions there.
 SplineMotion motionAlong(const CommandedMotion& commanded, const Robot& robot, const LookaheadStart& start) {
   const auto posesAt = [&](const scene::Positions& positions) {
@@ -201,7 +209,7 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, *motion);
   result.status = statusOf(found.status, question);
-  if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start, *motion);
+  if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start, motion->broken);
   result.time_free = motion->timeAt(found.t_free);
   if (found.contact) {
     result.state = Lookahead::CONTACT;
@@ -224,6 +232,7 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
   const SplineMotion motion = motionAlong(commanded, robot, start);
   const scene::SplineQuestion question{questionOf(stop, settings), commanded.tracking_error, motion.frames,
                                        motion.poses};
+  std::string broken;
   for (const scene::SplineSegment& segment : segmentsAhead(robot, commanded, *others, of_others.velocities)) {
     const auto timeAt = [&](double place) {
       return place < 1.0 ? segment.begin() + place * (segment.end() - segment.begin()) : segment.end();
@@ -232,6 +241,7 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
     result.status = completeness(found.counts);
     if (result.status.code != QueryStatus::OK) return result;
     result.time_free = timeAt(found.t_free);
+    if (broken.empty()) broken = brokenText(segment, robot.robotModel());
     result.status = statusOfContact(found, result.time_free, question.motion);
     if (found.contact) {
       result.state = Lookahead::CONTACT;
@@ -244,7 +254,7 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
   assignStops(result, robot, *others);
   if (result.status.code != QueryStatus::OK) return result;
   if (result.state != Lookahead::CONTACT) result.state = Lookahead::FREE;
-  result.status.message = assumptionOf(start);
+  result.status.message = assumptionOf(start, broken);
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include "node/monitor/slider_robot.h"
 #include "node/robot/load_config.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/object_files/file_value.h"
 #include "scene/files.h"
 
 #include <gtest/gtest.h>
@@ -116,6 +117,15 @@ TEST_F(Commanded, SeesTheContactOfASplineThatOvershootsItsPoints) {
   // With the same points and no velocities the controller goes straight from one to the next.
   command(0.0, "/arm", trajectoryOf("to_middle", {{1.0, -0.7}, {2.0, -0.7}}));
   EXPECT_EQ(ahead(0.0, {-1.0, 0.0, 0.5}).state, Lookahead::FREE);
+}
+
+TEST_F(Commanded, NamesTheInequalityThatASplineBreaks) {
+  config_.joint_inequalities = scene::readYaml("- to_right - to_middle <= 1.4", "");
+  use(kSliders);
+  command(0.0, "/arm", trajectoryOf("to_middle", kOvershoot));
+  const std::string message = ahead(0.0, {-2.0, 0.0, 0.5}).status.message;
+  EXPECT_NE(message.find("after 1.5 s 'to_right - to_middle <= 1.4' is broken by 0.05"), std::string::npos) << message;
+  EXPECT_EQ(ahead(0.0, {-2.0, 0.0, 0.4}).status.message.find("broken"), std::string::npos) << "the right one rests";
 }
 
 TEST_F(Commanded, TakesQuinticsOfPointsWithAccelerations) {
