@@ -259,8 +259,9 @@ CommandedSplines CommandedTrajectories::splinesOf(const Command& command, const 
   scene::TrajectoryPoint start = continues ? before->splines->stateAt(begin) : presentState(command, present, begin);
   CommandedSplines splines{command.topic, {}};
   if (continues) {
+    const double earliest = begin - kLargestDelay - robot_->config().max_tf_age;
     for (const scene::SplineSegment& segment : before->splines->segments) {
-      if (segment.end() < begin - 1.0 || segment.begin() > begin - kResolutionOfTime) continue;
+      if (segment.end() < earliest || segment.begin() > begin - kResolutionOfTime) continue;
       const double part = (begin - segment.begin()) / (segment.end() - segment.begin());
       splines.segments.push_back(part < 1.0 ? segment.between(0.0, part) : segment);
     }
