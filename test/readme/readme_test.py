@@ -314,6 +314,15 @@ class Document(unittest.TestCase):
         self.assertIn("success: True", printed)
         self.shell.run(" && ".join(f"rosparam delete /proximity_server/{name}" for name in names) + f" && {reload}")
 
+    def inequalities_of_icub(self, text):
+        """Become a file for that robot, if it is there."""
+        robot = EXAMPLE_ROBOTS / "robots" / "icub_description" / "robots" / "icub.urdf"
+        file = self.folder / "cables.yaml"
+        file.write_text(text + "\n")
+        if robot.exists():
+            self.shell.run(f"build/devel/lib/proximity_server/clearance {robot} --joint-inequalities {file} --sample 100 --quiet")
+        file.unlink()
+
     def rostest(self, text):
         printed = self.shell.run(text)
         self.assertIn("[my_robot.rosunit-robot_keeps_clear/test_minimum][passed]", printed)
@@ -460,7 +469,7 @@ def commands_of_all():
 def documents():
     """Every document in Markdown, but those of which others are made."""
     return readmes() + tutorials() + sorted(
-        path for path in SOURCE.glob("**/[A-Z]*.md") if path.name != "README.md" and ".template" not in path.name
+        path for path in set(SOURCE.glob("**/[A-Z]*.md")) - set(readmes()) if ".template" not in path.name
         and path.relative_to(SOURCE).parts[0] != "build")
 
 
@@ -469,9 +478,12 @@ def tutorials():
 
 
 def readmes():
-    """Every README.md of the repository, the top one first; the blocks run in this order."""
+    """Every README.md of the repository, the top one first, and the page about uncertainties; their blocks run in this
+    order.
+    """
     return sorted(SOURCE.glob("README.md")) + sorted(
-        path for path in SOURCE.glob("*/**/README.md") if path.relative_to(SOURCE).parts[0] != "build")
+        path for name in ("README.md", "UNCERTAINTY.md") for path in SOURCE.glob(f"*/**/{name}")
+        if path.relative_to(SOURCE).parts[0] != "build")
 
 
 def anchors(path):
@@ -529,7 +541,8 @@ BLOCKS = (
     (">>> ", Document.python_session),
     ("<launch>", Document.file_of_test),
     ("objects:", Document.file_of_objects),
-    (("pair_stop_distance:", "joint_uncertainty:"), Document.parameters),
+    (("pair_stop_distance:", "joint_uncertainty:", "joint_inequalities:"), Document.parameters),
+    ("- -347 deg", Document.inequalities_of_icub),
     ("rostest ", Document.rostest),
     ("cmake -S ", Document.commands),
     ("#!/usr/bin/env python3\n\"\"\"Publishes on `may_move`", Document.gate),

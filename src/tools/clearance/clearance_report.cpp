@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 constexpr int kDirections = 48;     // of an outline: a circle is drawn within 0.3 % of its radius
 constexpr double kNoAnswer = -1.0;  // in place of a level
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 /// The outlines of a convex piece, seen along z, y and x.
 Json outlinesOf(const PlacedPiece& placed) {
@@ -137,8 +137,8 @@ void ClearanceReport::add(const StateClearance& answer) {
     distance = std::min(distance, pair.result.distance);
     lower = std::min(lower, pair.result.lower_bound);
   }
-  curves_["distance"].push_back(level < 0.0 ? kUnknown : distance);
-  curves_["lower"].push_back(level < 0.0 ? kUnknown : lower);
+  curves_["distance"].push_back(level < 0.0 ? kNoNumber : distance);
+  curves_["lower"].push_back(level < 0.0 ? kNoNumber : lower);
   curves_["level"].push_back(level);
 }
 
@@ -154,7 +154,7 @@ void ClearanceReport::add(const SegmentClearance& answer) {
     });
   }
   const scene::RobotTimeOfContact& contact = answer.contact;
-  const double undecided = contact.status == narrowphase::Status::Converged ? 0.0 : kUnknown;
+  const double undecided = contact.status == narrowphase::Status::Converged ? 0.0 : kNoNumber;
   for (const auto& [name, value] : {std::pair{"begin", segment.begin},
                                     {"end", segment.end},
                                     {"time", segment.timeAt(answer.minimum.time)},

@@ -130,6 +130,34 @@ TEST_F(ModelCheck, MeasuresHowFarTheVisualReachesOutOfTheCollisionGeometry) {
   expectFinding(parts, "warning: visual: b: its visual geometry reaches 30 mm out of its collision geometry");
 }
 
+TEST_F(ModelCheck, MeasuresHowFarPiecesReachOutOfTheirMesh) {
+  std::string l_shape;  // six corners below and above; each face is a fan about the first corner, which sees all others
+  for (const char* z : {" 0", " 0.1"})
+    for (const char* corner : {"0 0", "0.2 0", "0.2 0.1", "0.1 0.1", "0.1 0.2", "0 0.2"})
+      l_shape += "v " + std::string(corner) + z + "\n";
+  const auto face = [&](int a, int b, int c) {
+    l_shape += "f " + std::to_string(a) + " " + std::to_string(b) + " " + std::to_string(c) + "\n";
+  };
+  for (int i = 2; i < 6; ++i) {
+    face(1, i + 1, i);
+    face(7, i + 6, i + 7);
+  }
+  for (int i = 1; i <= 6; ++i) {
+    const int next = i % 6 + 1;
+    face(i, next, next + 6);
+    face(i, next + 6, i + 6);
+  }
+  Parts parts;
+  parts.c =
+      "<collision><geometry><mesh filename=\"file://" + files_.write("l.obj", l_shape) + "\"/></geometry></collision>";
+  const CommandResult coarse = run(parts, "--mesh-tolerance 0.2 --fail-on note");
+  EXPECT_EQ(coarse.exit_code, 2) << coarse.errors;
+  EXPECT_TRUE(says(coarse.output, "warning: pieces: c: ")) << coarse.output;
+  EXPECT_TRUE(says(coarse.output, "its convex pieces reach 50 mm out of it.")) << coarse.output;
+  const CommandResult fine = run(parts, "--mesh-tolerance 0.001 --fail-on note");
+  EXPECT_EQ(fine.exit_code, 0) << fine.output;
+}
+
 TEST_F(ModelCheck, NamesNeighboursThatMeet) {
   Parts parts;
   parts.first = joint("first", "prismatic", "a", "b", "0.1", kLimit);  // from 0.1 to 0.4

@@ -275,7 +275,8 @@ TEST_F(SweepTool, NamesOptionsThatAreWrongOrDoNotGoTogether) {
   expectError(sweep("--range 4000:5001" + out), "--range 4000:5001: " + in("s.csv") + " has the states 0:5000");
   expectError(sweep("--shard 1/4"), "--shard and --range need --out DIR");
   expectError(sweep("--shard 1/4 --range 0:5" + out), "--shard excludes --range");
-  expectError(sweep("--shard 1/4 --assert-above 0" + out), "--assert-above and --plot do not go with --shard");
+  expectError(sweep("--shard 1/4 --assert-above 0" + out),
+              "--assert-above, --plot and --report do not go with --shard");
   expectError(sweep("--shard 1/4 --trajectory" + out), "--shard excludes --trajectory");
   expectError(sweep("--shard 1/4 --summary " + in("x") + out), "--shard excludes --summary");
   expectError(sweep("--format npy"), "--format npy needs --out FILE");
