@@ -21,12 +21,15 @@ using proximity_server::node::ReplayOptions;
 
 constexpr char kHelp[] =
     "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--explain-event | --write-files DIR |\n"
-    "                                    --second-opinion LIBRARY]\n"
+    "                                    --second-opinion LIBRARY | --report FILE.html]\n"
     "  --mesh-tolerance METRES  in place of that of the record; 0: triangles\n"
     "  --explain-event          contact, or the envelope around the surfaces: each share in millimetres\n"
     "  --write-files DIR        robot, pairs, objects and states for the other tools: DIR/1, and a folder more for\n"
     "                           each change of the objects\n"
     "  --second-opinion LIBRARY fcl: what it says of the five closest pairs of each state, without padding\n"
+    "  --report FILE.html       a page about the distances in its states, and their files in FILE_files; where "
+    "objects\n"
+    "                           change, another page (FILE_2.html) begins\n"
     "A row for each cycle on standard output. Exit code 2: a level or bounds differ from the record.\n"
     "3: an answer of ours is refuted.\n";
 
@@ -48,21 +51,47 @@ int runBeside(const std::string& name, std::vector<std::string> arguments) {
   return WEXITSTATUS(status);
 }
 
+/// Calls `clearance` with the files of a record and with further arguments, and returns its exit code.
+int askClearance(const proximity_server::node::RecordFiles& files, const std::vector<std::string>& more) {
+  const std::string begin = files.folder + "/";
+  std::vector<std::string> arguments{begin + "robot.urdf",
+                                     "--srdf",
+                                     begin + "robot.srdf",
+                                     "--objects",
+                                     begin + "objects.yaml",
+                                     "--states",
+                                     begin + "states.csv",
+                                     "--mesh-tolerance",
+                                     proximity_server::scene::shortest(files.mesh_tolerance),
+                                     "--out",
+                                     "/dev/null",
+                                     "--quiet"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return runBeside("clearance", arguments);
+}
+
+/// Writes a page about each stretch of a record, beside the files that it is about. Returns the largest exit code.
+int writeReports(const ReplayOptions& options, const fs::path& page) {
+  const fs::path stem = fs::path(page).replace_extension();
+  const std::string folder = stem.string() + "_files";
+  fs::create_directory(folder);
+  int code = 0, pages = 0;
+  for (const proximity_server::node::RecordFiles& files : writeFiles(options, folder)) {
+    if (files.states == 0) continue;
+    const std::string number = ++pages > 1 ? "_" + std::to_string(pages) : "";
+    code = std::max(code, askClearance(files, {"--report", stem.string() + number + page.extension().string()}));
+  }
+  return code;
+}
+
 /// Returns the largest exit code of `clearance`.
 int askSecondOpinion(const ReplayOptions& options, const std::string& library) {
   std::string folder = (fs::temp_directory_path() / "proximity_replay_XXXXXX").string();
   if (!mkdtemp(folder.data())) throw std::runtime_error(folder + " cannot be made");
   int code = 0;
   try {
-    for (const proximity_server::node::RecordFiles& files : writeFiles(options, folder)) {
-      const std::string begin = files.folder + "/";
-      if (files.states == 0) continue;
-      code = std::max(
-          code, runBeside("clearance", {begin + "robot.urdf", "--srdf", begin + "robot.srdf", "--objects",
-                                        begin + "objects.yaml", "--states", begin + "states.csv", "--mesh-tolerance",
-                                        proximity_server::scene::shortest(files.mesh_tolerance), "--pairs", "k:5",
-                                        "--out", "/dev/null", "--quiet", "--second-opinion", library}));
-    }
+    for (const proximity_server::node::RecordFiles& files : writeFiles(options, folder))
+      if (files.states > 0) code = std::max(code, askClearance(files, {"--pairs", "k:5", "--second-opinion", library}));
   } catch (const std::exception&) {
     fs::remove_all(folder);
     throw;
@@ -74,7 +103,7 @@ int askSecondOpinion(const ReplayOptions& options, const std::string& library) {
 int run(int argc, char** argv) {
   ReplayOptions options;
   bool explains = false;
-  std::string folder, library;
+  std::string folder, library, page;
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
     const auto value = [&]() -> std::string {
@@ -91,6 +120,8 @@ int run(int argc, char** argv) {
       folder = value();
     else if (option == "--second-opinion")
       library = value();
+    else if (option == "--report")
+      page = value();
     else
       throw std::invalid_argument(option + " does not go with --replay\n" + kHelp);
   }
@@ -100,6 +131,7 @@ int run(int argc, char** argv) {
     return 0;
   }
   if (!library.empty()) return askSecondOpinion(options, library);
+  if (!page.empty()) return writeReports(options, page);
   if (explains) {
     std::cout << proximity_server::node::explainEvent(options);
     return 0;

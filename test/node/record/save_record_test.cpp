@@ -27,6 +27,12 @@ TEST(SaveRecord, WritesABagAndTellsItsName) {
   const bool has_fcl = std::system((clearance + " --help | grep -q fcl").c_str()) == 0;
   const std::string second_opinion = replay + " --second-opinion fcl --replay " + response.message;
   EXPECT_TRUE(!has_fcl || std::system(second_opinion.c_str()) == 0);
+  if (std::filesystem::exists(clearance)) {
+    const std::string report = replay + " --report /tmp/proximity_save_record/stop.html --replay " + response.message;
+    EXPECT_EQ(std::system(report.c_str()), 0);
+    EXPECT_GT(std::filesystem::file_size("/tmp/proximity_save_record/stop.html"), 10000u);
+    EXPECT_TRUE(std::filesystem::exists("/tmp/proximity_save_record/stop_files/1/robot.urdf"));
+  }
   std::filesystem::remove_all("/tmp/proximity_save_record");
   connectedGantry(1).release();
 }
