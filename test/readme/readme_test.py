@@ -320,7 +320,8 @@ class Document(unittest.TestCase):
         file = self.folder / "cables.yaml"
         file.write_text(text + "\n")
         if robot.exists():
-            self.shell.run(f"build/devel/lib/proximity_server/clearance {robot} --joint-inequalities {file} --sample 100 --quiet")
+            self.shell.run(f"ROS_PACKAGE_PATH={EXAMPLE_ROBOTS.parent} build/devel/lib/proximity_server/clearance {robot} "
+                           f"--joint-inequalities {file} --sample 100 --quiet")
         file.unlink()
 
     def rostest(self, text):
