@@ -301,14 +301,16 @@ def checked(facts):
     model, question = asked["model"], asked["question"]
     rows = [("robot", text(model["robot"]))]
     rows += [(name, code(words) + (f", hash {code(digest)}" if digest else "")) for name, words, digest in asked["files"]]
-    rows += [("version", f"{text(asked['program']['version'])}, program {code(asked['program']['digest'])}"),
-            ("model as it was loaded", f"joints {code(model['joints'])}, shapes {code(model['shapes'])}, pairs and reasons "
-                                       f"{code(model['pairs'])}"),
-            ("states", text(asked["states"]["identity"] or "standard input") + f"; {len(array(facts, 'lower'))} "
-             + ("states" if facts["rows"] == "state" else "segments, with all that lies between their way points")),
-            ("pairs", f"{len(facts['pairs'])} checked" + ("" if question["filter"] else ", without the filter")),
-            ("tolerances", f"pieces {mm(asked['mesh_tolerance'])} mm from their meshes; distances {1e3 * asked['tolerance']:.1g} mm"),
-            ("padding", f"links none, objects at most {mm(settings['padding_of_objects'])} mm")]
+    states = "states" if facts["rows"] == "state" else "segments, with all that lies between their way points"
+    rows += [
+        ("version", f"{text(asked['program']['version'])}, program {code(asked['program']['digest'])}"),
+        ("model as it was loaded", f"joints {code(model['joints'])}, shapes {code(model['shapes'])}, pairs and reasons "
+         f"{code(model['pairs'])}"),
+        ("states", text(asked["states"]["identity"] or "standard input") + f"; {len(array(facts, 'lower'))} {states}"),
+        ("pairs", f"{len(facts['pairs'])} checked" + ("" if question["filter"] else ", without the filter")),
+        ("tolerances", f"pieces {mm(asked['mesh_tolerance'])} mm from their meshes; distances {1e3 * asked['tolerance']:.1g} mm"),
+        ("padding", f"links none, objects at most {mm(settings['padding_of_objects'])} mm"),
+    ]
     for name, key in (("joint uncertainty", "is_uncertain"), ("tracking error", "has_tracking_error")):
         if not settings[key]:
             rows.append((name, "none: the states are taken to be exact"))
