@@ -35,7 +35,7 @@ struct FollowedSplines {
   double time;              ///< [s] that of the splines at the stamp of the poses
 };
 
-/// What the robot does after the stamp of its poses, as far as commands tell.
+/// The motion of the joints that follow commands, from the time of the poses on.
 struct CommandedMotion {
   std::vector<FollowedSplines> followed;  ///< empty: every joint keeps its velocity
   scene::Positions positions;             ///< [rad] or [m] of all joints at the stamp; 0 if a position is not known

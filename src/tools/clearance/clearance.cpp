@@ -191,7 +191,8 @@ struct Scripts {
   std::optional<PlotScript> plot, report;
 };
 
-/// What a report says of the question. To be asked before the run, which may outlast the files.
+/// Describes the question for a report: the robot, its files with their hashes, and the options. It reads the files, so it
+/// is called before the states are answered: later the files may have changed.
 nlohmann::ordered_json askedBy(const ClearanceOptions& options, const ClearanceQuestion& question,
                                const StateSource& states) {
   nlohmann::ordered_json asked = describe(question, options.format, states, 0);
