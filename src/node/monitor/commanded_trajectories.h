@@ -65,10 +65,10 @@ class CommandedTrajectories {
   /// Ends all subscriptions, and forgets all commands.
   void stopListening();
 
-  /// Does the same without subscriptions. `topics` have the robot whose joints they name, or -1 if there may be several.
+  /// Does the same without subscriptions. `topics` have the robot whose joints they name, or -1 for any of several.
   void follow(const std::shared_ptr<const Robot>& robot, const std::map<std::string, int>& topics);
 
-  /// Takes a command. Returns why it is refused, as by the controller, which then keeps the one before; "" if it is not.
+  /// Takes a command. Returns why it is refused, as by the controller, which keeps the one before; "" if it is not.
   std::string take(const std::string& topic, const trajectory_msgs::JointTrajectory& message, const ros::Time& now);
 
   /// The motion of those of `joints` that follow commands; of none while a pose or velocity is not known.

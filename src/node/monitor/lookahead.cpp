@@ -147,8 +147,8 @@ std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const Comman
 std::string brokenText(const scene::SplineSegment& segment, const scene::RobotModel& robot) {
   const auto broken = segment.brokenInequalities(robot);
   if (broken.empty()) return {};
-  const double time = segment.begin() + broken.front().time * (segment.end() - segment.begin());
-  return "after " + system::secondsText(time) + " " + broken.front().inequality->brokenText(broken.front().excess);
+  return "after " + system::secondsText(segment.timeAt(broken.front().time)) + " " +
+         broken.front().inequality->brokenText(broken.front().excess);
 }
 
 /// The poses along splines, from those at the start and the positions there.
@@ -234,18 +234,15 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
                                        motion.poses};
   std::string broken;
   for (const scene::SplineSegment& segment : segmentsAhead(robot, commanded, *others, of_others.velocities)) {
-    const auto timeAt = [&](double place) {
-      return place < 1.0 ? segment.begin() + place * (segment.end() - segment.begin()) : segment.end();
-    };
     const scene::SplineContact found = scene.timeOfContact(robot.candidates(), segment, question);
     result.status = completeness(found.counts);
     if (result.status.code != QueryStatus::OK) return result;
-    result.time_free = timeAt(found.t_free);
+    result.time_free = segment.timeAt(found.t_free);
     if (broken.empty()) broken = brokenText(segment, robot.robotModel());
     result.status = statusOfContact(found, result.time_free, question.motion);
     if (found.contact) {
       result.state = Lookahead::CONTACT;
-      result.time_to_contact = timeAt(found.t_contact);
+      result.time_to_contact = segment.timeAt(found.t_contact);
       result.pair_contact_distance = stop.of(found.pair.asked);
       result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.state, found.pair);
     }

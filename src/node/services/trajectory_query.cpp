@@ -207,10 +207,7 @@ class SplineSegments {
     return resting;
   }
 
-  double timeAt(std::size_t segment, double parameter) const {
-    const scene::SplineSegment& spline = splines_[segment];
-    return parameter < 1.0 ? spline.begin() + parameter * (spline.end() - spline.begin()) : spline.end();
-  }
+  double timeAt(std::size_t segment, double parameter) const { return splines_[segment].timeAt(parameter); }
 
   const Trajectory& trajectory_;
   const scene::Pairs pairs_;

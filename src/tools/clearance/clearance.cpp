@@ -191,8 +191,8 @@ struct Scripts {
   std::optional<PlotScript> plot, report;
 };
 
-/// Describes the question for a report: the robot, its files with their hashes, and the options. It reads the files, so it
-/// is called before the states are answered: later the files may have changed.
+/// Describes the question for a report: the robot, its files with their hashes, and the options. It reads the files, so
+/// it is called before the states are answered: later the files may have changed.
 nlohmann::ordered_json askedBy(const ClearanceOptions& options, const ClearanceQuestion& question,
                                const StateSource& states) {
   nlohmann::ordered_json asked = describe(question, options.format, states, 0);

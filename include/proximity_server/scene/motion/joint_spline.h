@@ -53,6 +53,8 @@ class SplineSegment {
 
   double begin() const { return begin_; }  ///< [s]
   double end() const { return end_; }      ///< [s]
+  /// [s] That of a place in [0, 1]; at 1 the end to the last bit.
+  double timeAt(double place) const { return place < 1.0 ? begin_ + place * (end_ - begin_) : end_; }
 
   Positions at(double time) const;
 
