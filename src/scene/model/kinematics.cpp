@@ -20,7 +20,8 @@ double positionIn(const std::vector<double>& positions, const RobotModel& model,
   return followedPosition(leader, positions[leader.joint]);
 }
 
-/// Source: Rodrigues, Des lois geometriques qui regissent les deplacements d'un systeme solide, 1840.
+}  // namespace
+
 Matrix3d rotationAbout(const Vector3d& axis, double angle) {
   const auto [sine, cosine] = narrowphase::sineAndCosine(angle);
   const Vector3d s = sine * axis;
@@ -28,8 +29,6 @@ Matrix3d rotationAbout(const Vector3d& axis, double angle) {
   turned << cosine, -s.z(), s.y(), s.z(), cosine, -s.x(), -s.y(), s.x(), cosine;
   return turned + ((1.0 - cosine) * axis) * axis.transpose();
 }
-
-}  // namespace
 
 Isometry3d jointMotion(const Joint& joint, double position) {
   switch (joint.type) {

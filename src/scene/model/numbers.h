@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,5 +16,11 @@ inline float roundedUp(double value) {
                                               : nearest;
 }
 inline float roundedDown(double value) { return -roundedUp(-value); }
+
+/// Half the width of an interval, from its middle, which is computed, to either end; rounded up.
+inline double halfWidth(double lower, double upper) {
+  const double middle = 0.5 * (lower + upper);
+  return std::nextafter(std::max(upper - middle, middle - lower), kInfinity);
+}
 
 }  // namespace proximity_server::scene

@@ -9,16 +9,6 @@
 #include <utility>
 
 namespace proximity_server::scene {
-namespace {
-
-/// Half the width of an interval, from its middle to either end, rounded up.
-double halfOf(double lower, double upper) {
-  const double middle = 0.5 * (lower + upper);
-  return std::nextafter(std::max(upper - middle, middle - lower), kInfinity);
-}
-
-}  // namespace
-
 BoxMeasures::BoxMeasures(const std::shared_ptr<const SceneModel>& model, std::shared_ptr<const Objects> objects)
     : model_(model),
       objects_(std::move(objects)),
@@ -27,6 +17,7 @@ BoxMeasures::BoxMeasures(const std::shared_ptr<const SceneModel>& model, std::sh
       travel_(model),
       columns_(travel_.degreesOfFreedom()),
       weights_(columns_.size()) {
+  bounds_.divideInto(0);
   if (!objects_) return;
   bounds_.use(objects_, carriersOnLinks(*objects_));
   travel_.use(objects_, carriersOnLinks(*objects_));
@@ -130,7 +121,8 @@ void BoxSearch::placeAtCentre(const Box& box) {
 Uncertainty BoxSearch::halfWidths(const Box& box) const {
   Uncertainty uncertainty(model_.robot);
   for (std::size_t i = 0; i < whole_.joints.size(); ++i)
-    if (box.lower[i] < box.upper[i]) uncertainty.positions[whole_.joints[i].joint] = halfOf(box.lower[i], box.upper[i]);
+    if (box.lower[i] < box.upper[i])
+      uncertainty.positions[whole_.joints[i].joint] = halfWidth(box.lower[i], box.upper[i]);
   return uncertainty;
 }
 
@@ -162,7 +154,7 @@ void BoxSearch::tryCorners(const PairProximity& found, BoxMeasures& measures) {
 bool BoxSearch::isInContact(const Box& box, double upper_bound, const BoxMeasures& measures) const {
   double travel = whole_.rounding;
   for (std::size_t i = 0; i < whole_.joints.size(); ++i)
-    travel += measures.travelOf(whole_.joints[i].joint) * halfOf(box.lower[i], box.upper[i]);
+    travel += measures.travelOf(whole_.joints[i].joint) * halfWidth(box.lower[i], box.upper[i]);
   return upper_bound + travel * (1.0 + 64.0 * std::numeric_limits<double>::epsilon()) <= contact();
 }
 

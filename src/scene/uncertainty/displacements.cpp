@@ -2,6 +2,7 @@
 
 #include "proximity_server/narrowphase/angle.h"
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/numbers.h"
 
 #include <algorithm>
@@ -82,6 +83,16 @@ void visitCorners(const Shape& shape, const Vector3d& n, const Visit& visit) {
 }
 
 }  // namespace
+
+void Displacement::displaceAfter(Eigen::Isometry3d& motion, double position) const {
+  if (kind == Kind::Slide) {
+    motion.translation() += position * (motion.linear() * axis);
+    return;
+  }
+  const Vector3d fixed = motion * origin;
+  motion.linear() = motion.linear() * rotationAbout(axis, position);
+  motion.translation() = fixed - motion.linear() * origin;
+}
 
 void Displacements::begin(const Bounds& bounds, const Eigen::Isometry3d& body) {
   bounds_ = &bounds;

@@ -28,6 +28,9 @@ struct Displacement {
   double multiplier = 1.0;
 
   bool turns() const { return kind == Kind::Turn || kind == Kind::Tilt; }
+
+  /// Turns or slides, by a position [rad] or [m], what `motion` moves after it.
+  void displaceAfter(Eigen::Isometry3d& motion, double position) const;
 };
 
 /// A bound of where the points of a shape can be, over a box of displacements: lower bounds of their coordinates along

@@ -31,6 +31,7 @@ GuaranteedDistances::GuaranteedDistances(GuaranteedDistances&&) noexcept = defau
 GuaranteedDistances& GuaranteedDistances::operator=(GuaranteedDistances&&) noexcept = default;
 
 void GuaranteedDistances::assume(const Uncertainty& uncertainty) { bounds_->assume(uncertainty); }
+void GuaranteedDistances::divideInto(int most_parts) { bounds_->divideInto(most_parts); }
 const Uncertainty& GuaranteedDistances::uncertainty() const { return bounds_->uncertainty(); }
 
 void GuaranteedDistances::use(std::shared_ptr<const Objects> objects) { bounds_->use(std::move(objects)); }

@@ -26,13 +26,6 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kTiny = std::numeric_limits<double>::min();
 
-RelativePose relative(const Isometry3d& a, const Isometry3d& b) {
-  RelativePose a_T_b;
-  a_T_b.rotation.noalias() = a.linear().transpose() * b.linear();
-  a_T_b.translation.noalias() = a.linear().transpose() * (b.translation() - a.translation());
-  return a_T_b;
-}
-
 void addFrame(const PoseUncertainty& frame, int place, const Vector3d& origin, std::vector<Displacement>& chain) {
   if (frame.angle > 0.0) chain.push_back({Displacement::Kind::Tilt, place, frame.angle, origin});
   if (frame.translation > 0.0) chain.push_back({Displacement::Kind::Shift, place, frame.translation, origin});
@@ -84,14 +77,6 @@ double reachOf(const Piece& piece, const Vector3d& direction) {
          direction.dot(piece.body_T_piece.translation());
 }
 
-/// The motion that turns by a rotation vector about a point, and then shifts.
-Isometry3d movedFrame(const Vector3d& shift, const Vector3d& turn, const Vector3d& origin) {
-  Isometry3d motion(Eigen::Translation3d(origin + shift));
-  const double angle = turn.norm();
-  if (angle > 0.0) motion.rotate(Eigen::AngleAxisd(angle, turn / angle));
-  return motion * Eigen::Translation3d(-origin);
-}
-
 }  // namespace
 
 PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
@@ -101,6 +86,7 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
       uncertainty_(model->robot),
       places_(model->robot.bodies.size()),
       chains_(kFrames, Chains(static_cast<int>(model->robot.joints.size()))),
+      column_of_(model->robot.joints.size(), kNoColumn),
       moved_(model->robot.bodies.size() + 2),
       closing_(model->robot.joints.size()),
       reach_(model->robot.bodies.size()) {
@@ -287,12 +273,17 @@ bool PairBounds::begin(const ShapeRefPair& pair) {
   if (is_exchanged_) std::swap(a_, b_);
   padding_ = paddings_.of(pair);
   swelling_ = swellingOf(pair.a) + swellingOf(pair.b);
-  a_T_b_ = relative(a_.pose, b_.pose);
-  for (Chains& chains : chains_) chains.is_placed = false;
   // A half-space has no farthest point: its frame is the only one in which all ways are bounded.
   frame_ = b_.part.isUnbounded() ? kOfB : kCommon;
-  place(frame_);
+  placeSides();
   return true;
+}
+
+/// Takes the poses of the two.
+void PairBounds::placeSides() {
+  a_T_b_ = relative(a_.pose, b_.pose);
+  for (Chains& chains : chains_) chains.is_placed = false;
+  place(frame_);
 }
 
 /// Finds what displaces the two as seen from one of the frames.
@@ -399,6 +390,7 @@ double PairBounds::boundOf(const PairProximity& pair, double enough) {
   }
   if (!begin(pair.asked)) return std::numeric_limits<double>::quiet_NaN();
   deciding_.leaves = {};
+  nearest_state_.clear();
   loss_ = lossOf(chains_[frame_].of_a.travel() + chains_[frame_].of_b.travel() + swelling_, known.lower_bound);
   if (loss_ == 0.0) return known.lower_bound;
   const double cheap = known.lower_bound - loss_;
@@ -407,9 +399,13 @@ double PairBounds::boundOf(const PairProximity& pair, double enough) {
   // Where surfaces may meet, one shape may also be inside of the other.
   constexpr double kApart = 1e-9;  // [m]
   const double apart = hasInterior() ? kApart - surfaces() : -kInfinity;
-  const Known closest = knownOf(known);
-  double bound = ofAllPieces(closest, std::min(known.lower_bound, std::max(enough, apart)));
+  enough = std::min(known.lower_bound, std::max(enough, apart));
+  constexpr double kLittle = 3e-4;  // [m]
+  Known closest{is_exchanged_ ? Vector3d(-known.normal) : known.normal, known.lower_bound, cheap, kLittle};
+  findGaps(closest);
+  double bound = ofAllPieces(closest, enough);
   if (deciding_.leaves.areLeaves()) likely_ = {pair.asked, deciding_.leaves};
+  bound = divided(bound, closest, enough);
   if (bound < apart) bound = std::min(bound, ofInteriors(closest));
   return std::max(cheap, bound);
 }
@@ -434,7 +430,7 @@ PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& norm
 
 /// Tries the other frames, unless they cannot help: only one of the two is displaced, and the closest points lose about
 /// as much in each of them. Then it turns the normal, see turn().
-void PairBounds::improve(Along& best, double enough) {
+void PairBounds::improve(Along& best, double enough, double little) {
   constexpr double kMuchMore = 1.05;
   if (b_.part.isUnbounded()) return;
   const bool are_both_displaced = !a_.chain.empty() && !b_.chain.empty();
@@ -444,17 +440,17 @@ void PairBounds::improve(Along& best, double enough) {
       if (other.bound > best.bound) best = other;
     }
   }
-  turn(best, enough);
+  turn(best, enough, little);
 }
 
 /// Turns the normal so that the bound becomes larger. To first order the bound is the support height of a convex set,
 /// all differences of displaced points of the cores, and the best normal points to the point of this set that is the
-/// nearest to the origin. As in GJK, that of the support points so far gives the next normal.
-void PairBounds::turn(Along& best, double enough) {
+/// nearest to the origin. As in GJK, that of the support points so far gives the next normal. `little` [m] is not worth
+/// the steps.
+void PairBounds::turn(Along& best, double enough, double little) {
   constexpr int kMostSteps = 6;
-  constexpr double kMuch = 0.05;    // of the loss
-  constexpr double kLittle = 3e-4;  // [m] not worth the steps
-  if (best.present - best.bound <= kLittle) return;
+  constexpr double kMuch = 0.05;  // of the loss
+  if (best.present - best.bound <= little) return;
   const LeafPair leaves = best.where.leaves;
   const double margins =
       padding_ + Leaf(a_.part, leaves.a).piece.shape.margin() + Leaf(b_.part, leaves.b).piece.shape.margin();
@@ -469,26 +465,24 @@ void PairBounds::turn(Along& best, double enough) {
     lowest = std::max(lowest, where.normal.dot(points[i + 1]));
     const Vector3d nearest = nearestToOrigin(points.data(), i + 2);
     const double length = nearest.norm();
-    if (!(length - lowest > std::max(kLittle, kMuch * (best.present - best.bound)))) return;
+    if (!(length - lowest > std::max(little, kMuch * (best.present - best.bound)))) return;
     last = along(leaves, nearest / length, last.frame);
     if (last.bound > best.bound) best = last;
   }
 }
 
-/// Takes the closest pieces of the pair now, and what their normal excludes.
-PairBounds::Known PairBounds::knownOf(const SignedDistance& result) {
-  Known known{is_exchanged_ ? Vector3d(-result.normal) : result.normal, result.lower_bound};
-  if (!known.hasNormal()) return known;
+/// Finds what the normal excludes.
+void PairBounds::findGaps(Known& known) {
+  if (!known.hasNormal()) return;
   known.in_a = a_.pose.linear().transpose() * known.normal;
   known.in_b = b_.pose.linear().transpose() * known.normal;
   known.between = (b_.pose.translation() - a_.pose.translation()).dot(known.normal) -
                   PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b_) - padding_;
   known.loss = kInfinity;
-  if (a_.part.whole().isLeaf() && b_.part.whole().isLeaf()) return known;
+  if (a_.part.whole().isLeaf() && b_.part.whole().isLeaf()) return;
   Chains& chains = chains_[frame_];
   known.loss = chains.of_a.largestLoss(-known.normal) + chains.of_b.largestLoss(known.normal) +
                chains.of_a.remainder(-known.normal) + chains.of_b.remainder(known.normal) + swelling_;
-  return known;
 }
 
 /// [m] A lower bound of how far two volumes are apart along the normal now.
@@ -531,8 +525,7 @@ double PairBounds::ofVolumes(const PartPair& volumes, const Known& known, double
 /// Lowers the bound of all pieces to that of the pieces of two volumes, which have the bound `own`. After kMostVisits
 /// the bounds of what is left are taken as they are.
 void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest) {
-  // Below the second one the bound of the whole is the better one.
-  if (own >= lowest || lowest <= known.lower_bound - loss_) return;
+  if (own >= lowest || lowest <= known.enough_below) return;
   const Volume &a = a_.part[volumes.a], &b = b_.part[volumes.b];
   if (a.isLeaf() && b.isLeaf()) {
     const LeafPair leaves{volumes.a, volumes.b};
@@ -595,7 +588,7 @@ void PairBounds::boundPieces(const LeafPair& leaves, const Known& known, double&
   if (known.hasNormal()) best = along(leaves, known.normal, frame_);
   if (best.bound >= lowest) return;
   const double present = best.present;
-  if (known.hasNormal()) improve(best, lowest);
+  if (known.hasNormal()) improve(best, lowest, known.little);
   if (best.bound >= lowest) return;
   // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
   constexpr double kAsClose = 1e-9;
@@ -604,7 +597,7 @@ void PairBounds::boundPieces(const LeafPair& leaves, const Known& known, double&
     if (own.lower_bound - loss_ >= lowest) return;
     if (own.normal.allFinite()) {
       Along along_own = along(leaves, a_.pose.linear() * own.normal, frame_);
-      improve(along_own, lowest);
+      improve(along_own, lowest, known.little);
       if (along_own.bound > best.bound) best = along_own;
     }
     best.bound = std::max(best.bound, own.lower_bound - loss_);
@@ -649,186 +642,6 @@ SignedDistance PairBounds::measured(const LeafPair& leaves, const RelativePose& 
   }
   narrowphase::WarmStart cold;
   return padded(PlacedRobot::distanceInBodyA(a, Leaf(b_.part, leaves.b), a_T_b, options, cold), padding_);
-}
-
-// --- states
-
-/// Sets one displacement so that the point of the shape moves along the unit vector `towards` as far as it can.
-void PairBounds::displace(const Displacement& own, const Vector3d& point, const Vector3d& towards) {
-  Moved& place = moved_[own.place];
-  switch (own.kind) {
-    case Displacement::Kind::Turn:
-      closing_[own.group] += own.multiplier * towards.dot(own.axis.cross(point - own.origin));
-      return;
-    case Displacement::Kind::Slide:
-      closing_[own.group] += own.multiplier * towards.dot(own.axis);
-      return;
-    case Displacement::Kind::Tilt:
-      place.turn = own.width * (point - own.origin).cross(towards).normalized();
-      place.origin = own.origin;
-      return;
-    case Displacement::Kind::Shift:
-      place.shift = own.width * towards;
-      return;
-  }
-}
-
-void PairBounds::bringTogether(const Deciding& where) {
-  std::fill(closing_.begin(), closing_.end(), 0.0);
-  std::fill(moved_.begin(), moved_.end(), Moved());
-  for (const Displacement& own : a_.chain) displace(own, where.point_a, where.normal);
-  for (const Displacement& own : b_.chain) displace(own, where.point_b, -where.normal);
-  for (std::size_t i = 0; i < joints_.robot().bodies.size(); ++i) {
-    const int joint = joints_.robot().bodies[i].joint;
-    if (joint < 0) continue;
-    const Joint::Mimic& leader = leaders_[joint];
-    if (closing_[leader.joint] != 0.0)
-      moved_[i].position =
-          leader.multiplier * std::copysign(uncertainty_.positions[leader.joint], closing_[leader.joint]);
-  }
-}
-
-/// Makes the state of all displacements.
-void PairBounds::placeDisplaced(const ShapeRefPair& pair) {
-  const RobotModel& robot = joints_.robot();
-  const auto onParent = [&](int parent, const Moved& own) {
-    const Isometry3d frame = movedFrame(own.shift, own.turn, own.origin);
-    return parent < 0 ? frame : moved_[parent].displacement * frame;
-  };
-  reached_.displacements.assign(robot.joints.size(), 0.0);
-  reached_.poses.resize(robot.bodies.size());
-  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
-    Moved& own = moved_[i];
-    const Body& body = robot.bodies[i];
-    own.displacement = onParent(body.parent, own);
-    if (body.joint >= 0) reached_.displacements[body.joint] = own.position;
-    if (own.position != 0.0 && joints_.poses()[i]) {
-      const UnitTwist twist = joints_.twistOf(static_cast<int>(i));
-      own.displacement =
-          own.displacement * movedFrame(own.position * twist.linear, own.position * twist.angular, twist.origin);
-    }
-    reached_.poses[i] = joints_.poses()[i];
-    if (reached_.poses[i]) reached_.poses[i] = own.displacement * *reached_.poses[i];
-  }
-  const auto displacementOf = [&](const ShapeRef& ref, const Moved& object) {
-    const int body = joints_.bodyOf(ref);
-    return ref.isObject() ? onParent(body, object) : moved_[body].displacement;
-  };
-  reached_.displacement_a = displacementOf(pair.a, moved_[robot.bodies.size()]);
-  reached_.displacement_b = displacementOf(pair.b, moved_[robot.bodies.size() + 1]);
-}
-
-const ReachedState* PairBounds::reached(const PairProximity& pair, double threshold) {
-  if (pair.result.status == narrowphase::Status::Unknown || !(boundOf(pair, kInfinity) < threshold)) return nullptr;
-  std::fill(moved_.begin(), moved_.end(), Moved());
-  if (pair.result.upper_bound - swelling_ < threshold) {
-    placeDisplaced(pair.asked);
-    reached_.upper_bound = pair.result.upper_bound - swelling_;
-    return &reached_;
-  }
-  Deciding where = deciding_;
-  constexpr int kTries = 4;
-  for (int i = 0; i < kTries && where.leaves.a >= 0 && where.normal.allFinite(); ++i) {
-    bringTogether(where);
-    placeDisplaced(pair.asked);
-    Isometry3d pose_a = reached_.displacement_a, pose_b = reached_.displacement_b;
-    if (is_exchanged_) std::swap(pose_a, pose_b);
-    pose_a = pose_a * a_.pose;
-    const RelativePose a_T_b = relative(pose_a, pose_b * b_.pose);
-    const SignedDistance result = measured(where.leaves, a_T_b, kInfinity);
-    reached_.upper_bound = result.upper_bound - swelling_;
-    if (reached_.upper_bound < threshold) return &reached_;
-    if (!result.has_points) return nullptr;
-    // The next state brings together what is closest in this one.
-    where.normal = pose_a.linear() * result.normal;
-    where.point_a = a_.pose * result.point_a;
-    where.point_b = b_.pose * (a_T_b.rotation.transpose() * (result.point_b - a_T_b.translation));
-  }
-  return nullptr;
-}
-
-// --- all pairs
-
-/// Finds how far what each body carries can be from its origin: no farther than along the chain of origins to the
-/// geometry of any body that it carries, whatever the angles of the joints are.
-void PairBounds::findRadii() {
-  const RobotModel& robot = joints_.robot();
-  radius_ = reach_;
-  for (int body = static_cast<int>(robot.bodies.size()) - 1; body >= 0; --body) {  // parents come first
-    if (!joints_.poses()[body]) continue;
-    int parent = robot.bodies[body].parent;
-    while (parent >= 0 && !joints_.poses()[parent]) parent = robot.bodies[parent].parent;
-    if (parent < 0) continue;
-    const double between = (joints_.poses()[body]->translation() - joints_.poses()[parent]->translation()).norm();
-    radius_[parent] = std::max(radius_[parent], (1.0 + kPoseRounding) * (between + radius_[body]));
-  }
-}
-
-/// [m] How far the points move at most if each joint moves by its travel. Of slides alone: only they change the
-/// distances along the chain of origins in findRadii().
-PairBounds::TravelWays PairBounds::waysOf(const std::vector<double>& travel) const {
-  const RobotModel& robot = joints_.robot();
-  TravelWays ways;
-  for (std::size_t i = 0; i < robot.bodies.size() && !travel.empty(); ++i) {
-    const int joint = robot.bodies[i].joint;
-    if (joint < 0) continue;
-    const bool slides = robot.joints[joint].type == Joint::Type::Prismatic;
-    const double own = std::abs(leaders_[joint].multiplier) * travel[leaders_[joint].joint];
-    ways.of_all += own * (slides ? 1.0 : radius_[i]);
-    if (slides) ways.of_slides += own;
-  }
-  return ways;
-}
-
-/// [m] How much closer a half-space can come to what the robot carries by its own uncertainty, and on a way of the robot.
-double PairBounds::lossOfHalfSpaces(double way) const {
-  double largest = 0.0;
-  for (const int number : joints_.objects()->unbounded()) {
-    const PlacedObject& placed = *joints_.objects()->placed(number);
-    const ObjectFrame& frame = object_frames_[number];
-    const std::optional<Isometry3d>* moving =
-        placed.kind == PlacedObject::Kind::Moving ? &frames_[joints_.objects()->frameOf(number)] : nullptr;
-    if (frame.uncertainty.isZero() || (moving && !*moving)) continue;
-    const Vector3d origin = moving ? Vector3d(**moving * frame.origin) : frame.origin;
-    for (std::size_t body = 0; body < reach_.size(); ++body) {
-      if (!joints_.poses()[body]) continue;
-      const double radius = (joints_.poses()[body]->translation() - origin).norm() + reach_[body] + way;
-      largest = std::max(largest, frame.uncertainty.translation + frame.uncertainty.angle * radius);
-    }
-  }
-  return (1.0 + 4.0 * kPoseRounding) * largest;
-}
-
-double PairBounds::largestLoss() {
-  if (!largest_loss_) largest_loss_ = largestLoss(std::vector<double>());
-  return *largest_loss_;
-}
-
-/// A joint, a frame and a base displace at most one shape of a pair relative to the other. So the sum over all of them,
-/// each with the largest radius of all that it carries, is not less than the loss of any pair.
-double PairBounds::largestLoss(const std::vector<double>& travel) {
-  if (carries_free_objects_) return kInfinity;
-  const RobotModel& robot = joints_.robot();
-  findRadii();
-  const TravelWays ways = waysOf(travel);
-  double sum = swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(ways.of_all) : 0.0);
-  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
-    const Body& body = robot.bodies[i];
-    const PoseUncertainty& frame = body.joint < 0 ? uncertainty_.bases[body.robot] : uncertainty_.frames[body.joint];
-    double turn = frame.angle, shift = frame.translation;
-    if (body.joint >= 0) {
-      const Joint::Mimic& leader = leaders_[body.joint];
-      const double width = std::abs(leader.multiplier) * uncertainty_.positions[leader.joint];
-      const bool slides = robot.joints[body.joint].type == Joint::Type::Prismatic;
-      (slides ? shift : turn) += width;
-      if (slides && frame.angle > 0.0 && joints_.poses()[i] && joints_.poses()[body.parent])
-        shift += frame.angle * (joints_.poses()[i]->translation() - jointOrigin(static_cast<int>(i))).norm();
-    }
-    sum += turn * (radius_[i] + ways.of_slides) + shift;
-  }
-  // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too. Each radius
-  // is a sum over at most all bodies.
-  return (1.0 + static_cast<double>(robot.bodies.size() + 8) * 2.0 * kPoseRounding) * sum;
 }
 
 }  // namespace proximity_server::scene

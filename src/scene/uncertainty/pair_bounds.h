@@ -11,6 +11,7 @@
 #include "scene/query/closest_pieces.h"
 #include "scene/uncertainty/displacements.h"
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -24,6 +25,7 @@ class PairBounds {
   explicit PairBounds(const std::shared_ptr<const SceneModel>& model);
 
   void assume(const Uncertainty& uncertainty);
+  void divideInto(int most_parts) { most_parts_ = most_parts; }
   const Uncertainty& uncertainty() const { return uncertainty_; }
   void use(std::shared_ptr<const Objects> objects);
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
@@ -72,10 +74,12 @@ class PairBounds {
     Eigen::Vector3d normal, point_a, point_b;  ///< in the frame of the poses
   };
 
-  /// The closest pieces of the pair now. The normal may be missing.
+  /// The closest pieces of the pair in the state about which it is bounded. The normal may be missing.
   struct Known {
     Eigen::Vector3d normal;  ///< in the frame of the poses
-    double lower_bound;      ///< [m]
+    double lower_bound;      ///< [m] of the whole pair now, or of two of its pieces in the middle of a part
+    double enough_below;     ///< [m] a bound of the whole pair that needs no pieces
+    double little;           ///< [m] is not worth the steps of turn()
     // Only if there is a normal:
     Eigen::Vector3d in_a = Eigen::Vector3d::Zero(), in_b = Eigen::Vector3d::Zero();  ///< in the frames of the parts
     double between = 0.0;  ///< [m] from the origin of a to that of b, along the normal, less padding and rounding
@@ -114,10 +118,17 @@ class PairBounds {
   bool hasInterior() const { return a_.part.whole().has_interior || b_.part.whole().has_interior; }
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
-  void improve(Along& best, double enough);
-  void turn(Along& best, double enough);
+  void improve(Along& best, double enough, double little);
+  void turn(Along& best, double enough, double little);
+  static RelativePose relative(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
+    RelativePose a_T_b;
+    a_T_b.rotation.noalias() = a.linear().transpose() * b.linear();
+    a_T_b.translation.noalias() = a.linear().transpose() * (b.translation() - a.translation());
+    return a_T_b;
+  }
+  void placeSides();
   void place(int frame);
-  Known knownOf(const narrowphase::SignedDistance& result);
+  void findGaps(Known& known);
   static double gapAlong(const Volume& a, const Volume& b, const Known& known);
   double gapAlong(const LeafPair& leaves, const Known& known) const;
   double ofAllPieces(const Known& known, double enough);
@@ -128,9 +139,28 @@ class PairBounds {
   void boundHalfSpace(int volume, int half_space, double& lowest);
   narrowphase::SignedDistance measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) const;
 
-  void bringTogether(const Deciding& where);
+  /// A part of the uncertainty of a pair: an interval for each of leaders_between_.
+  struct Box {
+    std::size_t intervals;  ///< the place of the first one
+    double bound;           ///< [m] of the pair
+    LeafPair leaves;        ///< those that decide it
+  };
+  double divided(double whole, const Known& known, double enough);
+  bool findLeadersBetween();
+  std::size_t widestOf(const Box& box) const;
+  std::pair<Box, Box> halvesOf(const Box& box);
+  void boundPart(Box& box, double enough, double& nearest);
+  double placeInMiddle(const Box& box);
+  double displace(const Side& whole, const Box& box, Side& side) const;
+  const Joint::Mimic* leaderOf(const Displacement& own) const;
+
   void displace(const Displacement& own, const Eigen::Vector3d& point, const Eigen::Vector3d& towards);
-  void placeDisplaced(const ShapeRefPair& pair);
+  void moveLeaders(const std::vector<double>& positions);
+  double bringTogether(Deciding& where);
+  Eigen::Isometry3d motionOf(const Side& side) const;
+  double upperBoundDisplaced(Deciding& where) const;
+  const ReachedState* reachedBelow(double threshold, const LeafPair& leaves);
+  void placeDisplaced();
   void findRadii();
   struct TravelWays {
     double of_all = 0.0, of_slides = 0.0;  ///< [m]
@@ -191,6 +221,17 @@ class PairBounds {
     LeafPair leaves;
   } likely_;
 
+  // The parts of the uncertainty of the pair, see divided().
+  static constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
+  int most_parts_ = 64;
+  Side whole_a_, whole_b_;              ///< the two in the present state
+  std::vector<int> leaders_between_;    ///< the joints whose positions displace the two relative to each other
+  std::vector<double> levers_;          ///< [m/rad] or [m/m] of each of them, an upper bound of the ways of all points
+  std::vector<std::size_t> column_of_;  ///< by joint, its place among them
+  std::vector<std::array<double, 2>> intervals_;
+  std::vector<Box> boxes_;             ///< a heap: the lowest bound first
+  std::vector<double> nearest_state_;  ///< by joint, of leaders; empty: the middle of no part is nearer than the corner
+
   /// The displacements of one place in a state.
   struct Moved {
     double position = 0.0;
@@ -198,7 +239,7 @@ class PairBounds {
     Eigen::Isometry3d displacement = Eigen::Isometry3d::Identity();
   };
   std::vector<Moved> moved_;     ///< by body; then the objects of the two sides, if they are objects
-  std::vector<double> closing_;  ///< the change of the gap by each leader, to first order
+  std::vector<double> closing_;  ///< by leader, the change of the gap to first order, and then its position
   std::vector<double> reach_;    ///< [m] of the geometry of each body and of what its links hold, from its origin
   std::vector<double> radius_;   ///< working memory of largestLoss()
   ReachedState reached_;

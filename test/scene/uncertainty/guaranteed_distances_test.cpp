@@ -152,6 +152,56 @@ TEST(GuaranteedDistances, ATurnAndASlideOfOneLeaderDoNotCancelEachOther) {
   EXPECT_LE(guaranteed(model, uncertainty, "arm", "wall"), 5.0 - 0.05 - (2.0 - std::sin(2.0)));
 }
 
+// Two boards 0.4 m wide face each other. They turn together, so that they stay parallel: the gap of their faces is
+// 0.5 cos(t) - 0.02 at most, and no fixed direction shows it, because it cannot turn with them.
+TEST(GuaranteedDistances, DirectionsOfPartsTurnWithTheBoards) {
+  const auto model =
+      modelOf(urdfOf(link("base") + link("left", box("0.02 0.4 0.4")) + link("right", box("0.02 0.4 0.4")) +
+                     hinge("turn", "base", "left", "0 0 1") +
+                     joint("follow", "revolute", "base", "right",
+                           "<origin xyz=\"0.5 0 0\"/>" + axis("0 0 1") + limits("-1", "1") + mimic("turn", "1"))));
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  const BodyPoses poses = forwardKinematics(model->robot, {});
+  scene.update(poses);
+  distances.update(poses);
+  Uncertainty uncertainty(model->robot);
+  constexpr double kAngle = 0.02;
+  uncertainty.positions[scene::findNamed(model->robot.joints, "turn")] = kAngle;
+  distances.assume(uncertainty);
+  const PairProximity pair = scene.proximity(pairOf(*model, "left", "right"));
+  ASSERT_NEAR(pair.result.distance, 0.48, 1e-9);
+  const double bound = distances.of(pair);
+  EXPECT_LE(bound, 0.5 * std::cos(kAngle) - 0.02);
+  EXPECT_GT(bound, 0.48 - 0.4 * kAngle / 8.0);
+  distances.forget();
+  distances.update(poses);
+  distances.divideInto(0);
+  EXPECT_LT(distances.of(pair), 0.48 - 0.4 * kAngle * 0.9);
+}
+
+// Neither end of the swing is as close to the post as a state between them.
+TEST(GuaranteedDistances, ReachedStateMayBeBetweenTheEnds) {
+  const auto model = modelOf(urdfOf(link("post", ball("0.1", "1 0.05 0.5")) + link("arm", ball("0.1", "1 0 0")) +
+                                    hinge("swing", "post", "arm", "0 0 1")));
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  const BodyPoses poses = forwardKinematics(model->robot, {});
+  scene.update(poses);
+  distances.update(poses);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions[0] = 0.2;
+  distances.assume(uncertainty);
+  const PairProximity pair = scene.proximity(pairOf(*model, "post", "arm"));
+  const double closest = std::hypot(std::hypot(1.0, 0.05) - 1.0, 0.5) - 0.2;
+  const double threshold = 0.5 * (closest + pair.result.distance);
+  const ReachedState* const reached = distances.reached(pair, threshold);
+  ASSERT_NE(reached, nullptr);
+  EXPECT_LT(reached->upper_bound, threshold);
+  EXPECT_GE(reached->upper_bound, closest - 1e-12);
+  EXPECT_NEAR(reached->displacements[0], 0.05, 0.05);
+}
+
 TEST(GuaranteedDistances, RobotsOnOtherBasesLoseBothUncertainties) {
   const std::string arm = urdfOf(link("base") + link("arm", ball("0.1", "1 0 0")) + hinge("j", "base", "arm", "0 0 1"));
   const auto model = modelOf(joined({{"left", robotOf(arm)}, {"right", robotOf(arm)}}));

@@ -7,9 +7,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace proximity_server::scene::uncertain_robots_test {
 
@@ -52,6 +54,67 @@ void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int coun
   EXPECT_GT(close, pairs / 5) << "the search comes near to the bounds";
 }
 
+/// The smallest distance(state) [m] that a search along one joint after the other finds.
+template <typename Distance>
+double smallestOfSearch(const RobotModel& robot, Chance& chance, const Distance& distance) {
+  StateWithin state = someStateWithin(robot, nullptr, chance);
+  double smallest = distance(state);
+  for (bool is_better = true; is_better;) {
+    is_better = false;
+    for (double& position : state.positions) {
+      double best = position;
+      for (const double other : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+        position = other;
+        const double found = distance(state);
+        if (found > smallest - 1e-12) continue;
+        smallest = found;
+        best = other;
+        is_better = true;
+      }
+      position = best;
+    }
+  }
+  return smallest;
+}
+
+/// Of the closest pair of some states, how much more than the loss of the worst state that is found the guaranteed
+/// distance loses, as factors in their order. Losses below a micrometre count as that.
+std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, double size, int count, Chance& chance) {
+  constexpr double kLittle = 1e-6;  // [m]
+  Scene scene(model), within(model);
+  GuaranteedDistances distances(model);
+  std::vector<double> factors;
+  Uncertainty uncertainty(model->robot);
+  std::fill(uncertainty.positions.begin(), uncertainty.positions.end(), size);
+  distances.assume(uncertainty);
+  while (static_cast<int>(factors.size()) < count) {
+    const BodyPoses poses = forwardKinematics(model->robot, randomPositions(model->robot, chance));
+    scene.update(poses);
+    distances.update(poses);
+    const PairProximity pair = *scene.minimum(scene.candidates());
+    if (pair.result.lower_bound <= 0.0) continue;
+    const double bound = distances.of(pair);
+    const auto in = [&](const StateWithin& state) {
+      within.update(posesWithin(model->robot, poses, uncertainty, state));
+      return within.proximity(pair.asked).result.distance;
+    };
+    double worst = pair.result.distance;
+    for (int i = 0; i < 3; ++i) worst = std::min(worst, smallestOfSearch(model->robot, chance, in));
+    factors.push_back((pair.result.distance - bound + kLittle) / (pair.result.distance - worst + kLittle));
+  }
+  std::sort(factors.begin(), factors.end());
+  return factors;
+}
+
+void expectLittleLoss(const std::shared_ptr<const SceneModel>& model, Chance& chance) {
+  const int count = repeats(30);
+  for (const auto& [size, median, most] : {std::array{1e-3, 1.5, 2.0}, std::array{1.745e-2, 2.0, 3.0}}) {
+    const std::vector<double> factors = lossesOf(model, size, count, chance);
+    EXPECT_LE(factors[factors.size() / 2], median) << size;
+    EXPECT_LE(factors[factors.size() * 95 / 100], most) << size;
+  }
+}
+
 TEST(UncertainRobots, NoStateOfTheDemoRobotIsCloser) {
   Chance chance(1);
   searchStatesWithin(demoModel(), repeats(30), chance);
@@ -64,6 +127,21 @@ TEST(UncertainRobots, NoStateOfAnExampleRobotIsCloser) {
   for (const ExampleRobot& robot : robotsToTest()) {
     SCOPED_TRACE(robot.name);
     searchStatesWithin(modelOf(robot, resolve, quickLoading()), repeats(30), chance);
+  }
+}
+
+TEST(UncertainRobots, DemoRobotLosesLittleMoreThanTheWorstStateFound) {
+  Chance chance(3);
+  expectLittleLoss(demoModel(), chance);
+}
+
+TEST(UncertainRobots, AnExampleRobotLosesLittleMoreThanTheWorstStateFound) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) GTEST_SKIP() << kExampleRobotsMissing;
+  Chance chance(4);
+  for (const ExampleRobot& robot : robotsToTest()) {
+    SCOPED_TRACE(robot.name);
+    expectLittleLoss(modelOf(robot, resolve, quickLoading()), chance);
   }
 }
 

@@ -25,6 +25,11 @@ Eigen::Isometry3d jointMotion(const Joint& joint, double position);
 /// body in its parent body.
 double jointPosition(const RobotModel& model, const Joint& joint, const Eigen::Isometry3d& parent_T_child);
 
+/// The rotation about a unit vector by an angle [rad].
+/// Error:  a few units in the last place; the same bits on every processor.
+/// Source: Rodrigues, Des lois geometriques qui regissent les deplacements d'un systeme solide, 1840.
+Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle);
+
 /// The shortest rotation that turns the z axis into a unit vector; half a turn about x for -z.
 /// Error: a few units in the last place.
 Eigen::Quaterniond turnFromZ(const Eigen::Vector3d& unit);

@@ -45,7 +45,9 @@ struct ListedPairs {
 ///    pieces has its own direction.
 /// 3. Where that loses much more than the closest points do, other frames and other directions are tried: those that
 ///    separate the displaced points best.
-/// 4. The result is the better one of the two, for the pair of pieces for which it is the smallest. Depths in interiors
+/// 4. Where even that loses much more than a state that was found, and the two are apart, the positions of the joints
+///    between them are divided, and each part has its own directions.
+/// 5. The result is the better one of the two, for the pair of pieces for which it is the smallest. Depths in interiors
 ///    of meshes change by no more than the way of all points, either, and are bounded along the direction like pieces.
 ///
 /// It takes the same poses and objects as the Scene that gave the answers. Without uncertainty, guaranteed distances are
@@ -61,6 +63,10 @@ class GuaranteedDistances {
   /// Throws std::invalid_argument as Uncertainty::requireValidFor() does; then nothing changes.
   void assume(const Uncertainty& uncertainty);
   const Uncertainty& uncertainty() const;
+
+  /// Into how many parts the uncertainty of a pair may be divided, see point 4; 0 for a caller that divides it itself.
+  /// 64 until this is called.
+  void divideInto(int most_parts);
 
   /// Take the objects of the scene, and what carries them; see Derivatives.
   void use(std::shared_ptr<const Objects> objects);

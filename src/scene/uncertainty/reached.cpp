@@ -1,0 +1,159 @@
+#include "scene/model/numbers.h"
+#include "scene/uncertainty/pair_bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace proximity_server::scene {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+using narrowphase::SignedDistance;
+
+namespace {
+
+/// The motion that turns by a rotation vector about a point, and then shifts.
+Isometry3d movedFrame(const Vector3d& shift, const Vector3d& turn, const Vector3d& origin) {
+  const double angle = turn.norm();
+  Isometry3d motion = Isometry3d::Identity();
+  if (angle > 0.0) motion.linear() = rotationAbout(turn / angle, angle);
+  motion.translation() = shift + (origin - motion.linear() * origin);
+  return motion;
+}
+
+}  // namespace
+
+/// Sets one displacement so that the point of the shape moves along the unit vector `towards` as far as it can.
+void PairBounds::displace(const Displacement& own, const Vector3d& point, const Vector3d& towards) {
+  Moved& place = moved_[own.place];
+  switch (own.kind) {
+    case Displacement::Kind::Turn:
+    case Displacement::Kind::Slide: {
+      const bool slides = own.kind == Displacement::Kind::Slide;
+      const Vector3d velocity = slides ? own.axis : Vector3d(own.axis.cross(point - own.origin));
+      const Joint::Mimic& leader = *leaderOf(own);
+      closing_[leader.joint] += leader.multiplier * towards.dot(velocity);
+      return;
+    }
+    case Displacement::Kind::Tilt:
+      place.turn = own.width * (point - own.origin).cross(towards).normalized();
+      place.origin = own.origin;
+      return;
+    case Displacement::Kind::Shift:
+      place.shift = own.width * towards;
+      return;
+  }
+}
+
+/// Sets the positions of all joints from those of the leaders, relative to the present ones.
+void PairBounds::moveLeaders(const std::vector<double>& positions) {
+  for (std::size_t i = 0; i < joints_.robot().bodies.size(); ++i) {
+    const int joint = joints_.robot().bodies[i].joint;
+    if (joint >= 0) moved_[i].position = leaders_[joint].multiplier * positions[leaders_[joint].joint];
+  }
+}
+
+/// Displaces all so that two points come together, and measures the distance of their pieces [m] in that state. Then
+/// `where` tells what is the closest there, relative to the present state; without a normal if that is not known.
+double PairBounds::bringTogether(Deciding& where) {
+  std::fill(closing_.begin(), closing_.end(), 0.0);
+  std::fill(moved_.begin(), moved_.end(), Moved());
+  for (const Displacement& own : a_.chain) displace(own, where.point_a, where.normal);
+  for (const Displacement& own : b_.chain) displace(own, where.point_b, -where.normal);
+  for (std::size_t joint = 0; joint < closing_.size(); ++joint)
+    if (closing_[joint] != 0.0) closing_[joint] = std::copysign(uncertainty_.positions[joint], closing_[joint]);
+  moveLeaders(closing_);
+  return upperBoundDisplaced(where);
+}
+
+/// Makes the state of all displacements.
+void PairBounds::placeDisplaced() {
+  const RobotModel& robot = joints_.robot();
+  const auto onParent = [&](int parent, const Moved& own) {
+    const Isometry3d frame = movedFrame(own.shift, own.turn, own.origin);
+    return parent < 0 ? frame : moved_[parent].displacement * frame;
+  };
+  reached_.displacements.assign(robot.joints.size(), 0.0);
+  reached_.poses.resize(robot.bodies.size());
+  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
+    Moved& own = moved_[i];
+    const Body& body = robot.bodies[i];
+    own.displacement = onParent(body.parent, own);
+    if (body.joint >= 0) reached_.displacements[body.joint] = own.position;
+    if (own.position != 0.0 && joints_.poses()[i]) {
+      const UnitTwist twist = joints_.twistOf(static_cast<int>(i));
+      own.displacement =
+          own.displacement * movedFrame(own.position * twist.linear, own.position * twist.angular, twist.origin);
+    }
+    reached_.poses[i] = joints_.poses()[i];
+    if (reached_.poses[i]) reached_.poses[i] = own.displacement * *reached_.poses[i];
+  }
+  const auto displacementOf = [&](const ShapeRef& ref, const Moved& object) {
+    const int body = joints_.bodyOf(ref);
+    return ref.isObject() ? onParent(body, object) : moved_[body].displacement;
+  };
+  reached_.displacement_a = displacementOf(asked_.a, moved_[robot.bodies.size()]);
+  reached_.displacement_b = displacementOf(asked_.b, moved_[robot.bodies.size() + 1]);
+}
+
+/// The motion of a shape relative to the body that carries both, in the state of all displacements.
+Isometry3d PairBounds::motionOf(const Side& side) const {
+  Isometry3d motion = Isometry3d::Identity();
+  for (auto own = side.chain.rbegin(); own != side.chain.rend(); ++own) {
+    const Moved& place = moved_[own->place];
+    if (own->kind == Displacement::Kind::Tilt)
+      motion = motion * movedFrame(Vector3d::Zero(), place.turn, place.origin);
+    else if (own->kind == Displacement::Kind::Shift)
+      motion.translation() += motion.linear() * place.shift;
+    else
+      own->displaceAfter(motion, place.position);
+  }
+  return motion;
+}
+
+/// The distance of the pieces [m] in the state of all displacements; see bringTogether().
+double PairBounds::upperBoundDisplaced(Deciding& where) const {
+  const Isometry3d pose_a = motionOf(a_) * a_.pose;
+  const RelativePose a_T_b = relative(pose_a, motionOf(b_) * b_.pose);
+  const SignedDistance result = measured(where.leaves, a_T_b, kInfinity);
+  where.normal = pose_a.linear() * result.normal;
+  if (!result.has_points) where.normal.setConstant(std::numeric_limits<double>::quiet_NaN());
+  where.point_a = a_.pose * result.point_a;
+  where.point_b = b_.pose * (a_T_b.rotation.transpose() * (result.point_b - a_T_b.translation));
+  return result.upper_bound - swelling_;
+}
+
+/// Makes the answer of the state of all displacements, if the pieces are closer than the threshold in it.
+const ReachedState* PairBounds::reachedBelow(double threshold, const LeafPair& leaves) {
+  placeDisplaced();
+  Isometry3d displacement_a = reached_.displacement_a, displacement_b = reached_.displacement_b;
+  if (is_exchanged_) std::swap(displacement_a, displacement_b);
+  const RelativePose a_T_b = relative(displacement_a * a_.pose, displacement_b * b_.pose);
+  reached_.upper_bound = measured(leaves, a_T_b, kInfinity).upper_bound - swelling_;
+  return reached_.upper_bound < threshold ? &reached_ : nullptr;
+}
+
+const ReachedState* PairBounds::reached(const PairProximity& pair, double threshold) {
+  if (pair.result.status == narrowphase::Status::Unknown || !(boundOf(pair, kInfinity) < threshold)) return nullptr;
+  asked_ = pair.asked;
+  std::fill(moved_.begin(), moved_.end(), Moved());
+  if (pair.result.upper_bound - swelling_ < threshold) {
+    placeDisplaced();
+    reached_.upper_bound = pair.result.upper_bound - swelling_;
+    return &reached_;
+  }
+  Deciding where = deciding_;
+  if (!nearest_state_.empty()) {
+    moveLeaders(nearest_state_);
+    if (upperBoundDisplaced(where) < threshold) return reachedBelow(threshold, where.leaves);
+    where = deciding_;
+  }
+  constexpr int kTries = 4;
+  for (int i = 0; i < kTries && where.leaves.a >= 0 && where.normal.allFinite(); ++i)
+    if (bringTogether(where) < threshold) return reachedBelow(threshold, where.leaves);
+  return nullptr;
+}
+
+}  // namespace proximity_server::scene
