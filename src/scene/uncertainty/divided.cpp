@@ -139,7 +139,10 @@ double PairBounds::divided(double whole, const Known& known, double enough) {
   };
   const auto isAfter = [](const Box& one, const Box& other) { return one.bound > other.bound; };
   intervals_.clear();
-  for (const int joint : leaders_between_) intervals_.push_back({-uncertainty_.positions[joint], uncertainty_.positions[joint]});
+  for (const int joint : leaders_between_) {
+    const double most = uncertainty_.positions[joint];
+    intervals_.push_back({-most, most});
+  }
   boxes_.assign(1, Box{0, whole, deciding_.leaves});
   if (isGood(boxes_.front())) return whole;
   const Deciding deciding = deciding_;
