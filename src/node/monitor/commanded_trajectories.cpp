@@ -257,7 +257,7 @@ CommandedSplines CommandedTrajectories::splinesOf(const Command& command, const 
   const bool continues = before != driven_.end();
   const double begin = continues ? command.begin : std::max(command.begin, present.time);
   scene::TrajectoryPoint start = continues ? before->splines->stateAt(begin) : presentState(command, present, begin);
-  CommandedSplines splines{command.topic, {}};
+  CommandedSplines splines{command.topic, {}, {}};
   if (continues) {
     const double earliest = begin - kLargestDelay - robot_->config().max_tf_age;
     for (const scene::SplineSegment& segment : before->splines->segments) {
@@ -277,7 +277,22 @@ CommandedSplines CommandedTrajectories::splinesOf(const Command& command, const 
   points = scene::drivenFrom(robot, std::move(start), points);
   for (scene::TrajectoryPoint& point : points) point.time += begin;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) splines.segments.emplace_back(robot, points[i], points[i + 1]);
+  findBeyond(command.joints, splines);
   return splines;
+}
+
+void CommandedTrajectories::findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const {
+  constexpr double kWritingError = 1e-6;  // [rad] or [m], because positions may be written with six decimals
+  const scene::RobotModel& robot = robot_->robotModel();
+  for (const scene::SplineSegment& segment : splines.segments) {
+    for (const scene::SplineSegment::Excess& excess : segment.beyondLimits(robot)) {
+      if (!contains(joints, excess.joint) || std::abs(excess.position - excess.limit) <= kWritingError) continue;
+      std::ostringstream text;
+      text << std::setprecision(6) << "joint '" << robot.joints[excess.joint].name << "' goes to " << excess.position
+           << ", and its " << (excess.position < excess.limit ? "lower" : "upper") << " limit is " << excess.limit;
+      splines.beyond.push_back({segment.timeAt(excess.time), text.str()});
+    }
+  }
 }
 
 /// The state at a time if the joints of a command keep their present velocities until then.
@@ -371,6 +386,11 @@ CommandedMotion CommandedTrajectories::motionFrom(const Present& present) const 
     if (followed.joints.empty()) continue;
     text << (motion.followed.empty() ? "along the trajectory of " : " and of ") << driven.splines->topic
          << ", with a delay of " << driven.delay << " s";
+    const auto& beyond = driven.splines->beyond;
+    const auto next = std::find_if(beyond.begin(), beyond.end(), [&](const CommandedSplines::Excess& excess) {
+      return excess.time >= followed.time;
+    });
+    if (next != beyond.end()) text << ", where in " << next->time - followed.time << " s " << next->text;
     motion.followed.push_back(std::move(followed));
   }
   for (const Command& command : waiting_)

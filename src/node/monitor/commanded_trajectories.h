@@ -21,6 +21,12 @@ namespace proximity_server::node {
 struct CommandedSplines {
   std::string topic;
   std::vector<scene::SplineSegment> segments;  ///< each begins when the one before ends, or later
+  /// Where a commanded joint is beyond its limit, that of each segment that is the farthest beyond.
+  struct Excess {
+    double time;       ///< [s]
+    std::string text;  ///< "joint 'elbow' goes to 2.4, and its upper limit is 2.1"
+  };
+  std::vector<Excess> beyond;
 
   /// Before the first segment, between two and after the last, the joints rest.
   scene::TrajectoryPoint stateAt(double time) const;
@@ -106,6 +112,7 @@ class CommandedTrajectories {
   double offBy(int joint, double position, double commanded) const;
   double allowed(int joint) const;
   std::string textOfStray(const Driven& driven) const;
+  void findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const;
   CommandedMotion motionFrom(const Present& present) const;
 
   std::mutex mutex_;  // guards the members from here to the subscribers
