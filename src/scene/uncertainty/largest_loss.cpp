@@ -64,15 +64,16 @@ double PairBounds::largestLoss() {
   return *largest_loss_;
 }
 
-/// A joint, a frame and a base displace at most one shape of a pair relative to the other. So the sum over all of them,
-/// each with the largest radius of all that it carries, is not less than the loss of any pair.
+/// Only what is on the way from one shape of a pair to the other displaces the two relative to each other. So the sum
+/// along the longest way between two bodies, each joint, frame and base with the largest radius of all that it carries,
+/// is not less than the loss of any pair.
 double PairBounds::largestLoss(const std::vector<double>& travel) {
   if (carries_free_objects_) return kInfinity;
   const RobotModel& robot = joints_.robot();
   findRadii();
   const TravelWays ways = waysOf(travel);
-  double sum = swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(ways.of_all) : 0.0);
-  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
+  branches_.assign(robot.bodies.size() + 1, {});
+  for (std::size_t i = robot.bodies.size(); i-- > 0;) {  // parents come first
     const Body& body = robot.bodies[i];
     const PoseUncertainty& frame = body.joint < 0 ? uncertainty_.bases[body.robot] : uncertainty_.frames[body.joint];
     double turn = frame.angle, shift = frame.translation;
@@ -84,8 +85,12 @@ double PairBounds::largestLoss(const std::vector<double>& travel) {
       if (slides && frame.angle > 0.0 && joints_.poses()[i] && joints_.poses()[body.parent])
         shift += frame.angle * (joints_.poses()[i]->translation() - jointOrigin(static_cast<int>(i))).norm();
     }
-    sum += turn * (radius_[i] + ways.of_slides) + shift;
+    const double own = turn * (radius_[i] + ways.of_slides) + shift;
+    branches_[body.parent + 1].offer(own + branches_[i + 1].largest);
   }
+  double longest = 0.0;
+  for (const TwoLargest& branches : branches_) longest = std::max(longest, branches.sum());
+  const double sum = longest + swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(ways.of_all) : 0.0);
   // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too. Each radius
   // is a sum over at most all bodies.
   return (1.0 + static_cast<double>(robot.bodies.size() + 8) * 2.0 * kPoseRounding) * sum;

@@ -39,17 +39,6 @@ Vector3d originOf(const Object& object, const RobotModel& robot) {
   return robot.links[robot.findLink(attached.link)].body_T_link * attached.link_T_object.translation();
 }
 
-/// The two largest of some numbers that are not negative.
-struct TwoLargest {
-  double largest = 0.0, second = 0.0;
-
-  void offer(double value) {
-    second = std::max(second, std::min(value, largest));
-    largest = std::max(largest, value);
-  }
-  double sum() const { return largest + second; }
-};
-
 /// The point of the convex hull of some points that is the nearest to the origin, approximately: each step goes along
 /// the segment to one of the points (Gilbert, An Iterative Procedure for Computing the Minimum of a Quadratic Form on a
 /// Convex Set, 1966).

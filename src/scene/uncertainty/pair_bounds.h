@@ -44,6 +44,17 @@ class PairBounds {
   }
 
  private:
+  /// The two largest of some numbers that are not negative.
+  struct TwoLargest {
+    double largest = 0.0, second = 0.0;
+
+    void offer(double value) {
+      second = std::max(second, std::min(value, largest));
+      largest = std::max(largest, value);
+    }
+    double sum() const { return largest + second; }
+  };
+
   struct Side {
     Part part;
     Eigen::Isometry3d pose;           ///< of the frame of the part
@@ -242,6 +253,8 @@ class PairBounds {
   std::vector<double> closing_;  ///< by leader, the change of the gap to first order, and then its position
   std::vector<double> reach_;    ///< [m] of the geometry of each body and of what its links hold, from its origin
   std::vector<double> radius_;   ///< working memory of largestLoss()
+  /// The same: the losses [m] along two branches of what each body carries, those of the roots first.
+  std::vector<TwoLargest> branches_;
   ReachedState reached_;
 };
 

@@ -538,6 +538,23 @@ TEST(GuaranteedDistances, BoundIsTheSameUpToWhatIsEnough) {
   }
 }
 
+TEST(GuaranteedDistances, LargestLossIsThatOfTheTwoArmsThatLoseTheMost) {
+  const auto model =
+      modelOf(urdfOf(link("base") + link("left", ball("0.1", "1 0 0")) + link("tip", ball("0.1", "2 0 0")) +
+                     link("right", ball("0.1", "0 1 0")) + link("head", ball("0.1", "0 0 1")) +
+                     slider("a", "base", "left", "1 0 0") + slider("b", "left", "tip", "1 0 0") +
+                     slider("c", "base", "right", "0 1 0") + slider("d", "base", "head", "0 0 1")));
+  GuaranteedDistances distances(model);
+  distances.update(forwardKinematics(model->robot, {}));
+  Uncertainty uncertainty(model->robot);
+  uncertainty.positions = {0.01, 0.02, 0.04, 0.005};
+  distances.assume(uncertainty);
+  EXPECT_NEAR(distances.largestLoss(), 0.07, 1e-9);
+  uncertainty.positions = {0.01, 0.02, 0.04, 0.05};
+  distances.assume(uncertainty);
+  EXPECT_NEAR(distances.largestLoss(), 0.09, 1e-9);
+}
+
 TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
   Chance chance(42);
   for (int i = 0; i < repeats(60); ++i) {
