@@ -41,7 +41,8 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
       velocities_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
-      steady_timer_([priority = robot->config().realtime_priority] { runInRealTime(priority); }, [this] { cycle(); }) {
+      steady_timer_([priority = robot->config().realtime_priority] { runInRealTime(priority); },
+                    [this] { cycleOfTimer(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
   next_warning_ = ros::SteadyTime::now() + kFirstTransformsTimeout;
@@ -57,14 +58,14 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   simulated_timer_ = nh_.createTimer(
-      ros::Duration(1.0), [this](const ros::TimerEvent&) { cycle(); }, false, false);
+      ros::Duration(1.0), [this](const ros::TimerEvent&) { cycleOfTimer(); }, false, false);
   keep_alive_ = nh_.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { onKeepAlive(); });
   wake_ = callbackOf([this] {
     wake_pending_ = false;
     cycleIfNew();
   });
   changed_ = callbackOf([this] {
-    changed_pending_ = false;
+    if (on_tf_) changed_pending_ = false;
     cycle();
   });
   configure(health_.settings);
@@ -106,7 +107,7 @@ void MonitorLoop::takeObjects(const Robot& robot) {
   // A cycle that has begun with the previous objects publishes its message before this lock is granted. This thread
   // must do nothing while it has the lock, because it may have a low priority.
   { const Lock cycle_has_ended(mutex_); }
-  if (on_tf_ && !changed_pending_.exchange(true)) queue_.addCallback(changed_);
+  if (!changed_pending_.exchange(true)) queue_.addCallback(changed_);
 }
 
 void MonitorLoop::useNextObjects() {
@@ -133,6 +134,7 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   const bool redraw = settings.markers != health_.settings.markers;
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
+  changed_pending_ = false;
   listenToJoints();
   setRate(settings.rate);
   keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
@@ -209,6 +211,11 @@ void MonitorLoop::cycleIfNew() {
   const bool moved = snapshot.stamp != monitor_.latest().header.stamp;
   if (moved || !monitor_.frames().names.empty() || snapshot.status.code != monitor_.latest().status.code)
     publish(snapshot);
+}
+
+void MonitorLoop::cycleOfTimer() {
+  changed_pending_ = false;
+  cycle();
 }
 
 void MonitorLoop::cycle() {

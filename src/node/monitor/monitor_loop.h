@@ -64,6 +64,7 @@ class MonitorLoop {
   void onTransform();
   void onKeepAlive();
   void cycleIfNew();
+  void cycleOfTimer();
   void cycle();
   void publish(const PoseSnapshot& snapshot);
   void publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
@@ -92,8 +93,10 @@ class MonitorLoop {
   std::atomic<bool> on_tf_{false};
   std::atomic<bool> wake_pending_{false};
   ros::CallbackInterfacePtr wake_;  // runs a cycle for new transforms, at rate 0
+  // True if the cycle for changed objects is requested. With a rate it stays true until the next cycle of the timer,
+  // which takes all later changes, so that many changes at most double the number of cycles.
   std::atomic<bool> changed_pending_{false};
-  ros::CallbackInterfacePtr changed_;  // runs one cycle for all changes of objects that wait, at rate 0
+  ros::CallbackInterfacePtr changed_;  // runs one cycle for all changes of objects that wait
 
   // A change hands objects to the cycle, and the cycle hands previous objects back, through the next two members. So
   // neither has to wait for the other. The mutex guards these two.

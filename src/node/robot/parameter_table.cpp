@@ -154,7 +154,8 @@ std::vector<Parameter> parameterTable(Config& config) {
 
   heading = "The monitor.";
   add("rate", &monitor.rate, {0, 1000}, "Hz", kLive,
-      "Rate of `~clearance` in ROS time; 0: a cycle on every new set of transforms.");
+      "Rate of `~clearance` in ROS time; 0: a cycle on every new set of transforms. Changed objects start a cycle at "
+      "once, with a rate one at most between two of its own.");
   add("threshold", &monitor.threshold, {0, 100}, "m", kLive,
       "Pairs at or below this distance are listed in `~clearance`. A smaller value is faster.");
   add("warn_distance", &monitor.warn_distance, {0, 100}, "m", kLive,

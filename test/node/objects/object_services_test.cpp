@@ -5,10 +5,14 @@
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/object_messages.h"
+#include "node/settings.h"
 
 #include <std_srvs/Trigger.h>
 
+#include <chrono>
+#include <cstdint>
 #include <string>
+#include <thread>
 
 // Objects of a node: its topics, its monitor and its reloads. object_queries_test asks about them without ROS. The robot
 // is that of gantry.urdf, with its ball at (1, 0, 0). Objects are balls of radius 0.1 m.
@@ -63,6 +67,33 @@ TEST_F(Objects, AreInTheFirstClearanceOfTheirRevision) {
   EXPECT_EQ(clearance->level, Clearance::STOP);
   EXPECT_NEAR(clearance->object_minimum.distance, 0.01, kTolerance);
   EXPECT_NEAR(clearance->self_minimum.distance, 0.8, kTolerance);
+}
+
+class ObjectsBetweenCycles : public Objects {
+ protected:
+  void TearDown() override {
+    set(kNode, "rate", 50.0);
+    Objects::TearDown();
+  }
+};
+
+TEST_F(ObjectsBetweenCycles, StartOneCycleAtOnceUntilTheNextOneOfTheRate) {
+  Inbox<Clearance> clearances{ros::NodeHandle(), kNode + "clearance"};
+  ASSERT_TRUE(clearances.next());
+  set(kNode, "rate", 0.001);  // [Hz] its next cycle comes after the test
+  const auto has = [](std::uint64_t revision) {
+    return [revision](const Clearance& clearance) { return clearance.objects_revision >= revision; };
+  };
+  const ApplyObjectsResponse first = apply({addBall("first", poseAt(1.0, 0.5, 0.0))});
+  ASSERT_TRUE(first.success) << first.status.message;
+  EXPECT_TRUE(clearances.next(has(first.revision)));
+
+  const ApplyObjectsResponse second = apply({addBall("second", poseAt(1.0, 0.8, 0.0))});
+  ASSERT_TRUE(second.success) << second.status.message;
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // for a message that must not come
+  EXPECT_EQ(clearances.clear(), 0u);
+  set(kNode, "rate", 50.0);
+  EXPECT_TRUE(clearances.next(has(second.revision)));
 }
 
 TEST_F(Objects, AreToldOnALatchedTopic) {
