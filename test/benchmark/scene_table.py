@@ -28,10 +28,15 @@ def best_fcl(libraries, key):
                default=None)
 
 
-def best_other(libraries):
-    """Returns the median of the fastest of FCL's ways over that of ours."""
+def fcl_over_ours(libraries):
+    """Returns the median of the fastest of FCL's ways over that of ours, or None if FCL was not asked."""
     fcl = best_fcl(libraries, "median_us")
-    return f"{fcl['median_us'] / libraries[OURS]['median_us']:.1f}" if fcl else "-"
+    return fcl["median_us"] / libraries[OURS]["median_us"] if fcl else None
+
+
+def best_other(libraries):
+    ratio = fcl_over_ours(libraries)
+    return f"{ratio:.1f}" if ratio else "-"
 
 
 def times(rows, names):
@@ -90,6 +95,12 @@ def constraint_rows(entries):
                f"{number(entry['distances_us'])} / {number(entry['distances_p99_us'])}", time(entry),
                f"{number(entry['fcl_us'])} / {number(entry['fcl_p99_us'])}", f"{entry['fcl_us'] / entry['median_us']:.1f}",
                f"{entry['gradient_us']:.2f}" if "gradient_us" in entry else "-"]
+
+
+def facts(result):
+    ratios = {row: fcl_over_ours(libraries) for row, libraries in by_row(result.get("cells", [])).items()}
+    slower = [f"{row} ({ratio:.2f})" for row, ratio in ratios.items() if ratio and ratio < 1.0]
+    return {"slower_among_objects": "; ".join(slower) or "none"}
 
 
 def tables(result):
