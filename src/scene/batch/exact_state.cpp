@@ -115,7 +115,7 @@ void ExactState::placePair(int pair) {
   placeSphere(visit.b);
 }
 
-/// Compares the state with the last one in which a pair was computed, and takes its place.
+/// Compares the state with the last one that was compared, and takes its place.
 void ExactState::takeStep() {
   if (compared_ == state_) return;
   compared_ = state_;
@@ -126,6 +126,11 @@ void ExactState::takeStep() {
     last_positions_[joint] = position;
   }
   if (!is_near) edge_begin_ = state_;
+}
+
+bool ExactState::isNearLast() {
+  takeStep();
+  return edge_begin_ != state_;
 }
 
 /// The pieces of a pair that were the closest the last time on this edge, and the place for those of this state.

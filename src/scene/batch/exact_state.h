@@ -68,6 +68,9 @@ class ExactState {
   /// The same for another question than the default one.
   PairProximity measure(const Visit& visit, double limit, const Question& question);
 
+  /// True if the state is near the last one for which this was asked or a pair was computed, as along an edge.
+  bool isNearLast();
+
   /// The pose of a body of the robot.
   const Eigen::Isometry3d& poseOf(int body);
 

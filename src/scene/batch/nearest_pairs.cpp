@@ -30,6 +30,8 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
       objects_(batch_) {
   kept_.reserve(pairs() * LaneBounds::kBlock);
   queue_.reserve(pairs());
+  likely_.reserve(pairs());
+  was_found_.assign(pairs(), 0);
   measured_.reserve(pairs());
   answers_.reserve(pairs());
   found_.reserve(pairs() + 1);
@@ -65,6 +67,7 @@ void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, d
   k_ = std::min(k, batch_->pairs.size());
   ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && (k_ < batch_->pairs.size() || accuracy_ > 0.0);
   std::fill(uppers_.begin(), uppers_.end(), kFloatInfinity);
+  std::fill(was_found_.begin(), was_found_.end(), 0);  // another question may have set it
   if (k_ > 0) takeBounds(lanes, limit);
 }
 
@@ -216,6 +219,7 @@ double NearestPairs::limit() const {
 
 void NearestPairs::enter(int state) {
   queue_.clear();
+  likely_.clear();
   for (int i = first_[state]; i >= 0; i = kept_[i].next) {
     const Kept& kept = kept_[i];
     Visit visit = batch_->visits[kept.pair];
@@ -224,7 +228,10 @@ void NearestPairs::enter(int state) {
     if (visit.excess() > first_limit_) continue;
     // The boxes of whole links hardly ever improve a bound of the lanes.
     if (kept.lower_bound > -kFloatInfinity) visit.bound = Visit::Bound::Box;
-    queue_.push(visit);
+    if (was_found_[kept.pair])
+      likely_.push_back(visit);
+    else
+      queue_.push(visit);
   }
 }
 
@@ -243,8 +250,11 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
   found_.clear();
   if (k_ == 0) return sorted();
   first_limit_ = limits_[state];
+  if (!exact.isNearLast()) std::fill(was_found_.begin(), was_found_.end(), 0);
   enter(state);
   if (objects_.hasPairs()) enterObjects(exact, state);
+  for (const Visit& visit : likely_)
+    if (!(visit.excess() > limit()) && exact.isPlaced(visit)) measure(exact, visit);
   while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
     Visit visit = queue_.pop();
     if (!exact.isPlaced(visit)) continue;
@@ -254,8 +264,12 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
     else
       measure(exact, visit);
   }
-  for (const Found& found : found_.all())
-    if (found.pair < static_cast<int>(pairs())) ++times_closest_[found.pair];
+  std::fill(was_found_.begin(), was_found_.end(), 0);
+  for (const Found& found : found_.all()) {
+    if (found.pair >= static_cast<int>(pairs())) continue;
+    ++times_closest_[found.pair];
+    was_found_[found.pair] = 1;
+  }
   return sorted();
 }
 

@@ -22,8 +22,9 @@ namespace proximity_server::scene {
 ///    are near most often. Keep the states in which the balls of the pair are within the limit, and bound the distance
 ///    in these states in lanes. This may lower the limit.
 /// 3. For each state: put the kept pairs whose lower bound is within the limit into a queue, the smallest bound first.
-/// 4. Take the first pair and compute it. The k-th smallest distance so far is the next limit. A pair without a bound
-///    of the lanes gets one from its boxes first.
+/// 4. Along an edge, first compute the pairs that were the closest in the last state: mostly they are again, and
+///    give all others a small limit. Then take the first pair of the queue and compute it. The k-th smallest distance so
+///    far is the next limit. A pair without a bound of the lanes gets one from its boxes first.
 /// 5. End when the smallest bound in the queue is above the limit.
 ///
 /// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
@@ -127,6 +128,8 @@ class NearestPairs {
 
   double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;
+  std::vector<Visit> likely_;             ///< pairs that were the closest in the last state
+  std::vector<unsigned char> was_found_;  ///< for each pair of links: 1 if it was among the closest in the last state
   std::vector<PairProximity> measured_, answers_;
   Heap<Found> found_;  ///< the closest pairs so far, the farthest first
 };
