@@ -58,7 +58,7 @@ bool meetInOnePoint(const Shape& a, const Shape& b, const Isometry3d& a_T_b, con
 /// Sets the points of the result. withMargins() will derive b's point from a's along the normal; the distance between
 /// this point and `point_b` widens the upper bound: for shapes apart the points prove it, and in overlap the points lie
 /// on the shapes within the gap of the bounds.
-void setPoints(SignedDistance& result, const Vector3d& point_a, const Vector3d& point_b, double rounding) {
+inline void setPoints(SignedDistance& result, const Vector3d& point_a, const Vector3d& point_b, double rounding) {
   result.has_points = true;
   result.point_a = point_a;
   result.point_b = point_b;
@@ -167,11 +167,15 @@ double distanceOfInnerBalls(const Shape& a, const Shape& b, const Vector3d& cent
   return centres.norm() - (a.innerRadius() + b.innerRadius()) + rounding;
 }
 
+bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
+
 /// True if a threshold is asked about two cores whose support planes have formulas without support points. Their centres
 /// are the origins of their frames.
 bool hasFirstBounds(const Shape& a, const Shape& b, const Options& options) {
   constexpr Shape::Kind kLast = Shape::Kind::Cylinder;
-  return options.stop_above < std::numeric_limits<double>::infinity() && a.kind() <= kLast && b.kind() <= kLast;
+  const bool is_asked = options.stop_above < std::numeric_limits<double>::infinity() ||
+                        (areBoxes(a, b) && options.stop_below > -std::numeric_limits<double>::infinity());
+  return is_asked && a.kind() <= kLast && b.kind() <= kLast;
 }
 
 /// [m] Height of the support plane of such a core along `direction`, times the length of the direction.
@@ -180,6 +184,13 @@ double heightAlong(const Shape& shape, const Vector3d& direction) {
   if (shape.kind() == Shape::Kind::Cylinder)
     return half.x() * support::radialPart(direction) + half.z() * std::abs(direction.z());
   return half.dot(direction.cwiseAbs());
+}
+
+/// [m] Gap between the support planes of two such cores along `direction`, times the length of the direction.
+[[gnu::always_inline]] inline double gapAlong(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                              const Vector3d& direction) {
+  const double of_b = heightAlong(b, a_T_b.linear().transpose() * direction);
+  return direction.dot(a_T_b.translation()) - heightAlong(a, direction) - of_b;
 }
 
 /// [m] Lower bound of the distance of two shapes by the gap between the support planes of their cores along a direction
@@ -192,24 +203,35 @@ double boundByPlanes(const Shape& a, const Shape& b, double gap, double length, 
   return gap / length - rounding - (a.margin() + b.margin());
 }
 
-bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
-
 /// The answer that the fifteen axes of two boxes give: the signed distance of boxes that overlap, or that a threshold
-/// is decided. Returns nullopt if the boxes are apart within the threshold, or if the points are not unique. It is
-/// inlined explicitly, because the compiler inlines only functions that one observer calls: a call takes 1 % of the
-/// query.
-[[gnu::always_inline]] inline std::optional<SignedDistance> byBoxAxes(const Cso& cso, const Isometry3d& a_T_b,
-                                                                      const Options& options) {
-  const double rounding = cso.rounding();
-  const BoxPair boxes(cso.a().halfExtents(), cso.b().halfExtents(), a_T_b);
+/// is decided. Returns nullopt if the boxes are apart within the threshold, or if the points are not unique.
+std::optional<SignedDistance> byBoxAxes(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
+                                        double rounding) {
+  const BoxPair boxes(a.halfExtents(), b.halfExtents(), a_T_b);
   const double separation = boxes.separation();
   if (separation - rounding > options.stop_above) return separatedAlong(boxes.normal(), separation - rounding);
-  if (separation > rounding) return std::nullopt;
+  if (separation > rounding && separation + rounding <= options.stop_below) return std::nullopt;
   if (separation < -rounding && separation + rounding <= options.stop_below)
     return overlapAlong(boxes.normal(), separation - rounding, separation + rounding);
-  const std::optional<SignedDistance> exact = boxes.overlap(options.distance_tolerance, rounding);
+  const std::optional<SignedDistance> exact = boxes.distanceAlongNormal(options.distance_tolerance, rounding);
   if (!exact) return std::nullopt;
-  return certified(*exact, rounding + transposeError(cso.b(), a_T_b, departure2FromRotation(a_T_b)));
+  return certified(*exact, rounding + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
+}
+
+/// The answer of two boxes that are apart by their nearest points. Returns nullopt if these are not found, or if they
+/// decide stop_below.
+std::optional<SignedDistance> byNearestPoints(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                              const Options& options, double rounding) {
+  const auto nearest = nearestOfBoxes(a.halfExtents(), b.halfExtents(), a_T_b,
+                                      finalGap(options.distance_tolerance, rounding) - 2.0 * rounding);
+  if (!nearest || nearest->distance + rounding <= options.stop_below) return std::nullopt;
+  SignedDistance result =
+      separatedAlong((nearest->on_b - nearest->on_a) / nearest->distance, nearest->gap - rounding, 0);
+  if (result.lower_bound > options.stop_above) return result;
+  result.distance = nearest->distance;
+  result.upper_bound = nearest->distance + rounding;
+  setPoints(result, nearest->on_a, nearest->on_b, rounding);
+  return result;
 }
 
 /// The data that a query remembers of its search by GJK and EPA; unchanged if there was no search.
@@ -238,10 +260,6 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
                      rounding + *turned + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
-  if (gap && *gap <= 0.0 && areBoxes(a, b)) {
-    observer.reaches(Algorithm::BoxAxes);
-    if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
-  }
   const Vector3d direction = firstDirection(warm_start, [&cso] { return cso.centreDifference(); });
   const CsoVertex first = cso.vertex(direction);
   const double towards = direction.dot(first.point);
@@ -263,10 +281,6 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
       return result;
     }
   }
-  observer.reaches(Algorithm::BoxAxes);
-  const bool may_overlap = towards >= 0.0;
-  if (!gap && may_overlap && areBoxes(a, b))
-    if (const auto answer = byBoxAxes(cso, a_T_b, options)) return *answer;
   if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) search.begun_with = warm_start;
   const SignedDistance result = iterative(cso, direction.normalized(), first, options, observer);
   search.newest = cso.newestNumbers();
@@ -436,6 +450,37 @@ template <typename Observer>
   return result;
 }
 
+/// The answer of two boxes by their axes, if the gap of the support planes along the first direction leaves open whether
+/// they overlap, or by their nearest points, or by a search.
+template <typename Observer>
+[[gnu::noinline]] SignedDistance byBoxes(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                         const Options& options, double rounding, double gap, WarmStart& warm_start,
+                                         Observer observer) {
+  const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
+  std::optional<SignedDistance> answer;
+  observer.reaches(Algorithm::BoxAxes);
+  if (gap <= 0.0) answer = byBoxAxes(a, b, a_T_b, core_options, rounding);
+  const bool is_by_axes = answer.has_value();
+  if (!is_by_axes) {
+    observer.reaches(Algorithm::BoxPoints);
+    answer = byNearestPoints(a, b, a_T_b, core_options, rounding);
+  }
+  if (answer) {
+    SignedDistance result = withMargins(*answer, a.margin(), b.margin());
+    result.status = statusByBounds(result, options);
+    if (result.status == Status::Converged && result.unique)
+      result.unique =
+          boxesMeetInOnePoint(a.halfExtents(), b.halfExtents(), a_T_b, result.normal, options.distance_tolerance);
+    // Of many points the search has a choice of its own.
+    const bool is_final = result.has_points ? is_by_axes || result.unique : isDecided(result, options);
+    if (is_final) {
+      warm_start.axis = result.normal;
+      return result;
+    }
+  }
+  return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
+}
+
 /// The answer of a threshold about two shapes without a closed form, if hasFirstBounds(): by the support planes along the
 /// first direction, by the inner balls, or by a search. It is a function of its own, because bySearch() stores many
 /// registers and fills much of the stack.
@@ -446,8 +491,7 @@ template <typename Observer>
   const Vector3d centres = a_T_b.translation();
   const Vector3d direction = firstDirection(warm_start, [&centres] { return centres; });
   const double length = direction.norm();
-  const double gap =
-      direction.dot(centres) - heightAlong(a, direction) - heightAlong(b, a_T_b.linear().transpose() * direction);
+  const double gap = gapAlong(a, b, a_T_b, direction);
   const auto endsBy = [&](Algorithm algorithm) {
     warm_start.axis = direction / length;
     observer.endsAtFirst(algorithm, warm_start.axis, gap / length - rounding,
@@ -463,6 +507,7 @@ template <typename Observer>
     endsBy(Algorithm::InnerBalls);
     return overlapAlong(warm_start.axis, lower_bound, upper_bound);
   }
+  if (areBoxes(a, b)) return byBoxes(a, b, a_T_b, options, rounding, gap, warm_start, observer);
   return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
 }
 
@@ -478,6 +523,10 @@ template <typename Observer>
     return (pays ? byCentres : byClosedForm)(a, b, a_T_b, options, error, warm_start);
   }
   if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
+  if (areBoxes(a, b)) {
+    const Vector3d direction = firstDirection(warm_start, [&a_T_b]() -> Vector3d { return a_T_b.translation(); });
+    return byBoxes(a, b, a_T_b, options, rounding, gapAlong(a, b, a_T_b, direction), warm_start, observer);
+  }
   return bySearch(a, b, a_T_b, options, rounding, std::nullopt, warm_start, observer);
 }
 

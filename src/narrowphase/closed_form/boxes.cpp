@@ -2,6 +2,7 @@
 
 #include "proximity_server/narrowphase/assertion.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -30,6 +31,29 @@ std::optional<Vector3d> onlyEdge(Vector3d half, Vector3d direction, Eigen::Index
 
 bool isInside(const Vector3d& point, const Vector3d& half, double rounding) {
   return ((point.cwiseAbs() - half).array() <= rounding).all();
+}
+
+/// A vector with a zero behind it, which fills the registers of the processor.
+using Padded = Eigen::Array4d;
+
+/// A column of a pose. It is read as a whole: where its parts are stored one by one, reading them together waits.
+Padded column(const Eigen::Isometry3d& pose, Eigen::Index i) {
+  return pose.matrix().col(i).array() * Padded(1.0, 1.0, 1.0, 0.0);
+}
+
+/// The vector from the nearest point of a box to a point.
+Padded beyond(const Padded& half, const Padded& point) { return point - point.max(-half).min(half); }
+
+/// Moves a point along an edge to where it is the nearest to a box, but not beyond an end of the edge: one step of
+/// Newton's method. `place` is that of the point, `half_length` that of the ends.
+inline void moveAlong(const Padded& edge, double half_length, const Padded& half, Padded& point, double& place) {
+  const Padded difference = beyond(half, point);
+  // 1 for the coordinates outside of the box, which the squared distance depends on, and 0 for the others.
+  const Padded counts = (difference.abs() * 1e300).min(1.0);
+  const double slope = (edge * difference).sum(), curvature = (edge.square() * counts).sum();
+  const double next = std::clamp(place - slope / std::max(curvature, 1e-300), -half_length, half_length);
+  point += (next - place) * edge;
+  place = next;
 }
 
 }  // namespace
@@ -125,7 +149,7 @@ std::optional<Vector3d> BoxPair::deepestOnA(const Vector3d& normal, double toler
   return onCrossingEdges(normal, tolerance);
 }
 
-std::optional<SignedDistance> BoxPair::overlap(double tolerance, double rounding) const {
+std::optional<SignedDistance> BoxPair::distanceAlongNormal(double tolerance, double rounding) const {
   SignedDistance result;
   result.normal = normal();
   const std::optional<Vector3d> on_a = deepestOnA(result.normal, tolerance);
@@ -138,6 +162,53 @@ std::optional<SignedDistance> BoxPair::overlap(double tolerance, double rounding
   if (!isInside(*on_a, half_a_, 2.0 * rounding) || !isInside(in_b, half_b_, 0.5 * rounding)) return std::nullopt;
   result.unique = isUnique(result.normal, tolerance);
   return result;
+}
+
+std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vector3d& half_b,
+                                             const Eigen::Isometry3d& a_T_b, double tolerance) {
+  constexpr int kMaxSweeps = 4;
+  const Padded x = column(a_T_b, 0), y = column(a_T_b, 1), z = column(a_T_b, 2), centre = column(a_T_b, 3);
+  Padded half = half_a.z() * Padded(0.0, 0.0, 1.0, 0.0);
+  half.head<2>() = half_a.head<2>();
+  const Padded towards_a = -beyond(half, centre);
+  const auto along = [&](const Padded& v) { return Vector3d((x * v).sum(), (y * v).sum(), (z * v).sum()); };
+  const auto at = [&](const Vector3d& in_b) -> Padded { return centre + in_b.x() * x + in_b.y() * y + in_b.z() * z; };
+  Vector3d in_b = along(towards_a).cwiseMin(half_b).cwiseMax(-half_b);
+  Padded on_b = at(in_b);
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    moveAlong(x, half_b.x(), half, on_b, in_b.x());
+    moveAlong(y, half_b.y(), half, on_b, in_b.y());
+    moveAlong(z, half_b.z(), half, on_b, in_b.z());
+    on_b = at(in_b);
+    const Padded difference = beyond(half, on_b);
+    const double distance = std::sqrt(difference.square().sum());
+    const double gap =
+        ((difference * centre).sum() - (half * difference.abs()).sum() - half_b.dot(along(difference).cwiseAbs())) /
+        distance;
+    if (distance - gap <= tolerance)  // false for NaN
+      return NearestOfBoxes{(on_b - difference).matrix().head<3>(), on_b.matrix().head<3>(), distance, gap};
+  }
+  return std::nullopt;
+}
+
+bool boxesMeetInOnePoint(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Isometry3d& a_T_b,
+                         const Vector3d& normal, double tolerance) {
+  const Vector3d normal_b = a_T_b.linear().transpose() * normal;
+  int edges_a = 0, edges_b = 0, edge_a = 0,
+      edge_b = 0;  // edges perpendicular to the normal: their number, the last one
+  for (int axis = 0; axis < 3; ++axis) {
+    const bool is_level_a = std::abs(2.0 * half_a[axis] * normal[axis]) <= tolerance;
+    const bool is_level_b = std::abs(2.0 * half_b[axis] * normal_b[axis]) <= tolerance;
+    edges_a += static_cast<int>(is_level_a);
+    edges_b += static_cast<int>(is_level_b);
+    edge_a = is_level_a ? axis : edge_a;
+    edge_b = is_level_b ? axis : edge_b;
+  }
+  if (edges_a == 0 || edges_b == 0) return true;
+  if (edges_a + edges_b > 2) return false;
+  const double length_a = 2.0 * half_a[edge_a], length_b = 2.0 * half_b[edge_b];
+  const double sine = Vector3d::Unit(edge_a).cross(a_T_b.linear().col(edge_b)).norm();
+  return std::min(length_a, length_b) * sine > tolerance;
 }
 
 }  // namespace proximity_server::narrowphase

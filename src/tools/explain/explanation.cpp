@@ -30,6 +30,8 @@ std::string algorithmText(Algorithm algorithm) {
       return "balls inside of both cores, which decide the threshold";
     case Algorithm::BoxAxes:
       return "the fifteen axes of two boxes";
+    case Algorithm::BoxPoints:
+      return "the nearest points of two boxes";
     case Algorithm::Gjk:
       return "GJK";
     case Algorithm::GjkNewton:

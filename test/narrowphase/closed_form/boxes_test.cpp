@@ -33,7 +33,7 @@ void expectOverlap(const Vector3d& half_b, const Isometry3d& a_T_b, double depth
   const BoxPair boxes(kHalf, half_b, a_T_b);
   EXPECT_NEAR(boxes.separation(), -depth, 1e-14);
   EXPECT_TRUE(isNear(boxes.normal(), normal, 1e-14));
-  const std::optional<SignedDistance> result = boxes.overlap(kTolerance, kRounding);
+  const std::optional<SignedDistance> result = boxes.distanceAlongNormal(kTolerance, kRounding);
   ASSERT_TRUE(result.has_value());
   EXPECT_NEAR(result->distance, -depth, 1e-14);
   EXPECT_TRUE(isNear(result->normal, normal, 1e-14));
@@ -143,14 +143,14 @@ TEST(BoxPair, HasNoPointsOfItsOwnWhereFacesAreParallel) {
   const BoxPair boxes(kHalf, kHalf, pose);
   EXPECT_EQ(boxes.separation(), -0.5);
   EXPECT_EQ(boxes.normal(), Vector3d(1, 0, 0));
-  EXPECT_FALSE(boxes.overlap(kTolerance, kRounding).has_value());
+  EXPECT_FALSE(boxes.distanceAlongNormal(kTolerance, kRounding).has_value());
 }
 
 TEST(BoxPair, HasNoPointsOfItsOwnWhereAnEdgeLiesInAFace) {
   const Isometry3d pose = poseOf({2, 0, 0.25}, Eigen::AngleAxisd(M_PI / 4, Vector3d::UnitZ()).toRotationMatrix());
   const BoxPair boxes(kHalf, kHalf, pose);
   EXPECT_NEAR(boxes.separation(), 1.0 - std::sqrt(2.0), 1e-14);
-  EXPECT_FALSE(boxes.overlap(kTolerance, kRounding).has_value());
+  EXPECT_FALSE(boxes.distanceAlongNormal(kTolerance, kRounding).has_value());
 }
 
 // The corner of b is half a metre from the plane x = 1, but 0.2 m beside the face of a: no axis has points on both.
@@ -159,14 +159,14 @@ TEST(BoxPair, HasNoPointsWhereTheBoxesAreApart) {
   const BoxPair boxes(kHalf, kHalf, pose);
   EXPECT_GE(boxes.separation(), 0.5 - 1e-14);
   EXPECT_LE(boxes.separation(), std::hypot(0.5, 0.2));
-  EXPECT_FALSE(boxes.overlap(kTolerance, kRounding).has_value());
+  EXPECT_FALSE(boxes.distanceAlongNormal(kTolerance, kRounding).has_value());
 }
 
 TEST(BoxPair, SaysThatConcentricBoxesHaveSeveralWaysOut) {
   const Isometry3d pose = poseOf({0, 0, 0}, diagonalAlong({0.3, 0.5, 0.9}));
   const Vector3d half_a(1, 2, 3);
   const BoxPair boxes(half_a, kSmall, pose);
-  const std::optional<SignedDistance> result = boxes.overlap(kTolerance, kRounding);
+  const std::optional<SignedDistance> result = boxes.distanceAlongNormal(kTolerance, kRounding);
   ASSERT_TRUE(result.has_value());
   EXPECT_FALSE(result->unique);  // along -x it is as deep
 }
@@ -176,7 +176,7 @@ TEST(BoxPair, SaysThatConcentricBoxesHaveSeveralWaysOut) {
 TEST(BoxPair, SaysThatConcentricBoxesThatAreHardlyTurnedHaveSeveralWaysOut) {
   const Vector3d half(1, 2, 2);
   const Isometry3d a_T_b = poseOf({0, 0, 0}, Eigen::AngleAxisd(0.004, Vector3d(0, 1, 2).normalized()).matrix());
-  const std::optional<SignedDistance> result = BoxPair(half, half, a_T_b).overlap(kTolerance, kRounding);
+  const std::optional<SignedDistance> result = BoxPair(half, half, a_T_b).distanceAlongNormal(kTolerance, kRounding);
   ASSERT_TRUE(result.has_value());
   EXPECT_FALSE(result->unique);
 }
@@ -186,10 +186,67 @@ TEST(BoxPair, SaysThatTwoFacesAreAsNear) {
   for (const double y : {0.5, 0.375}) {
     const Isometry3d pose = poseOf({0.5, y, 0}, rotation);
     const BoxPair boxes(kHalf, kSmall, pose);
-    const std::optional<SignedDistance> result = boxes.overlap(kTolerance, kRounding);
+    const std::optional<SignedDistance> result = boxes.distanceAlongNormal(kTolerance, kRounding);
     ASSERT_TRUE(result.has_value());
     EXPECT_EQ(result->unique, y != 0.5);
   }
+}
+
+TEST(BoxPair, HasTheDistanceOfACornerInFrontOfAFace) {
+  const Isometry3d pose = poseOf({1.0 + std::sqrt(3.0) + 0.5, 0.2, 0.25}, diagonalAlong(-Vector3d::UnitX()));
+  expectOverlap(kHalf, pose, -0.5, Vector3d::UnitX(), {1, 0.2, 0.25});
+}
+
+void expectNearest(const Isometry3d& a_T_b, const Vector3d& on_a, const Vector3d& on_b) {
+  const std::optional<NearestOfBoxes> nearest = nearestOfBoxes(kHalf, kHalf, a_T_b, kRounding);
+  ASSERT_TRUE(nearest.has_value());
+  EXPECT_TRUE(isNear(nearest->on_a, on_a, 1e-14));
+  EXPECT_TRUE(isNear(nearest->on_b, on_b, 1e-14));
+  EXPECT_NEAR(nearest->distance, (on_b - on_a).norm(), 1e-14);
+  EXPECT_NEAR(nearest->gap, nearest->distance, kRounding);
+}
+
+/// The box whose corner towards -x lies in `corner`.
+Isometry3d withCornerAt(const Vector3d& corner) {
+  return poseOf(corner + std::sqrt(3.0) * Vector3d::UnitX(), diagonalAlong(-Vector3d::UnitX()));
+}
+
+TEST(NearestOfBoxes, LieOnTheFaceTheEdgeOrTheCornerBeforeACorner) {
+  for (const double side : {1.0, -1.0}) {
+    expectNearest(withCornerAt({1.5, 0.2, 0.25}), {1, 0.2, 0.25}, {1.5, 0.2, 0.25});
+    expectNearest(withCornerAt({1.5, side * 1.2, 0.25}), {1, side, 0.25}, {1.5, side * 1.2, 0.25});
+    expectNearest(withCornerAt({1.5, side * 1.2, 1.3}), {1, side, 1}, {1.5, side * 1.2, 1.3});
+  }
+}
+
+TEST(NearestOfBoxes, LieInTheFaceOfTheSecondBoxBeforeACornerOfTheFirst) {
+  const Isometry3d b_T_a = withCornerAt({1.5, 0.2, 0.25}), a_T_b = b_T_a.inverse();
+  expectNearest(a_T_b, a_T_b * Vector3d(1.5, 0.2, 0.25), a_T_b * Vector3d(1, 0.2, 0.25));
+}
+
+TEST(NearestOfBoxes, LieOnCrossingEdges) {
+  const double part = 0.125 / std::sqrt(2.0);
+  expectNearest(edgeToEdge(0.125), {1, 1, 0.3}, {1 + part, 1 + part, 0.3});
+}
+
+TEST(NearestOfBoxes, AreNotToldOfBoxesThatOverlapOrWhereTheyAreNotAsNearAsAsked) {
+  EXPECT_FALSE(nearestOfBoxes(kHalf, kHalf, edgeToEdge(-0.125), kRounding).has_value());
+  EXPECT_FALSE(nearestOfBoxes(kHalf, kHalf, withCornerAt({0.9, 0.2, 0.25}), kRounding).has_value());
+  EXPECT_FALSE(nearestOfBoxes(kHalf, kHalf, poseOf({0, 0, 0}), kRounding).has_value());
+  EXPECT_FALSE(nearestOfBoxes(kHalf, kHalf, edgeToEdge(0.125), -1.0).has_value());
+}
+
+TEST(BoxesMeetInOnePoint, UnlessTheirFeaturesHaveADirectionInCommon) {
+  const Vector3d n = Vector3d(1, 1, 0).normalized(), x = Vector3d::UnitX();
+  const Matrix3d eighth = Eigen::AngleAxisd(M_PI / 4, Vector3d::UnitZ()).toRotationMatrix();
+  const auto meet = [](const Isometry3d& pose, const Vector3d& normal) {
+    return boxesMeetInOnePoint(kHalf, kHalf, pose, normal, kTolerance);
+  };
+  EXPECT_TRUE(meet(withCornerAt({1.5, 0.2, 0.25}), x));  // a corner and a face
+  EXPECT_TRUE(meet(edgeToEdge(0.125), n));               // crossing edges
+  EXPECT_FALSE(meet(poseOf({3, 0, 0}), x));              // parallel faces
+  EXPECT_FALSE(meet(poseOf({3, 3, 0}), n));              // parallel edges
+  EXPECT_FALSE(meet(poseOf({3, 0, 0}, eighth), x));      // an edge and a face
 }
 
 }  // namespace proximity_server::narrowphase::boxes_test

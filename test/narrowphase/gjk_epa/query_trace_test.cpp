@@ -137,9 +137,10 @@ TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
   }
   EXPECT_GT(apart, 4000);
   EXPECT_GT(overlaps, 4000);
-  for (const Algorithm algorithm : {Algorithm::PointsAndSegments, Algorithm::FirstDirection, Algorithm::InnerBalls,
-                                    Algorithm::BoxAxes, Algorithm::Gjk, Algorithm::GjkNewton, Algorithm::EnclosedBall,
-                                    Algorithm::Epa, Algorithm::EpaNewton, Algorithm::EpaEllipsoid})
+  for (const Algorithm algorithm :
+       {Algorithm::PointsAndSegments, Algorithm::FirstDirection, Algorithm::InnerBalls, Algorithm::BoxAxes,
+        Algorithm::BoxPoints, Algorithm::Gjk, Algorithm::GjkNewton, Algorithm::EnclosedBall, Algorithm::Epa,
+        Algorithm::EpaNewton, Algorithm::EpaEllipsoid})
     EXPECT_GT(algorithms[static_cast<std::size_t>(algorithm)], 20) << "algorithm " << static_cast<int>(algorithm);
 }
 
@@ -176,7 +177,8 @@ TEST(QueryTrace, TellsTheAlgorithm) {
   EXPECT_EQ(algorithmOf(ball, ball, {kNaN, 0, 0}), Algorithm::None);
   EXPECT_EQ(algorithmOf(ball, ball, {3, 0, 0}), Algorithm::PointsAndSegments);
   EXPECT_EQ(algorithmOf(cube(), cube(), {0.5, 0.25, 0.125}), Algorithm::BoxAxes);
-  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}), Algorithm::Gjk);
+  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}), Algorithm::BoxPoints);
+  EXPECT_EQ(algorithmOf(cube(), tetrahedron, {5, 0, 0}), Algorithm::Gjk);
   EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}, Options::above(1.0)), Algorithm::FirstDirection);
   EXPECT_EQ(algorithmOf(cube(), upright, {5, 4, 3}), Algorithm::GjkNewton);
   EXPECT_EQ(algorithmOf(cube(), tetrahedron, {0, 0, 0}), Algorithm::Epa);
@@ -189,6 +191,7 @@ TEST(QueryTrace, TellsTheAlgorithm) {
   EXPECT_EQ(algorithmOf(flat, flat, {0.25, 0.125, 0}), Algorithm::SurfacePlane);
   EXPECT_EQ(algorithmOf(cube(), cube(), {1.5, 1.5, 1.25}, Options::apart()), Algorithm::BoxAxes);
   EXPECT_EQ(algorithmOf(plate, plate, {1.5, 0.5, 0.25}, Options::above(0.04)), Algorithm::BoxAxes);
+  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}), Algorithm::Gjk);  // between parallel faces
   EXPECT_EQ(algorithmOf(upright, upright, {5, 0, 0}), Algorithm::ParallelAxes);
 }
 

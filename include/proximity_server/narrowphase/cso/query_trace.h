@@ -15,6 +15,7 @@ enum class Algorithm : unsigned char {
   FirstDirection,     ///< the first vertex of the CSO decided the threshold, before GJK
   InnerBalls,         ///< overlap: balls inside of both cores decided the threshold, before GJK
   BoxAxes,            ///< the fifteen axes of two boxes: they overlap, or an axis decided the threshold
+  BoxPoints,          ///< the nearest points of two boxes apart
   Gjk,
   GjkNewton,     ///< GJK, finished by Newton's method
   EnclosedBall,  ///< overlap: a ball inside of GJK's last simplex decided the threshold, without EPA
