@@ -10,6 +10,7 @@
 #include "proximity_server/narrowphase/shape/rigid_pose.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -130,14 +131,17 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
   return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options, observer));
 }
 
-/// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
-/// wait for a root and a division. `centreDifference` returns the vector from the centre of a's core to that of b's.
-template <typename Vector>
-Vector3d firstDirection(const WarmStart& warm_start, const Vector& centreDifference) {
+/// A vector where it stands: a copy would pass through memory, and be read there in other pieces than it was written in,
+/// which the processor must wait for.
+using VectorInPlace = Eigen::Map<const Vector3d>;
+
+/// The coordinates of the first direction of the search, roughly from a to b. It is not normalised, so that the first
+/// support point need not wait for a root and a division. `centres`: the vector from the centre of a's core to b's.
+const double* firstDirection(const WarmStart& warm_start, const double* centres) {
+  static constexpr std::array<double, 3> kUnitX{1.0, 0.0, 0.0};
   const double warm2 = warm_start.axis.squaredNorm();
-  if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis;  // the squares of other axes might underflow or overflow
-  const Vector3d centres = centreDifference();
-  return centres.squaredNorm() > 1e-200 ? centres : Vector3d(Vector3d::UnitX());
+  if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis.data();  // other squares might underflow or overflow
+  return VectorInPlace(centres).squaredNorm() > 1e-200 ? centres : kUnitX.data();
 }
 
 /// The answer of shapes whose lower bound, which the normal proves, decides the threshold.
@@ -163,7 +167,8 @@ SignedDistance overlapAlong(const Vector3d& normal, double lower_bound, double u
 /// balls: the distance of the centres less both radii. The rounding of the CSO covers the distance of the centres, too:
 /// it is computed as the norm of a CSO vertex is, from points of the cores, and the radii have the error of a support
 /// point.
-double distanceOfInnerBalls(const Shape& a, const Shape& b, const Vector3d& centres, double rounding) {
+template <typename Vector>
+double distanceOfInnerBalls(const Shape& a, const Shape& b, const Vector& centres, double rounding) {
   return centres.norm() - (a.innerRadius() + b.innerRadius()) + rounding;
 }
 
@@ -179,17 +184,18 @@ bool hasFirstBounds(const Shape& a, const Shape& b, const Options& options) {
 }
 
 /// [m] Height of the support plane of such a core along `direction`, times the length of the direction.
-double heightAlong(const Shape& shape, const Vector3d& direction) {
+template <typename Vector>
+double heightAlong(const Shape& shape, const Vector& direction) {
   const Vector3d& half = shape.halfExtents();
   if (shape.kind() == Shape::Kind::Cylinder)
-    return half.x() * support::radialPart(direction) + half.z() * std::abs(direction.z());
+    return half.x() * support::radialPart(Vector3d(direction)) + half.z() * std::abs(direction.z());
   return half.dot(direction.cwiseAbs());
 }
 
 /// [m] Gap between the support planes of two such cores along `direction`, times the length of the direction.
 [[gnu::always_inline]] inline double gapAlong(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
-                                              const Vector3d& direction) {
-  const double of_b = heightAlong(b, a_T_b.linear().transpose() * direction);
+                                              const VectorInPlace& direction) {
+  const double of_b = heightAlong(b, Vector3d(a_T_b.linear().transpose() * direction));
   return direction.dot(a_T_b.translation()) - heightAlong(a, direction) - of_b;
 }
 
@@ -260,7 +266,8 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
                      rounding + *turned + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
-  const Vector3d direction = firstDirection(warm_start, [&cso] { return cso.centreDifference(); });
+  const Vector3d centres = cso.centreDifference();
+  const Vector3d direction = VectorInPlace(firstDirection(warm_start, centres.data()));
   const CsoVertex first = cso.vertex(direction);
   const double towards = direction.dot(first.point);
   if (!gap && towards < 0.0) {
@@ -272,7 +279,7 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
     }
   }
   if (!gap && options.stop_below > -std::numeric_limits<double>::infinity()) {
-    const double upper_bound = distanceOfInnerBalls(a, b, cso.centreDifference(), rounding);
+    const double upper_bound = distanceOfInnerBalls(a, b, centres, rounding);
     if (upper_bound <= options.stop_below) {
       // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
       const double length = direction.norm();
@@ -454,8 +461,10 @@ template <typename Observer>
 /// they overlap, or by their nearest points, or by a search.
 template <typename Observer>
 [[gnu::noinline]] SignedDistance byBoxes(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
-                                         const Options& options, double rounding, double gap, WarmStart& warm_start,
+                                         const Options& options, double rounding, WarmStart& warm_start,
                                          Observer observer) {
+  const double* const direction = firstDirection(warm_start, a_T_b.translation().data());
+  const double gap = gapAlong(a, b, a_T_b, VectorInPlace(direction));
   const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
   std::optional<SignedDistance> answer;
   observer.reaches(Algorithm::BoxAxes);
@@ -488,14 +497,13 @@ template <typename Observer>
 [[gnu::noinline]] SignedDistance byFirstBounds(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
                                                const Options& options, double rounding, WarmStart& warm_start,
                                                Observer observer) {
-  const Vector3d centres = a_T_b.translation();
-  const Vector3d direction = firstDirection(warm_start, [&centres] { return centres; });
+  const VectorInPlace centres(a_T_b.translation().data()), direction(firstDirection(warm_start, centres.data()));
   const double length = direction.norm();
   const double gap = gapAlong(a, b, a_T_b, direction);
   const auto endsBy = [&](Algorithm algorithm) {
-    warm_start.axis = direction / length;
-    observer.endsAtFirst(algorithm, warm_start.axis, gap / length - rounding,
+    observer.endsAtFirst(algorithm, direction / length, gap / length - rounding,
                          [&] { return Cso(a, b, a_T_b, rounding, warm_start).vertex(direction); });
+    warm_start.axis = direction / length;  // the direction may be that of the warm start: it is not read any more
   };
   const double lower_bound = boundByPlanes(a, b, gap, length, rounding);
   if (lower_bound > options.stop_above) {
@@ -507,8 +515,13 @@ template <typename Observer>
     endsBy(Algorithm::InnerBalls);
     return overlapAlong(warm_start.axis, lower_bound, upper_bound);
   }
-  if (areBoxes(a, b)) return byBoxes(a, b, a_T_b, options, rounding, gap, warm_start, observer);
-  return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
+  if (!areBoxes(a, b)) return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
+  const double by_axes = overlapByAxes(a.halfExtents(), b.halfExtents(), a_T_b, rounding) - (a.margin() + b.margin());
+  if (by_axes <= options.stop_below) {
+    endsBy(Algorithm::BoxAxes);
+    return overlapAlong(warm_start.axis, lower_bound, by_axes);
+  }
+  return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
 }
 
 /// Steps 2 to 8 of signedDistance() for a rotation within this departure, the square of which is given.
@@ -523,10 +536,7 @@ template <typename Observer>
     return (pays ? byCentres : byClosedForm)(a, b, a_T_b, options, error, warm_start);
   }
   if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
-  if (areBoxes(a, b)) {
-    const Vector3d direction = firstDirection(warm_start, [&a_T_b]() -> Vector3d { return a_T_b.translation(); });
-    return byBoxes(a, b, a_T_b, options, rounding, gapAlong(a, b, a_T_b, direction), warm_start, observer);
-  }
+  if (areBoxes(a, b)) return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
   return bySearch(a, b, a_T_b, options, rounding, std::nullopt, warm_start, observer);
 }
 

@@ -164,6 +164,27 @@ std::optional<SignedDistance> BoxPair::distanceAlongNormal(double tolerance, dou
   return result;
 }
 
+double overlapByAxes(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Isometry3d& a_T_b, double rounding) {
+  const auto axes_b = a_T_b.linear();
+  const Vector3d t = a_T_b.translation();
+  const Eigen::Matrix3d sizes = axes_b.cwiseAbs();
+  const Vector3d by_a = t.cwiseAbs() - half_a - sizes * half_b;
+  const Vector3d by_b = (axes_b.transpose() * t).cwiseAbs() - half_b - sizes.transpose() * half_a;
+  Vector3d greatest = by_a.cwiseMax(by_b);
+  for (int j = 0; j < 3; ++j) {
+    const Vector3d edge = sizes.col(j);
+    const Vector3d reach_a(half_a.y() * edge.z() + half_a.z() * edge.y(), half_a.z() * edge.x() + half_a.x() * edge.z(),
+                           half_a.x() * edge.y() + half_a.y() * edge.x());
+    const int k = (j + 1) % 3, l = (j + 2) % 3;
+    const Vector3d reach_b = half_b[k] * sizes.col(l) + half_b[l] * sizes.col(k);
+    const Vector3d offset = t.cross(axes_b.col(j)).cwiseAbs();
+    greatest = greatest.cwiseMax(offset - reach_a - reach_b);
+  }
+  constexpr double kRoundings = 16.0;
+  const double upper = std::max(std::max(greatest.x(), greatest.y()), greatest.z()) + kRoundings * rounding;
+  return upper < 0.0 ? upper : std::numeric_limits<double>::infinity();
+}
+
 std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vector3d& half_b,
                                              const Eigen::Isometry3d& a_T_b, double tolerance) {
   constexpr int kMaxSweeps = 4;

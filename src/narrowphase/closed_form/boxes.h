@@ -56,6 +56,18 @@ class BoxPair {
   int best_ = 0;
 };
 
+/// [m] Upper bound of the signed distance of two boxes that overlap, by their fifteen axes; infinite if these leave open
+/// whether they do.
+///
+/// It takes neither a root nor a division, as the products of edges are not normalised. None is longer than 1, so a
+/// negative separation along it, times its length, is not less than the separation. The component of the product of two
+/// axes of b along an edge of a is that of the third axis of b.
+///
+/// Error: none, if `rounding` is csoRounding() and isRotation() is true. The distance from a rotation is then less than
+///        96 eps, which changes a separation by less than 12 roundings.
+double overlapByAxes(const Eigen::Vector3d& half_a, const Eigen::Vector3d& half_b, const Eigen::Isometry3d& a_T_b,
+                     double rounding);
+
 /// The points of two boxes that are the nearest to each other, and the gap [m] between the support planes across their
 /// difference.
 struct NearestOfBoxes {

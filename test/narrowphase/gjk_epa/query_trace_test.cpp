@@ -117,7 +117,7 @@ class RandomShapes {
 TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
   RandomShapes shapes(18);
   int apart = 0, overlaps = 0, undecided = 0;
-  std::array<int, 13> algorithms{};
+  std::array<int, 14> algorithms{};
   for (int pair = 0; pair < 6000; ++pair) {
     const Shape a = shapes.any(), b = shapes.any();
     const Options options = shapes.options();
