@@ -41,17 +41,20 @@ Padded column(const Eigen::Isometry3d& pose, Eigen::Index i) {
   return pose.matrix().col(i).array() * Padded(1.0, 1.0, 1.0, 0.0);
 }
 
-/// The vector from the nearest point of a box to a point.
-Padded beyond(const Padded& half, const Padded& point) { return point - point.max(-half).min(half); }
+/// The point of a box nearest to a point.
+Padded nearestIn(const Padded& half, const Padded& point) { return point.max(-half).min(half); }
+
+/// Smaller numbers count as zero; the products of all lengths of a query that are not zero are larger.
+constexpr double kSmallest = 1e-300;
 
 /// Moves a point along an edge to where it is the nearest to a box, but not beyond an end of the edge: one step of
 /// Newton's method. `place` is that of the point, `half_length` that of the ends.
 inline void moveAlong(const Padded& edge, double half_length, const Padded& half, Padded& point, double& place) {
-  const Padded difference = beyond(half, point);
+  const Padded difference = point - nearestIn(half, point);
   // 1 for the coordinates outside of the box, which the squared distance depends on, and 0 for the others.
-  const Padded counts = (difference.abs() * 1e300).min(1.0);
+  const Padded counts = (difference.abs() * (1.0 / kSmallest)).min(1.0);
   const double slope = (edge * difference).sum(), curvature = (edge.square() * counts).sum();
-  const double next = std::clamp(place - slope / std::max(curvature, 1e-300), -half_length, half_length);
+  const double next = std::clamp(place - slope / std::max(curvature, kSmallest), -half_length, half_length);
   point += (next - place) * edge;
   place = next;
 }
@@ -191,7 +194,7 @@ std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vecto
   const Padded x = column(a_T_b, 0), y = column(a_T_b, 1), z = column(a_T_b, 2), centre = column(a_T_b, 3);
   Padded half = half_a.z() * Padded(0.0, 0.0, 1.0, 0.0);
   half.head<2>() = half_a.head<2>();
-  const Padded towards_a = -beyond(half, centre);
+  const Padded towards_a = nearestIn(half, centre) - centre;
   const auto along = [&](const Padded& v) { return Vector3d((x * v).sum(), (y * v).sum(), (z * v).sum()); };
   const auto at = [&](const Vector3d& in_b) -> Padded { return centre + in_b.x() * x + in_b.y() * y + in_b.z() * z; };
   Vector3d in_b = along(towards_a).cwiseMin(half_b).cwiseMax(-half_b);
@@ -201,13 +204,13 @@ std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vecto
     moveAlong(y, half_b.y(), half, on_b, in_b.y());
     moveAlong(z, half_b.z(), half, on_b, in_b.z());
     on_b = at(in_b);
-    const Padded difference = beyond(half, on_b);
+    const Padded on_a = nearestIn(half, on_b), difference = on_b - on_a;
     const double distance = std::sqrt(difference.square().sum());
     const double gap =
         ((difference * centre).sum() - (half * difference.abs()).sum() - half_b.dot(along(difference).cwiseAbs())) /
         distance;
     if (distance - gap <= tolerance)  // false for NaN
-      return NearestOfBoxes{(on_b - difference).matrix().head<3>(), on_b.matrix().head<3>(), distance, gap};
+      return NearestOfBoxes{on_a.matrix().head<3>(), on_b.matrix().head<3>(), distance, gap};
   }
   return std::nullopt;
 }
