@@ -135,13 +135,26 @@ SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex
 /// which the processor must wait for.
 using VectorInPlace = Eigen::Map<const Vector3d>;
 
-/// The coordinates of the first direction of the search, roughly from a to b. It is not normalised, so that the first
-/// support point need not wait for a root and a division. `centres`: the vector from the centre of a's core to b's.
-const double* firstDirection(const WarmStart& warm_start, const double* centres) {
+/// False if the square of the length might underflow or overflow.
+bool hasDirection(const Vector3d& axis) {
+  const double length2 = axis.squaredNorm();
+  return length2 > 1e-200 && length2 < 1e200;
+}
+
+/// First direction of the search, roughly from a to b. It is not normalised, so that the first support point need not
+/// wait for a root and a division.
+Vector3d firstDirection(const WarmStart& warm_start, const Cso& cso) {
+  if (hasDirection(warm_start.axis)) return warm_start.axis;
+  const Vector3d centres = cso.centreDifference();
+  return centres.squaredNorm() > 1e-200 ? centres : Vector3d(Vector3d::UnitX());
+}
+
+/// The coordinates of the first direction of cores whose centres are the origins of their frames.
+const double* firstDirection(const WarmStart& warm_start, const Isometry3d& a_T_b) {
   static constexpr std::array<double, 3> kUnitX{1.0, 0.0, 0.0};
-  const double warm2 = warm_start.axis.squaredNorm();
-  if (warm2 > 1e-200 && warm2 < 1e200) return warm_start.axis.data();  // other squares might underflow or overflow
-  return VectorInPlace(centres).squaredNorm() > 1e-200 ? centres : kUnitX.data();
+  if (hasDirection(warm_start.axis)) return warm_start.axis.data();
+  const VectorInPlace centres(a_T_b.translation().data());
+  return centres.squaredNorm() > 1e-200 ? centres.data() : kUnitX.data();
 }
 
 /// The answer of shapes whose lower bound, which the normal proves, decides the threshold.
@@ -173,6 +186,11 @@ double distanceOfInnerBalls(const Shape& a, const Shape& b, const Vector& centre
 }
 
 bool areBoxes(const Shape& a, const Shape& b) { return a.kind() == Shape::Kind::Box && b.kind() == Shape::Kind::Box; }
+
+bool asksThreshold(const Options& options) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  return options.stop_above < kNone || options.stop_below > -kNone;
+}
 
 /// True if a threshold is asked about two cores whose support planes have formulas without support points. Their centres
 /// are the origins of their frames.
@@ -258,7 +276,7 @@ std::optional<double> turnedByTilt(const Shape& a, const Shape& b, const Isometr
 /// The signed distance of cores without a closed form of their own.
 template <typename Observer>
 SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
-                            double rounding, std::optional<double> gap, WarmStart& warm_start, SearchState& search,
+                            double rounding, const CsoVertex* known_first, WarmStart& warm_start, SearchState& search,
                             Observer observer) {
   if (const auto turned = turnedByTilt(a, b, a_T_b, options.distance_tolerance)) {
     observer.reaches(Algorithm::ParallelAxes);
@@ -266,29 +284,9 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
                      rounding + *turned + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
   }
   Cso cso(a, b, a_T_b, rounding, warm_start);
-  const Vector3d centres = cso.centreDifference();
-  const Vector3d direction = VectorInPlace(firstDirection(warm_start, centres.data()));
-  const CsoVertex first = cso.vertex(direction);
-  const double towards = direction.dot(first.point);
-  if (!gap && towards < 0.0) {
-    const double length = direction.norm(), lower_bound = -towards / length - rounding;
-    if (lower_bound > options.stop_above) {
-      const SignedDistance result = separatedAlong(direction / length, lower_bound);
-      observer.endsAtFirst(Algorithm::FirstDirection, result.normal, lower_bound, [&first] { return first; });
-      return result;
-    }
-  }
-  if (!gap && options.stop_below > -std::numeric_limits<double>::infinity()) {
-    const double upper_bound = distanceOfInnerBalls(a, b, centres, rounding);
-    if (upper_bound <= options.stop_below) {
-      // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
-      const double length = direction.norm();
-      const SignedDistance result = overlapAlong(direction / length, -towards / length - rounding, upper_bound);
-      observer.endsAtFirst(Algorithm::InnerBalls, result.normal, result.lower_bound, [&first] { return first; });
-      return result;
-    }
-  }
-  if (std::isfinite(options.stop_above) || std::isfinite(options.stop_below)) search.begun_with = warm_start;
+  const Vector3d direction = firstDirection(warm_start, cso);
+  const CsoVertex first = known_first != nullptr ? *known_first : cso.vertex(direction);
+  if (asksThreshold(options)) search.begun_with = warm_start;
   const SignedDistance result = iterative(cso, direction.normalized(), first, options, observer);
   search.newest = cso.newestNumbers();
   return result;
@@ -423,17 +421,18 @@ std::optional<SignedDistance> nearOrigins(const Shape& a, const Shape& b, const 
   return movedBack(ask(near.a(), near.b(), near.pose(), inner, warm_start, observer), near, options);
 }
 
-/// The answer about shapes without a closed form, and steps 6 to 8 of signedDistance(). `gap` is that of the support
-/// planes along the first direction, if byFirstBounds() has left a threshold open.
+/// The answer about shapes without a closed form, and steps 6 to 8 of signedDistance(). `known_first`: the first vertex
+/// of the CSO, or nullptr.
 template <typename Observer>
 [[gnu::noinline]] SignedDistance bySearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
-                                          const Options& options, double rounding, std::optional<double> gap,
+                                          const Options& options, double rounding, const CsoVertex* known_first,
                                           WarmStart& warm_start, Observer observer) {
   const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
   const bool is_warm = warm_start.simplex_size != 0 || !warm_start.axis.isZero(0.0);
   SearchState search;
-  SignedDistance result = withMargins(
-      coreDistance(a, b, a_T_b, core_options, rounding, gap, warm_start, search, observer), a.margin(), b.margin());
+  SignedDistance result =
+      withMargins(coreDistance(a, b, a_T_b, core_options, rounding, known_first, warm_start, search, observer),
+                  a.margin(), b.margin());
   if (result.status == Status::Threshold && !isDecided(result, options)) {
     // The points have widened the bounds that decided the threshold: only the whole search can decide it.
     if (search.begun_with) warm_start = *search.begun_with;
@@ -463,7 +462,7 @@ template <typename Observer>
 [[gnu::noinline]] SignedDistance byBoxes(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
                                          const Options& options, double rounding, WarmStart& warm_start,
                                          Observer observer) {
-  const double* const direction = firstDirection(warm_start, a_T_b.translation().data());
+  const double* const direction = firstDirection(warm_start, a_T_b);
   const double gap = gapAlong(a, b, a_T_b, VectorInPlace(direction));
   const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
   std::optional<SignedDistance> answer;
@@ -487,7 +486,7 @@ template <typename Observer>
       return result;
     }
   }
-  return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
+  return bySearch(a, b, a_T_b, options, rounding, nullptr, warm_start, observer);
 }
 
 /// The answer of a threshold about two shapes without a closed form, if hasFirstBounds(): by the support planes along the
@@ -497,7 +496,7 @@ template <typename Observer>
 [[gnu::noinline]] SignedDistance byFirstBounds(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
                                                const Options& options, double rounding, WarmStart& warm_start,
                                                Observer observer) {
-  const VectorInPlace centres(a_T_b.translation().data()), direction(firstDirection(warm_start, centres.data()));
+  const VectorInPlace centres(a_T_b.translation().data()), direction(firstDirection(warm_start, a_T_b));
   const double length = direction.norm();
   const double gap = gapAlong(a, b, a_T_b, direction);
   const auto endsBy = [&](Algorithm algorithm) {
@@ -515,13 +514,47 @@ template <typename Observer>
     endsBy(Algorithm::InnerBalls);
     return overlapAlong(warm_start.axis, lower_bound, upper_bound);
   }
-  if (!areBoxes(a, b)) return bySearch(a, b, a_T_b, options, rounding, gap, warm_start, observer);
-  const double by_axes = overlapByAxes(a.halfExtents(), b.halfExtents(), a_T_b, rounding) - (a.margin() + b.margin());
-  if (by_axes <= options.stop_below) {
-    endsBy(Algorithm::BoxAxes);
-    return overlapAlong(warm_start.axis, lower_bound, by_axes);
+  if (!areBoxes(a, b)) return bySearch(a, b, a_T_b, options, rounding, nullptr, warm_start, observer);
+  if (gap <= 0.0 && options.stop_below > -std::numeric_limits<double>::infinity()) {
+    const double by_axes = overlapByAxes(a.halfExtents(), b.halfExtents(), a_T_b, rounding) - (a.margin() + b.margin());
+    if (by_axes <= options.stop_below) {
+      endsBy(Algorithm::BoxAxes);
+      return overlapAlong(warm_start.axis, lower_bound, by_axes);
+    }
   }
   return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
+}
+
+/// The answer of a threshold about two shapes without such formulas: by the first vertex of the CSO, by the inner balls,
+/// or by a search. It is a function of its own, as byFirstBounds().
+template <typename Observer>
+[[gnu::noinline]] SignedDistance byFirstVertex(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                               const Options& options, double rounding, WarmStart& warm_start,
+                                               Observer observer) {
+  Cso cso(a, b, a_T_b, rounding, warm_start);
+  const double margins = a.margin() + b.margin();
+  const Options core_options = optionsOfCores(options, margins, rounding);
+  const Vector3d direction = firstDirection(warm_start, cso);
+  const CsoVertex first = cso.vertex(direction);
+  const double towards = direction.dot(first.point), length = direction.norm();
+  const double lower_bound = -towards / length - rounding;
+  // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
+  const auto endsBy = [&](Algorithm algorithm) {
+    warm_start.axis = direction / length;
+    observer.endsAtFirst(algorithm, warm_start.axis, lower_bound, [&first] { return first; });
+  };
+  if (!turnedByTilt(a, b, a_T_b, core_options.distance_tolerance)) {
+    if (towards < 0.0 && lower_bound > core_options.stop_above) {
+      endsBy(Algorithm::FirstDirection);
+      return separatedAlong(warm_start.axis, lower_bound - margins);
+    }
+    const double upper_bound = distanceOfInnerBalls(a, b, cso.centreDifference(), rounding);
+    if (upper_bound <= core_options.stop_below) {
+      endsBy(Algorithm::InnerBalls);
+      return overlapAlong(warm_start.axis, lower_bound - margins, upper_bound - margins);
+    }
+  }
+  return bySearch(a, b, a_T_b, options, rounding, &first, warm_start, observer);
 }
 
 /// Steps 2 to 8 of signedDistance() for a rotation within this departure, the square of which is given.
@@ -537,7 +570,8 @@ template <typename Observer>
   }
   if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
   if (areBoxes(a, b)) return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
-  return bySearch(a, b, a_T_b, options, rounding, std::nullopt, warm_start, observer);
+  if (asksThreshold(options)) return byFirstVertex(a, b, a_T_b, options, rounding, warm_start, observer);
+  return bySearch(a, b, a_T_b, options, rounding, nullptr, warm_start, observer);
 }
 
 /// The answer for the rotation nearest to a pose. It is a function of its own, because the other pose fills the stack.
