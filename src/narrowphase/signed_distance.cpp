@@ -110,7 +110,7 @@ SignedDistance fromEpa(const Cso& cso, const GjkResult& gjk, const EpaResult& ep
 
 /// Completes the answer of a closed form: its bounds differ by rounding only. If the closed form has set a lower bound,
 /// because rounding has tilted its normal, that bound is kept.
-SignedDistance certified(SignedDistance exact, double rounding) {
+inline SignedDistance certified(SignedDistance exact, double rounding) {
   const bool has_bound = std::isfinite(exact.lower_bound);
   exact.lower_bound = (has_bound ? std::min(exact.lower_bound, exact.distance) : exact.distance) - rounding;
   exact.upper_bound = exact.distance + rounding;
@@ -294,7 +294,7 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
 
 /// Computes the signed distance of the shapes from that of their cores: the margins move both surfaces outwards along
 /// the normal.
-SignedDistance withMargins(SignedDistance result, double margin_a, double margin_b) {
+[[gnu::always_inline]] inline SignedDistance withMargins(SignedDistance result, double margin_a, double margin_b) {
   result.distance -= margin_a + margin_b;
   result.lower_bound -= margin_a + margin_b;
   result.upper_bound -= margin_a + margin_b;
