@@ -183,7 +183,7 @@ double overlapByAxes(const Vector3d& half_a, const Vector3d& half_b, const Eigen
     const Vector3d offset = t.cross(axes_b.col(j)).cwiseAbs();
     greatest = greatest.cwiseMax(offset - reach_a - reach_b);
   }
-  constexpr double kRoundings = 16.0;
+  constexpr double kRoundings = 64.0;
   const double upper = std::max(std::max(greatest.x(), greatest.y()), greatest.z()) + kRoundings * rounding;
   return upper < 0.0 ? upper : std::numeric_limits<double>::infinity();
 }

@@ -56,15 +56,16 @@ class BoxPair {
   int best_ = 0;
 };
 
-/// [m] Upper bound of the signed distance of two boxes that overlap, by their fifteen axes; infinite if these leave open
-/// whether they do.
+/// [m] Upper bound of the signed distance of two boxes that overlap, by their fifteen axes. It is infinite if they leave
+/// open whether the boxes do.
 ///
 /// It takes neither a root nor a division, as the products of edges are not normalised. None is longer than 1, so a
 /// negative separation along it, times its length, is not less than the separation. The component of the product of two
 /// axes of b along an edge of a is that of the third axis of b.
 ///
-/// Error: none, if `rounding` is csoRounding() and isRotation() is true. The distance from a rotation is then less than
-///        96 eps, which changes a separation by less than 12 roundings.
+/// Error: none, if `rounding` is csoRounding() and isRotation() is true. The axes of b then differ by less than 96 eps
+///        from a rotation, so that the product of two and the third differ by less than 170 eps. That changes a
+///        separation by less than 30 roundings, and a length above 1 by 4; the bound has 64 more than the separation.
 double overlapByAxes(const Eigen::Vector3d& half_a, const Eigen::Vector3d& half_b, const Eigen::Isometry3d& a_T_b,
                      double rounding);
 

@@ -206,6 +206,33 @@ void expectNearest(const Isometry3d& a_T_b, const Vector3d& on_a, const Vector3d
   EXPECT_NEAR(nearest->gap, nearest->distance, kRounding);
 }
 
+// The edges cross at a right angle, so that their product has the length 1.
+TEST(OverlapByAxes, IsTheDepthOfEdgesThatCrossAtARightAngle) {
+  const double bound = overlapByAxes(kHalf, kHalf, edgeToEdge(-0.125), kRounding);
+  EXPECT_GE(bound, -0.125);
+  EXPECT_NEAR(bound, -0.125, 70.0 * kRounding);
+}
+
+TEST(OverlapByAxes, IsNeverLessThanTheGreatestSeparation) {
+  int overlaps = 0;
+  for (int i = 1; i < 1000; ++i) {
+    const Vector3d axis(std::sin(i), std::cos(2.3 * i), std::sin(1.7 * i)), half(1.0, 0.3, 2.0);
+    const Matrix3d rotation = Eigen::AngleAxisd(0.37 * i + 0.5, axis.normalized()).toRotationMatrix();
+    const Isometry3d pose = poseOf({1.5 * std::cos(0.9 * i), std::sin(3.1 * i), std::cos(5.3 * i)}, rotation);
+    const double bound = overlapByAxes(kHalf, half, pose, kRounding),
+                 separation = BoxPair(kHalf, half, pose).separation();
+    EXPECT_GE(bound, separation) << i;
+    overlaps += static_cast<int>(bound < 0.0);
+    EXPECT_TRUE(bound < 0.0 || separation > -0.1) << i;  // products of nearly parallel edges are short
+  }
+  EXPECT_GT(overlaps, 500);
+}
+
+TEST(OverlapByAxes, IsOpenWhereTheBoxesAreApartOrTheirEdgesParallel) {
+  EXPECT_TRUE(std::isinf(overlapByAxes(kHalf, kHalf, edgeToEdge(0.125), kRounding)));
+  EXPECT_TRUE(std::isinf(overlapByAxes(kHalf, kHalf, poseOf({0.5, 0.25, 0}), kRounding)));
+}
+
 /// The box whose corner towards -x lies in `corner`.
 Isometry3d withCornerAt(const Vector3d& corner) {
   return poseOf(corner + std::sqrt(3.0) * Vector3d::UnitX(), diagonalAlong(-Vector3d::UnitX()));
