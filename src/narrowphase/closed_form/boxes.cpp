@@ -206,6 +206,7 @@ std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vecto
     on_b = at(in_b);
     const Padded on_a = nearestIn(half, on_b), difference = on_b - on_a;
     const double distance = std::sqrt(difference.square().sum());
+    if (!(distance > 0.0)) return std::nullopt;  // the boxes overlap
     const double gap =
         ((difference * centre).sum() - (half * difference.abs()).sum() - half_b.dot(along(difference).cwiseAbs())) /
         distance;
