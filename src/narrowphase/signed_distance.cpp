@@ -356,7 +356,7 @@ Status statusByBounds(const SignedDistance& result, const Options& options) {
 WarmStart coldStart(const WarmStart& warm_start) {
   WarmStart cold;
   cold.polytope = warm_start.polytope;
-  if (cold.polytope != nullptr) cold.polytope->face_count = 0;
+  if (cold.polytope != nullptr) cold.polytope->forget();
   return cold;
 }
 

@@ -71,7 +71,7 @@ struct SignedDistance {
   int iterations = 0;  ///< of GJK and EPA together; 0 for a closed form
 };
 
-struct WarmPolytope;
+class WarmPolytope;
 
 /// The state at the end of one query, from which the next query of the same two shapes begins. Every value is legal; a
 /// good one saves iterations. The default is to begin without knowledge.
@@ -86,23 +86,31 @@ struct WarmStart {
 };
 
 /// The polytope with which EPA ended, by the vertex numbers of two polytopes. A series of queries of two hulls in
-/// overlap that gives one to its WarmStart needs hardly any expansions. Every value is legal: the next query proves
-/// that the surface is closed and surrounds the origin, or begins without it.
+/// overlap that gives one to its WarmStart needs hardly any expansions. It may come from other shapes or another pose:
+/// the next query proves that its surface surrounds the origin, or begins without it.
 ///
 /// It is for programs that follow single pairs in overlap, step by step. It is kept outside of WarmStart, as it takes
 /// 3 kB, and most pairs never overlap: neither the scene nor MovingPair has any. It belongs to the caller, must outlive
 /// the queries, and must not be shared by threads.
-struct WarmPolytope {
+class WarmPolytope {
+ public:
   static constexpr int kMaxVertices = 96, kMaxFaces = 2 * kMaxVertices - 4;  ///< a larger polytope is not kept
+
+  int vertexCount() const { return vertex_count_; }
+  int faceCount() const { return face_count_; }  ///< 0: nothing is kept
+  void forget() { vertex_count_ = face_count_ = 0; }
+
+ private:
+  friend class Polytope;  // writes closed surfaces only, so that recall() need not look for their edges again
   struct Triangle {
-    std::array<std::uint16_t, 3> vertices;  ///< counter-clockwise from outside
-    std::array<std::uint16_t, 3> twins;     ///< 4 * face + edge: the same edge in the neighbour, in the other direction
+    std::array<std::uint16_t, 3> vertices;  // counter-clockwise from outside
+    std::array<std::uint16_t, 3> twins;     // 4 * face + edge: the same edge in the neighbour, in the other direction
   };
-  int vertex_count = 0;
-  int face_count = 0;     ///< 0: nothing is kept
-  int cold_vertices = 0;  ///< vertices of the last polytope that was begun anew
-  std::array<WarmStart::Pair, kMaxVertices> vertices;
-  std::array<Triangle, kMaxFaces> faces;
+  int vertex_count_ = 0;
+  int face_count_ = 0;
+  int cold_vertices_ = 0;  // of the last polytope that was begun anew
+  std::array<WarmStart::Pair, kMaxVertices> vertices_;
+  std::array<Triangle, kMaxFaces> faces_;
 };
 
 }  // namespace proximity_server::narrowphase

@@ -233,37 +233,16 @@ bool Polytope::expand(const Face& seen, const CsoVertex& w, double ceiling) {
   return true;
 }
 
-namespace {
-
-/// True if each half-edge has a twin that runs along the same edge in the opposite direction.
-bool twinsMatch(const WarmPolytope& last) {
-  if (last.vertex_count < 4 || last.vertex_count > WarmPolytope::kMaxVertices) return false;
-  // expand() has room for the faces of kMaxVertices vertices on a sphere, 2 V - 4.
-  if (last.face_count < 4 || last.face_count > 2 * last.vertex_count - 4 || last.face_count % 2 != 0) return false;
-  for (int f = 0; f < last.face_count; ++f)
-    for (int edge = 0; edge < 3; ++edge) {
-      const WarmPolytope::Triangle& face = last.faces[f];
-      const int twin = face.twins[edge], there = twin % 4;
-      if (face.vertices[edge] >= last.vertex_count || twin / 4 >= last.face_count || there == 3) return false;
-      const WarmPolytope::Triangle& next = last.faces[twin / 4];
-      // It ends where this one begins, as it is compared with its own twin, too.
-      if (next.twins[there] != 4 * f + edge || next.vertices[there] != face.vertices[kNext[edge]]) return false;
-    }
-  return true;
-}
-
-}  // namespace
-
 bool Polytope::recall(const WarmPolytope& last, const Cso& cso, double ceiling) {
-  if (!twinsMatch(last)) return false;
-  vertex_count_ = last.vertex_count;
-  for (int v = 0; v < vertex_count_; ++v) vertices_[v] = cso.recalled(last.vertices[v]);
-  face_end_ = last.face_count;
+  if (last.face_count_ == 0) return false;
+  vertex_count_ = last.vertex_count_;
+  for (int v = 0; v < vertex_count_; ++v) vertices_[v] = cso.recalled(last.vertices_[v]);
+  face_end_ = last.face_count_;
   std::fill_n(distances_.begin() + face_end_ / kBlock * kBlock, kBlock, kNotAsked);
   for (int f = 0; f < face_end_; f += 2) {
     for (int i = f; i < f + 2; ++i) {
-      std::copy_n(last.faces[i].vertices.begin(), 3, face(i).vertices.begin());
-      std::copy_n(last.faces[i].twins.begin(), 3, face(i).twins.begin());
+      std::copy_n(last.faces_[i].vertices.begin(), 3, face(i).vertices.begin());
+      std::copy_n(last.faces_[i].twins.begin(), 3, face(i).twins.begin());
     }
     const auto corners = [&](int i) {
       return both(vertex(face(f).vertices[i]).point, vertex(face(f + 1).vertices[i]).point);
@@ -280,7 +259,7 @@ bool Polytope::recall(const WarmPolytope& last, const Cso& cso, double ceiling) 
 }
 
 void Polytope::keep(WarmPolytope& last) const {
-  last.face_count = last.vertex_count = 0;
+  last.forget();
   if (is_open_) return;
   std::array<int, kMaxFaces> places;
   std::array<int, kMaxVertices> numbers;
@@ -291,22 +270,23 @@ void Polytope::keep(WarmPolytope& last) const {
   if (faces > WarmPolytope::kMaxFaces) return;
   for (int f = 0; f < face_end_; ++f) {
     if (face(f).isRemoved()) continue;
-    WarmPolytope::Triangle& triangle = last.faces[places[f]];
+    WarmPolytope::Triangle& triangle = last.faces_[places[f]];
     for (int i = 0; i < 3; ++i) {
       const int v = face(f).vertices[i], twin = face(f).twins[i];
       if (numbers[v] < 0) {
         if (vertices == WarmPolytope::kMaxVertices) return;
-        last.vertices[vertices] = vertex(v).numbers;
+        last.vertices_[vertices] = vertex(v).numbers;
         numbers[v] = vertices++;
       }
       triangle.vertices[i] = static_cast<std::uint16_t>(numbers[v]);
       triangle.twins[i] = static_cast<std::uint16_t>(kStride * places[indexOf(twin)] + twin % kStride);
     }
   }
-  if (!is_recalled_) last.cold_vertices = vertices;
-  if (vertices > 1.5 * last.cold_vertices + 4.0) return;
-  last.vertex_count = vertices;
-  last.face_count = faces;
+  if (!is_recalled_) last.cold_vertices_ = vertices;
+  // expand() has room for the faces of kMaxVertices vertices on a sphere, 2 V - 4.
+  if (vertices > 1.5 * last.cold_vertices_ + 4.0 || faces > 2 * vertices - 4) return;
+  last.vertex_count_ = vertices;
+  last.face_count_ = faces;
 }
 
 std::array<double, 3> Polytope::rayWeights(const Face& f, const Vector3d& direction) const {

@@ -76,11 +76,11 @@ class Polytope {
   /// origin is proven to meet a face; otherwise the polytope must not be used. Faces at or beyond the distance
   /// `ceiling` [m] will not be returned by closest().
   ///
-  /// The polytope need not be convex. Proof: each half-edge has a twin in the opposite direction, so the surface is
-  /// closed, and the number of faces that a ray meets, those whose outer side looks to the origin counted negatively,
-  /// is the same for all rays that meet no edge. No face is counted negatively: its height exceeds the rounding error
-  /// of the determinant of its corners. So this number is that of the faces met by a ray through the inside of one of
-  /// them, at least one.
+  /// The polytope need not be convex. Proof: keep() has kept a closed surface, and moved vertices do not open it. So the
+  /// number of faces that a ray meets, those whose outer side looks to the origin counted negatively, is the same for
+  /// all rays that meet no edge. No face is counted negatively: its height exceeds the rounding error of the
+  /// determinant of its corners. So this number is that of the faces met by a ray through the inside of one of them, at
+  /// least one.
   bool recall(const WarmPolytope& last, const Cso& cso, double ceiling);
 
   /// True if every ray from the origin still meets a face after expand(), if `smallest` [m] is the distance of the

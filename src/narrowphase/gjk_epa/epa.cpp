@@ -588,7 +588,7 @@ template <typename Observer>
 std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const CsoVertex& w, const Options& options,
                                      Observer observer) {
   WarmPolytope* const last = cso.warmStart().polytope;
-  if (!cso.isPolytope() || last->face_count == 0) return std::nullopt;
+  if (!cso.isPolytope() || last->faceCount() == 0) return std::nullopt;
   const KnownDepth known{normal, normal.dot(w.point)};
   Polytope polytope(cso.rounding());
   // A face in the support plane is asked, too: the witness points lie on it.
@@ -599,7 +599,7 @@ std::optional<EpaResult> epaRecalled(Cso& cso, const Vector3d& normal, const Cso
     const bool is_answer = result.status == Status::Converged && result.has_points;
     if (is_answer || result.status == Status::Threshold) return result;
   }
-  last->face_count = 0;
+  last->forget();
   return std::nullopt;
 }
 

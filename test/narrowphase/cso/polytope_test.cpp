@@ -253,10 +253,10 @@ TEST(Polytope, DoesNotGrowWhereTheHorizonIsTwoLoops) {
   polytope->forEachFace([&](const Face& face) { side = std::abs(face.normal().z()) < 0.5 ? &face : side; });
   WarmPolytope kept;
   polytope->keep(kept);
-  EXPECT_EQ(kept.face_count, 8);
+  EXPECT_EQ(kept.faceCount(), 8);
   EXPECT_FALSE(polytope->expand(*side, vertexAt({0, 0, 0.1}), kNoCeiling));
   polytope->keep(kept);
-  EXPECT_EQ(kept.face_count, 0);  // it is not closed any more
+  EXPECT_EQ(kept.faceCount(), 0);  // it is not closed any more
 }
 
 // All but four of its faces come in pairs within one plane, so most new vertices lie in the plane of a face.
