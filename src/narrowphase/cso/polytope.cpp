@@ -175,8 +175,10 @@ int* Polytope::placesForCone() {
   return &free_faces_[free_count_];
 }
 
-/// Sets the planes and distances of two faces.
-void Polytope::setPlanes(const std::array<int, 2>& faces, const TwoPlanes& planes, double ceiling) {
+/// Sets the planes and distances of two faces. It is inlined explicitly: as a call from recall() it takes 7 % of a query
+/// that begins with the last polytope.
+[[gnu::always_inline]] inline void Polytope::setPlanes(const std::array<int, 2>& faces, const TwoPlanes& planes,
+                                                       double ceiling) {
   const Two ceiling2 = Two{} + ceiling * std::abs(ceiling), not_asked = Two{} + kNotAsked;
   const Two height2 = planes.height * greater(planes.height, -planes.height);  // with the sign of the height
   const Two distance2 = height2 < ceiling2 * planes.area2 ? height2 / planes.area2 : not_asked;
