@@ -111,6 +111,15 @@ class PlacedRobot {
     return isObject(a) || isObject(b) ? gapWithObject(a, b) : gapOf(spheres_[a], spheres_[b]);
   }
 
+  /// True if two links or <collision> elements are placed, and sphereGap() of them is above `limit` [m]. Takes no root.
+  /// It may be false for a gap that is above the limit by no more than its rounding.
+  bool areFar(int a, int b, double limit) const {
+    const Sphere &of_a = spheres_[a], &of_b = spheres_[b];
+    if (!of_a.is_placed || !of_b.is_placed) return false;
+    const double reach = (1.0 + kPoseRounding) * (limit + (of_a.radius + of_b.radius));
+    return reach < 0.0 || (of_b.centre - of_a.centre).squaredNorm() > reach * reach;
+  }
+
   /// The box of the sphere of a placed link or <collision>, in the frame of the poses moved to the origin of one of the
   /// bodies.
   Eigen::AlignedBox3d boxAround(int part) const;

@@ -44,10 +44,12 @@ PairRanking::Search::Search(const Pairs& of_pairs, std::size_t most, Goal of_sea
       with_object(largestThreshold(question, PairKind::WithObject)) {}
 
 PairRanking::PairRanking(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
-    : skipping_(skipping),
-      candidate_count_(model.pairs.checked.size()),
-      measurement_(model, std::move(volumes), skipping) {
-  if (candidate_count_ > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
+    : skipping_(skipping), measurement_(model, std::move(volumes), skipping) {
+  for (const int index : model.pairs.checked) {
+    const LinkPair& pair = model.pairs.pairs[index];
+    candidates_.push_back({{pair.link_a, pair.link_b}, pair.padding});
+  }
+  if (candidates_.size() > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
 }
 
 void PairRanking::use(std::shared_ptr<const Objects> objects) {
@@ -157,14 +159,25 @@ void PairRanking::considerLikely(const Search& search) {
 /// Step 2 of PairRanking: puts all other pairs that may be close enough into the queue.
 void PairRanking::enterOthers(const Search& search) {
   queue_.clear();
-  if (search.pairs.areCandidates() && search.pairs.size() != candidate_count_)
+  if (search.pairs.areCandidates() && search.pairs.size() != candidates_.size())
     throw std::invalid_argument("the candidates are those of another robot: " + std::to_string(search.pairs.size()) +
-                                " pairs, not " + std::to_string(candidate_count_));
+                                " pairs, not " + std::to_string(candidates_.size()));
   if (search.pairs.areCandidates() && limit(search) == -kInfinity) return countUnknown(search);
   if (search.with_objects) enterObjects(search);
   if (!search.with_links) return;
   if (groups_fit_ && search.pairs.areCandidates()) return enterBetween(0, 0, search);
+  if (skipping_ == Skipping::On && search.pairs.areCandidates()) return enterCandidates(search);
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) enter(inList(number, search), search);
+}
+
+/// Puts the candidates into the queue whose spheres are within the limit. Most are not, and no visit is made of them.
+void PairRanking::enterCandidates(const Search& search) {
+  const PlacedRobot& robot = measurement_.robot();
+  const double largest_limit = limit(search) + search.of_links;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const Candidate& pair = candidates_[i];
+    if (!robot.areFar(pair.a, pair.b, largest_limit + pair.padding)) enter(inList(static_cast<int>(i), search), search);
+  }
 }
 
 /// Counts the candidates without a distance, as enterOthers() does, where the answer is known already.

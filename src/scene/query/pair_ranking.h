@@ -102,6 +102,7 @@ class PairRanking {
   void consider(const Visit& visit, const Search& search);
   void considerLikely(const Search& search);
   void enterOthers(const Search& search);
+  void enterCandidates(const Search& search);
   void countUnknown(const Search& search);
   void enterObjects(const Search& search);
   void enter(const QueriedPair& pair, const Search& search);
@@ -112,8 +113,13 @@ class PairRanking {
   void countTheRest(const Search& search);
   void keepLikely(const Search& search);
 
+  /// A candidate pair of links, which are parts of the same numbers.
+  struct Candidate : PartPair {
+    double padding;  ///< [m]
+  };
+
   const Skipping skipping_;
-  const std::size_t candidate_count_;  // number of candidates of this robot
+  std::vector<Candidate> candidates_;  // of this robot
   PairMeasurement measurement_;
   std::optional<LinkGroups> groups_;  // only used if there are many candidates
   bool groups_fit_ = false;           // true if the groups have the boxes of the latest poses

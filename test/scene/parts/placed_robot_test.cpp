@@ -104,6 +104,20 @@ TEST(SphereGapOfPlacedRobot, IsTheDistanceOfTheSpheresInAnyFrame) {
   EXPECT_NEAR(placed.sphereGap(placed.a, placed.b, a_T_b), 2.0, 1e-12);
 }
 
+TEST(AreFarInPlacedRobot, ComparesTheSphereGapWithALimitOfEitherSign) {
+  Placed placed({ball("1"), ball("2")});
+  placed.update({at(0, 0, 0), at(3, 4, 0)});  // a gap of 2
+  EXPECT_TRUE(placed.robot.areFar(placed.a, placed.b, 2.0 - 1e-9));
+  EXPECT_FALSE(placed.robot.areFar(placed.a, placed.b, 2.0 + 1e-9));
+  EXPECT_TRUE(placed.robot.areFar(placed.a, placed.b, -4.0)) << "no balls overlap by more than the sum of their radii";
+  EXPECT_FALSE(placed.robot.areFar(placed.a, placed.b, std::numeric_limits<double>::infinity()));
+}
+
+TEST(AreFarInPlacedRobot, IsFalseWithoutAPose) {
+  Placed placed({ball("1"), ball("2")});
+  EXPECT_FALSE(placed.robot.areFar(placed.a, placed.b, 0.0));
+}
+
 TEST(SphereGapOfPlacedRobot, IsTheSameFarFromTheFrameOfThePoses) {
   Placed placed({ball("1"), ball("2")});
   placed.update({at(1e9, 0, -1e9), at(1e9 + 5, 0, -1e9)});
