@@ -26,7 +26,7 @@ Float root(Float a) {
   return result;
 }
 
-bool any(Int mask) {
+[[maybe_unused]] bool any(Int mask) {
   int found = 0;
   for (int i = 0; i < kLanes; ++i) found |= mask[i];
   return found != 0;
@@ -35,8 +35,8 @@ bool any(Int mask) {
 struct Point {
   Float x, y, z;
 };
-Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Float dot(const Point& a, const Point& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
+[[maybe_unused]] Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+[[maybe_unused]] Float dot(const Point& a, const Point& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 
 /// A lower bound of the distance of a point from a box about the origin; negative inside.
 Float fromBox(const Float* gaps) {

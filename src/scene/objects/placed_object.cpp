@@ -34,6 +34,7 @@ void FixedObjects::tidy(const std::vector<std::shared_ptr<const PlacedObject>>& 
     boxes.push_back(object->box);
   }
   tree_ = std::make_shared<const BoxTree>(boxes);
+  wide_tree_ = std::make_shared<const WideTree>(*tree_);
   items_ = std::make_shared<const std::vector<Item>>(std::move(items));
   loose_.clear();
   gone_ = 0;

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/objects/object.h"
 #include "scene/bounds/box_tree.h"
+#include "scene/bounds/wide_tree.h"
 #include "scene/objects/object_geometry.h"
 
 #include <Eigen/Geometry>
@@ -49,6 +50,7 @@ class FixedObjects {
   };
 
   const BoxTree& tree() const { return *tree_; }
+  const WideTree& wideTree() const { return *wide_tree_; }
   const Item& item(int index) const { return (*items_)[index]; }
   const std::vector<int>& loose() const { return loose_; }
 
@@ -60,6 +62,7 @@ class FixedObjects {
 
  private:
   std::shared_ptr<const BoxTree> tree_ = std::make_shared<const BoxTree>();
+  std::shared_ptr<const WideTree> wide_tree_ = std::make_shared<const WideTree>();
   std::shared_ptr<const std::vector<Item>> items_ = std::make_shared<const std::vector<Item>>();
   std::vector<int> loose_;
   std::size_t gone_ = 0;  ///< the number of items of the tree that do not exist any more

@@ -37,8 +37,11 @@ void ObjectVisits::fit(const PlacedRobot& robot) {
 /// Places the boxes of searchers and moving objects in the latest poses. Many questions end before they are needed.
 void ObjectVisits::placeBoxes(const PlacedRobot& robot) {
   if (are_boxes_placed_) return;
-  for (Searcher& searcher : searchers_)
-    if (!searcher.is_unbounded) searcher.box = robot.worldBox(searcher.part);
+  for (Searcher& searcher : searchers_) {
+    if (searcher.is_unbounded) continue;
+    searcher.box = robot.worldBox(searcher.part);
+    searcher.rounded_box = WideTree::boxOf(searcher.box);
+  }
   fitMoving(robot);
   are_boxes_placed_ = true;
 }
@@ -66,28 +69,44 @@ void ObjectVisits::findNearest(const PlacedRobot& robot, double limit) {
 /// Adds the leaves below a node that are within `farthest` [m]. Returns `farthest`, or less if there are too many.
 double ObjectVisits::searchBelow(const PlacedRobot& robot, const NodeVisit& start, double farthest, double limit) {
   const BoxTree& boxes = treeOf(start.tree, robot);
-  open_.assign(1, start);
-  while (!open_.empty()) {
-    const NodeVisit visit = open_.back();
+  NodeVisit visit = start;
+  for (open_.assign(1, start); !open_.empty();) {
+    static_cast<Bounded&>(visit) = open_.back();
     open_.pop_back();
-    const BoxTree::Node& node = boxes[visit.node];
+    const bool is_leaf = visit.kind == Bounded::Kind::Leaf;
+    if (is_leaf && !(visit.lower_bound > farthest))
+      visit.lower_bound = boxGap(visit.searcher->box, boxes[visit.node].box);
     if (visit.lower_bound > farthest) {
       leaveOut(visit, limit);
-    } else if (node.isLeaf()) {
+    } else if (is_leaf) {
       near_.push_back(visit);
       if (near_.size() >= 2 * most_) farthest = keepNearest(limit);
     } else {
-      NodeVisit near = visit, far = visit;
-      near.node = node.parts[0];
-      far.node = node.parts[1];
-      near.lower_bound = boxGap(visit.searcher->box, boxes[near.node].box);
-      far.lower_bound = boxGap(visit.searcher->box, boxes[far.node].box);
-      if (far.lower_bound < near.lower_bound) std::swap(near, far);
-      far.lower_bound > farthest ? leaveOut(far, limit) : open_.push_back(far);
-      near.lower_bound > farthest ? leaveOut(near, limit) : open_.push_back(near);
+      openChildren(robot, visit, farthest, limit);
     }
   }
   return farthest;
+}
+
+/// Opens the children of a node that are within `farthest` [m], the nearest next.
+void ObjectVisits::openChildren(const PlacedRobot& robot, const NodeVisit& parent, double farthest, double limit) {
+  const WideTree& wide = wideTreeOf(parent.tree, robot);
+  const WideTree::Lanes gaps = wide.gaps(parent.searcher->rounded_box, parent.node);
+  const std::size_t first = open_.size();
+  for (int lane = 0; lane < WideTree::kLanes; ++lane) {
+    const auto gap = static_cast<double>(gaps[lane]);
+    const WideTree::Child& child = wide[parent.node].children[lane];
+    if (gap > limit || child.in_box_tree < 0) continue;
+    Bounded next{gap, child.node, Bounded::Kind::Inner};
+    if (child.node < 0) next = {gap, child.in_box_tree, Bounded::Kind::Leaf};
+    if (gap > farthest) {
+      leaveOut({next, parent.tree, parent.searcher}, limit);
+      continue;
+    }
+    open_.push_back(next);
+    for (std::size_t i = open_.size() - 1; i > first && open_[i - 1].lower_bound < open_[i].lower_bound; --i)
+      std::swap(open_[i - 1], open_[i]);
+  }
 }
 
 void ObjectVisits::leaveOut(const NodeVisit& visit, double limit) {
@@ -109,7 +128,7 @@ double ObjectVisits::keepNearest(double limit) {
 void ObjectVisits::addSearcher(const PlacedRobot& robot, int part) {
   if (!robot.isPlaced(part)) return;
   const bool is_unbounded = robot[part].isUnbounded();
-  searchers_.push_back({part, robot.refOf(part), is_unbounded, {}});
+  searchers_.push_back({part, robot.refOf(part), is_unbounded, {}, {}});
 }
 
 /// Fits the boxes of moving objects. An object without a pose gets an empty box, so that nothing is near it.
@@ -124,9 +143,10 @@ void ObjectVisits::fitMoving(const PlacedRobot& robot) {
     moving_boxes_.push_back(robot.isPlaced(object) ? robot.worldBox(object) : Eigen::AlignedBox3d());
   }
   if (numbers == moving_) moving_tree_.refit(moving_boxes_);
-  if (numbers == moving_ && moving_tree_.looseness() <= kTooLoose) return;
+  if (numbers == moving_ && moving_tree_.looseness() <= kTooLoose) return moving_wide_tree_.refit(moving_tree_);
   moving_ = numbers;
   moving_tree_ = BoxTree(moving_boxes_);
+  moving_wide_tree_ = WideTree(moving_tree_);
 }
 
 void ObjectVisits::countUnknown(const PlacedRobot& robot) {

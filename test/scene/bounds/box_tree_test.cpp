@@ -1,5 +1,6 @@
 #include "scene/bounds/box_tree.h"
 
+#include "scene/bounds/some_boxes.h"
 #include "scene/small_robots.h"
 
 #include <gtest/gtest.h>
@@ -11,15 +12,6 @@ namespace proximity_server::scene::box_tree_test {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
-
-std::vector<AlignedBox3d> someBoxes(int count, Chance& chance) {
-  std::vector<AlignedBox3d> boxes;
-  for (int i = 0; i < count; ++i) {
-    const Vector3d corner(chance.between(-5, 5), chance.between(-5, 5), chance.between(-5, 5));
-    boxes.emplace_back(corner, corner + Vector3d::Constant(chance.between(0, 1)));
-  }
-  return boxes;
-}
 
 /// The items below a node, whose box has to hold theirs.
 std::vector<int> itemsOf(const BoxTree& tree, int node, const std::vector<AlignedBox3d>& boxes) {
