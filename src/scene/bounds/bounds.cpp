@@ -81,6 +81,18 @@ double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
   return largest > 0.0 ? gaps.cwiseMax(0.0).norm() : largest;
 }
 
+/// boxGap(), with the absolute cosines of the axes of a (rows) and b (columns).
+double gapOfBoxes(const Vector3d& between, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
+                  const Matrix3d& axes_b, const Matrix3d& cosines) {
+  const Vector3d in_a = axes_a.transpose() * between, in_b = axes_b.transpose() * between;
+  const double from_a = distanceFromBox(in_a, a.half + cosines * b.half);
+  const double from_b = distanceFromBox(in_b, b.half + cosines.transpose() * a.half);
+  const double distance = between.norm();
+  const double widths = a.half.dot(in_a.cwiseAbs()) + b.half.dot(in_b.cwiseAbs());
+  const double along_line = distance > 0.0 ? distance - widths / distance : from_a;
+  return std::max({from_a, from_b, along_line}) - kPoseRounding * distance;
+}
+
 }  // namespace
 
 Bounds boundsOf(const Piece& piece) {
@@ -125,14 +137,17 @@ double boxGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
 
 double boxGap(const Vector3d& between, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
               const Matrix3d& axes_b) {
-  const Matrix3d cosines = (axes_a.transpose() * axes_b).cwiseAbs();
-  const Vector3d in_a = axes_a.transpose() * between, in_b = axes_b.transpose() * between;
-  const double from_a = distanceFromBox(in_a, a.half + cosines * b.half);
-  const double from_b = distanceFromBox(in_b, b.half + cosines.transpose() * a.half);
-  const double distance = between.norm();
-  const double widths = a.half.dot(in_a.cwiseAbs()) + b.half.dot(in_b.cwiseAbs());
-  const double along_line = distance > 0.0 ? distance - widths / distance : from_a;
-  return std::max({from_a, from_b, along_line}) - kPoseRounding * distance;
+  return gapOfBoxes(between, a, axes_a, b, axes_b, (axes_a.transpose() * axes_b).cwiseAbs());
+}
+
+double BoxGaps::between(const Bounds& a, const Bounds& b) {
+  if (a.axes != axes_a_ || b.axes != axes_b_) {
+    axes_a_ = a.axes;
+    axes_b_ = b.axes;
+    b_in_a_ = a_T_b_.rotation * b.axes;
+    cosines_ = (a.axes.transpose() * b_in_a_).cwiseAbs();
+  }
+  return gapOfBoxes(centreOffset(a, b, a_T_b_), a, a.axes, b, b_in_a_, cosines_);
 }
 
 }  // namespace proximity_server::scene

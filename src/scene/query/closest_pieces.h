@@ -106,7 +106,7 @@ class PieceSearch {
   bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
   narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
                                               const narrowphase::Options& options);
-  double boundAbove(double limit, const Volume& a, const Volume& b, const RelativePose& a_T_b) const;
+  double boundAbove(double limit, const Volume& a, const Volume& b, const RelativePose& a_T_b);
   void split(const VolumePair& whole, const RelativePose& a_T_b, double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
 
@@ -116,6 +116,7 @@ class PieceSearch {
   const Memory memory_;
   WarmStarts warm_starts_;
   LeafGaps gaps_;
+  BoxGaps box_gaps_;
   Heap<VolumePair> queue_;
   int pushed_ = 0;         ///< the number of pairs that the search has made so far
   double padding_ = 0.0;   ///< [m]
