@@ -468,8 +468,7 @@ template <typename Observer>
   std::optional<SignedDistance> answer;
   observer.reaches(Algorithm::BoxAxes);
   if (gap <= 0.0) answer = byBoxAxes(a, b, a_T_b, core_options, rounding);
-  const bool is_by_axes = answer.has_value();
-  if (!is_by_axes) {
+  if (!answer) {
     observer.reaches(Algorithm::BoxPoints);
     answer = byNearestPoints(a, b, a_T_b, core_options, rounding);
   }
@@ -479,9 +478,7 @@ template <typename Observer>
     if (result.status == Status::Converged && result.unique)
       result.unique =
           boxesMeetInOnePoint(a.halfExtents(), b.halfExtents(), a_T_b, result.normal, options.distance_tolerance);
-    // Of many points the search has a choice of its own.
-    const bool is_final = result.has_points ? is_by_axes || result.unique : isDecided(result, options);
-    if (is_final) {
+    if (result.has_points || isDecided(result, options)) {
       warm_start.axis = result.normal;
       return result;
     }

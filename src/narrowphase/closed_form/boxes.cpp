@@ -183,9 +183,16 @@ double overlapByAxes(const Vector3d& half_a, const Vector3d& half_b, const Eigen
     const Vector3d offset = t.cross(axes_b.col(j)).cwiseAbs();
     greatest = greatest.cwiseMax(offset - reach_a - reach_b);
   }
-  constexpr double kRoundings = 64.0;
-  const double upper = std::max(std::max(greatest.x(), greatest.y()), greatest.z()) + kRoundings * rounding;
-  return upper < 0.0 ? upper : std::numeric_limits<double>::infinity();
+  constexpr double kRoundings = 64.0, kParallel = 1e-3;
+  const double upper = greatest.maxCoeff() + kRoundings * rounding;
+  if (upper < 0.0) return upper;
+  // Each axis of b has one large component, along that of a to which it is nearly parallel.
+  const double tilt = std::max((sizes.rowwise().sum() - sizes.rowwise().maxCoeff()).maxCoeff(),
+                               (sizes.colwise().sum() - sizes.colwise().maxCoeff()).maxCoeff());
+  const double shrink = tilt * half_b.maxCoeff();
+  const double parallel = by_a.maxCoeff() + 2.0 * shrink + kRoundings * rounding;
+  const bool is_proven = tilt < kParallel && half_b.minCoeff() >= shrink && parallel < 0.0;
+  return is_proven ? parallel : std::numeric_limits<double>::infinity();
 }
 
 std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vector3d& half_b,

@@ -63,6 +63,12 @@ class BoxPair {
 /// negative separation along it, times its length, is not less than the separation. The component of the product of two
 /// axes of b along an edge of a is that of the third axis of b.
 ///
+/// The products of nearly parallel edges have no direction and leave open whether the boxes overlap. Let the tilt be the
+/// largest sum of the two smaller cosines of an axis of one box with those of the other one. If b reaches farther than
+/// the tilt times its largest half size in each direction, it contains a box parallel to a whose half sizes are smaller by
+/// that, and which reaches less far along the axes of a than b does by at most twice that. Two parallel boxes overlap by
+/// as much as along the axis along which they overlap the least.
+///
 /// Error: none, if `rounding` is csoRounding() and isRotation() is true. The axes of b then differ by less than 96 eps
 ///        from a rotation, so that the product of two and the third differ by less than 170 eps. That changes a
 ///        separation by less than 30 roundings, and a length above 1 by 4; the bound has 64 more than the separation.

@@ -228,9 +228,29 @@ TEST(OverlapByAxes, IsNeverLessThanTheGreatestSeparation) {
   EXPECT_GT(overlaps, 500);
 }
 
-TEST(OverlapByAxes, IsOpenWhereTheBoxesAreApartOrTheirEdgesParallel) {
+TEST(OverlapByAxes, IsThatOfTheFacesOfNearlyParallelBoxes) {
+  int overlaps = 0;
+  for (int i = 1; i < 2000; ++i) {
+    const Vector3d axis(std::sin(i), std::cos(2.3 * i), std::sin(1.7 * i));
+    const double angle = i % 5 == 0 ? 0.0 : std::pow(10.0, -3.2 - 0.006 * i);
+    Matrix3d turned = Matrix3d::Zero();  // quarter turns
+    for (int k = 0; k < 3; ++k) turned((k + i) % 3, k) = k == i % 2 ? -1.0 : 1.0;
+    if (turned.determinant() < 0.0) turned = -turned;
+    const Matrix3d rotation = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix() * turned;
+    const Vector3d half(1.0, i % 7 == 0 ? 1e-6 : 0.3, 2.0);
+    const Isometry3d pose = poseOf({1.5 * std::cos(0.9 * i), std::sin(3.1 * i), std::cos(5.3 * i)}, rotation);
+    const double bound = overlapByAxes(kHalf, half, pose, kRounding),
+                 separation = BoxPair(kHalf, half, pose).separation();
+    EXPECT_GE(bound, separation) << i;
+    overlaps += static_cast<int>(bound < 0.0);
+    EXPECT_TRUE(bound < 0.0 || separation > -1e-2) << i << ": " << separation;
+  }
+  EXPECT_GT(overlaps, 1000);
+}
+
+TEST(OverlapByAxes, IsOpenWhereTheBoxesAreApart) {
   EXPECT_TRUE(std::isinf(overlapByAxes(kHalf, kHalf, edgeToEdge(0.125), kRounding)));
-  EXPECT_TRUE(std::isinf(overlapByAxes(kHalf, kHalf, poseOf({0.5, 0.25, 0}), kRounding)));
+  EXPECT_TRUE(std::isinf(overlapByAxes(kHalf, kHalf, poseOf({2.5, 0.25, 0}), kRounding)));
 }
 
 /// The box whose corner towards -x lies in `corner`.
