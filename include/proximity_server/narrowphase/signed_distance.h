@@ -15,8 +15,7 @@ namespace proximity_server::narrowphase {
 /// 3. Otherwise take the first vertex of the CSO (cso.h), along the axis of the warm start or from centre to centre. If
 ///    it does not decide the threshold, see whether the balls inside of both cores do: the cores are not farther from
 ///    each other than these. Two boxes are tested by their fifteen axes if their support planes along this direction
-///    leave open whether they overlap, and answered by their nearest points if they are apart and these are unique
-///    (boxes.h).
+///    leave open whether they overlap, and answered by their nearest points if they are apart (boxes.h).
 /// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h). Two polytopes
 ///    whose warm start has a WarmPolytope begin with EPA while that proves an overlap.
 /// 5. Move both points outwards along the normal by the margins.

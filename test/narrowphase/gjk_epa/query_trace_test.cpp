@@ -191,7 +191,7 @@ TEST(QueryTrace, TellsTheAlgorithm) {
   EXPECT_EQ(algorithmOf(flat, flat, {0.25, 0.125, 0}), Algorithm::SurfacePlane);
   EXPECT_EQ(algorithmOf(cube(), cube(), {1.5, 1.5, 1.25}, Options::apart()), Algorithm::BoxAxes);
   EXPECT_EQ(algorithmOf(plate, plate, {1.5, 0.5, 0.25}, Options::above(0.04)), Algorithm::BoxAxes);
-  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}), Algorithm::Gjk);  // between parallel faces
+  EXPECT_EQ(algorithmOf(cube(), cube(), {5, 0, 0}), Algorithm::BoxPoints);  // between parallel faces
   EXPECT_EQ(algorithmOf(upright, upright, {5, 0, 0}), Algorithm::ParallelAxes);
 }
 
@@ -199,7 +199,7 @@ TEST(QueryTrace, IsEmptiedByTheNextQuery) {
   WarmStart cold;
   QueryTrace trace;
   const Isometry3d apart(Eigen::Translation3d(5, 1, 1));
-  signedDistance(cube(), cube(), apart, {}, cold, trace);
+  signedDistance(cube(), hullOf({{-1, -1, -1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}), apart, {}, cold, trace);
   ASSERT_FALSE(trace.gjk.empty());
   signedDistance(Sphere{1}, Sphere{1}, apart, {}, cold, trace);
   EXPECT_EQ(trace.algorithm, Algorithm::PointsAndSegments);

@@ -443,10 +443,13 @@ TEST(Rate, OverAHalfSpaceIsTheSmallestOverTheFaceOfTheOther) {
 // Regression: where rounding made the flagstone the closest one, only what is over it counted.
 TEST(Rate, CountsAHalfSpaceInThePlaneOfAPieceOfTheSameObject) {
   const auto model = modelOf(floatingLinks({box("0.3 0.4 0.5"), ""}));
-  const std::vector<ObjectShape> shapes{{HalfSpace{{0, 0, 1}, 0.0}}, {Box{{0.1, 0.1, 0.04}}, at(0.05, 0.03, -0.02)}};
   int closest[3] = {0, 0, 0};
   for (int i = 0; i < 20; ++i) {
     const Isometry3d pose = turned(0.1 * i, {1, 2, 3});
+    // By so little one of the two is the closest.
+    const double above = i % 2 == 0 ? 1e-13 : -1e-13;
+    const std::vector<ObjectShape> shapes{{HalfSpace{{0, 0, 1}, 0.0}},
+                                          {Box{{0.1, 0.1, 0.04}}, at(0.05, 0.03, above - 0.02)}};
     const auto objects = std::make_shared<const Objects>(
         Objects(model).changed({AddObject{makeObject("paved floor", shapes, Fixed{pose})}}));
     const ShapeRef link{model->robot.findLink("0")}, paved_floor = ShapeRef::ofObject(0);
