@@ -228,13 +228,12 @@ double boundByPlanes(const Shape& a, const Shape& b, double gap, double length, 
 }
 
 /// The answer that the fifteen axes of two boxes give: the signed distance of boxes that overlap, or that a threshold
-/// is decided. Returns nullopt if the boxes are apart within the threshold, or if the points are not unique.
+/// is decided. Returns nullopt if the distance is not along one of the axes, or if the points are not unique.
 std::optional<SignedDistance> byBoxAxes(const Shape& a, const Shape& b, const Isometry3d& a_T_b, const Options& options,
                                         double rounding) {
   const BoxPair boxes(a.halfExtents(), b.halfExtents(), a_T_b);
   const double separation = boxes.separation();
   if (separation - rounding > options.stop_above) return separatedAlong(boxes.normal(), separation - rounding);
-  if (separation > rounding && separation + rounding <= options.stop_below) return std::nullopt;
   if (separation < -rounding && separation + rounding <= options.stop_below)
     return overlapAlong(boxes.normal(), separation - rounding, separation + rounding);
   const std::optional<SignedDistance> exact = boxes.distanceAlongNormal(options.distance_tolerance, rounding);
@@ -242,16 +241,14 @@ std::optional<SignedDistance> byBoxAxes(const Shape& a, const Shape& b, const Is
   return certified(*exact, rounding + transposeError(b, a_T_b, departure2FromRotation(a_T_b)));
 }
 
-/// The answer of two boxes that are apart by their nearest points. Returns nullopt if these are not found, or if they
-/// decide stop_below.
-std::optional<SignedDistance> byNearestPoints(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
-                                              const Options& options, double rounding) {
-  const auto nearest = nearestOfBoxes(a.halfExtents(), b.halfExtents(), a_T_b,
-                                      finalGap(options.distance_tolerance, rounding) - 2.0 * rounding);
-  if (!nearest || nearest->distance + rounding <= options.stop_below) return std::nullopt;
-  SignedDistance result =
-      separatedAlong((nearest->on_b - nearest->on_a) / nearest->distance, nearest->gap - rounding, 0);
-  if (result.lower_bound > options.stop_above) return result;
+/// The answer of two boxes that are apart by their nearest points. Returns nullopt if these are not found.
+std::optional<SignedDistance> byNearestPoints(const Shape& a, const Shape& b, const Isometry3d& a_T_b, double tolerance,
+                                              double rounding) {
+  const auto nearest =
+      nearestOfBoxes(a.halfExtents(), b.halfExtents(), a_T_b, finalGap(tolerance, rounding) - 2.0 * rounding);
+  if (!nearest) return std::nullopt;
+  const Vector3d normal = (nearest->on_b - nearest->on_a) / nearest->distance;
+  SignedDistance result = separatedAlong(normal, nearest->gap - rounding, 0);
   result.distance = nearest->distance;
   result.upper_bound = nearest->distance + rounding;
   setPoints(result, nearest->on_a, nearest->on_b, rounding);
@@ -470,7 +467,7 @@ template <typename Observer>
   if (gap <= 0.0) answer = byBoxAxes(a, b, a_T_b, core_options, rounding);
   if (!answer) {
     observer.reaches(Algorithm::BoxPoints);
-    answer = byNearestPoints(a, b, a_T_b, core_options, rounding);
+    answer = byNearestPoints(a, b, a_T_b, core_options.distance_tolerance, rounding);
   }
   if (answer) {
     SignedDistance result = withMargins(*answer, a.margin(), b.margin());
@@ -480,7 +477,10 @@ template <typename Observer>
           boxesMeetInOnePoint(a.halfExtents(), b.halfExtents(), a_T_b, result.normal, options.distance_tolerance);
     if (result.has_points || isDecided(result, options)) {
       warm_start.axis = result.normal;
-      return result;
+      if (result.lower_bound > options.stop_above) return separatedAlong(result.normal, result.lower_bound, 0);
+      return result.upper_bound <= options.stop_below
+                 ? overlapAlong(result.normal, result.lower_bound, result.upper_bound, 0)
+                 : result;
     }
   }
   return bySearch(a, b, a_T_b, options, rounding, nullptr, warm_start, observer);

@@ -198,6 +198,7 @@ double overlapByAxes(const Vector3d& half_a, const Vector3d& half_b, const Eigen
 std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vector3d& half_b,
                                              const Eigen::Isometry3d& a_T_b, double tolerance) {
   constexpr int kMaxSweeps = 4;
+  constexpr double kShortest = 1e-140;
   const Padded x = column(a_T_b, 0), y = column(a_T_b, 1), z = column(a_T_b, 2), centre = column(a_T_b, 3);
   Padded half = half_a.z() * Padded(0.0, 0.0, 1.0, 0.0);
   half.head<2>() = half_a.head<2>();
@@ -213,7 +214,7 @@ std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vecto
     on_b = at(in_b);
     const Padded on_a = nearestIn(half, on_b), difference = on_b - on_a;
     const double distance = std::sqrt(difference.square().sum());
-    if (!(distance > 0.0)) return std::nullopt;  // the boxes overlap
+    if (!(distance > kShortest)) return std::nullopt;  // the boxes overlap, or squares lose digits
     const double gap =
         ((difference * centre).sum() - (half * difference.abs()).sum() - half_b.dot(along(difference).cwiseAbs())) /
         distance;

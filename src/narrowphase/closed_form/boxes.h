@@ -97,7 +97,7 @@ struct NearestOfBoxes {
 /// pairs.
 ///
 /// Frame:   that of a.
-/// Failure: nullopt if the boxes overlap, or if the points are not found in a few sweeps.
+/// Failure: nullopt if the boxes overlap or are less than 1e-140 m apart, or if the points are not found in a few sweeps.
 /// Source:  Bertsekas, Nonlinear Programming, 1999, 2.7 (block coordinate descent); Ericson, Real-Time Collision
 ///          Detection, 2005, 5.1.4 (the point of a box nearest to a point).
 std::optional<NearestOfBoxes> nearestOfBoxes(const Eigen::Vector3d& half_a, const Eigen::Vector3d& half_b,
