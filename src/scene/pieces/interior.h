@@ -42,12 +42,14 @@ class Interior {
   Place placeOf(const Eigen::Vector3d& p, double reach = std::numeric_limits<double>::infinity()) const;
 
   /// True if a triangle is found within `distance` [m] of a point, so that the point lies no deeper than that. Ends at the
-  /// first such triangle, and asks no ray: it costs much less than placeOf().
+  /// first such triangle, and asks no ray: it costs much less than placeOf(). A triangle at that distance within a
+  /// rounding of a few eps of the coordinates may be missed.
   bool hasSurfaceWithin(const Eigen::Vector3d& p, double distance) const;
 
  private:
   EnclosedSpace space_;
   TriangleBoxes surface_;
+  std::vector<Eigen::Vector3d> normals_;  ///< of the triangles of surface_; unit vectors, or zero
   Eigen::AlignedBox3d box_;
 };
 

@@ -16,9 +16,23 @@ Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vecto
   const double whole = ab.squaredNorm();
   return along < whole ? Vector3d(a + along / whole * ab) : b;
 }
-Vector3d nearestPointOnSegment(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
-  return nearestPointOnSegment(a, b, b - a, p - a);
-}
+
+/// The nearest to p of the points offered.
+struct NearestOffered {
+  NearestOffered(const Vector3d& from, const Vector3d& first)
+      : p(from), point(first), squared((first - from).squaredNorm()) {}
+
+  void offer(const Vector3d& candidate) {
+    const double its_squared = (candidate - p).squaredNorm();
+    if (!(its_squared < squared)) return;
+    point = candidate;
+    squared = its_squared;
+  }
+
+  const Vector3d& p;
+  Vector3d point;
+  double squared;  ///< [m^2] its squared distance from p
+};
 
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 
@@ -70,32 +84,23 @@ Vector3d nearestPoint(const Triangle& triangle, const Vector3d& p) {
   const bool above_face = normal.dot(ab.cross(ap)) > 0 && normal.dot(bc.cross(bp)) > 0 && normal.dot(ca.cross(cp)) > 0;
   if (above_face) return p - normal.dot(ap) / normal.squaredNorm() * normal;
 
-  Vector3d best = nearestPointOnSegment(a, b, ab, ap);
-  double best_squared = (best - p).squaredNorm();
-  const auto offer = [&](const Vector3d& candidate) {
-    const double squared = (candidate - p).squaredNorm();
-    if (!(squared < best_squared)) return;
-    best = candidate;
-    best_squared = squared;
-  };
-  offer(nearestPointOnSegment(b, c, bc, bp));
-  offer(nearestPointOnSegment(c, a, ca, cp));
-  return best;
+  NearestOffered best(p, nearestPointOnSegment(a, b, ab, ap));
+  best.offer(nearestPointOnSegment(b, c, bc, bp));
+  best.offer(nearestPointOnSegment(c, a, ca, cp));
+  return best.point;
 }
 
 Vector3d nearestCombination(const Triangle& triangle, const Vector3d& p) {
   const auto& [a, b, c] = triangle;
-  const Vector3d normal = (b - a).cross(c - a);
-  const double of_a = normal.dot((c - b).cross(p - b)), of_b = normal.dot((a - c).cross(p - c)),
-               of_c = normal.dot((b - a).cross(p - a));
+  const Vector3d ab = b - a, bc = c - b, ca = a - c, ap = p - a, bp = p - b, cp = p - c;
+  const Vector3d normal = ab.cross(c - a), on_ab = nearestPointOnSegment(a, b, ab, ap);
+  const double of_a = normal.dot(bc.cross(bp)), of_b = normal.dot(ca.cross(cp)), of_c = normal.dot(ab.cross(ap));
   const bool above_face = of_a > 0 && of_b > 0 && of_c > 0;
-  Vector3d best =
-      above_face ? Vector3d((of_a * a + of_b * b + of_c * c) / (of_a + of_b + of_c)) : nearestPointOnSegment(a, b, p);
-  for (const Vector3d& candidate :
-       {nearestPointOnSegment(a, b, p), nearestPointOnSegment(b, c, p), nearestPointOnSegment(c, a, p)}) {
-    if ((candidate - p).squaredNorm() < (best - p).squaredNorm()) best = candidate;
-  }
-  return best;
+  NearestOffered best(p, above_face ? Vector3d((of_a * a + of_b * b + of_c * c) / (of_a + of_b + of_c)) : on_ab);
+  if (above_face) best.offer(on_ab);
+  best.offer(nearestPointOnSegment(b, c, bc, bp));
+  best.offer(nearestPointOnSegment(c, a, ca, cp));
+  return best.point;
 }
 
 TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triangles(std::move(all)) {

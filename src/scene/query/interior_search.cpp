@@ -69,6 +69,7 @@ class InteriorSearch {
       return;
     }
     outer_leaf_ = volume;
+    mesh_T_outer_ = solid().body_T_piece.inverse(Eigen::Isometry);
     visitInner(inner().root);
   }
 
@@ -77,7 +78,7 @@ class InteriorSearch {
 
   /// A point of the body of the inner one in the frame of the mesh.
   Vector3d inMesh(const Vector3d& p) const {
-    return solid().body_T_piece.inverse(Eigen::Isometry) * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
+    return mesh_T_outer_ * (outer_T_inner_.rotation * p + outer_T_inner_.translation);
   }
 
   /// True if something with this lower bound [m], without padding, cannot change the answer.
@@ -154,6 +155,7 @@ class InteriorSearch {
   RelativePose outer_T_inner_;
   Outer outer_ = Outer::A;
   int outer_leaf_ = -1;  ///< the leaf of the solid
+  Eigen::Isometry3d mesh_T_outer_;
 };
 
 }  // namespace

@@ -6,7 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 namespace proximity_server::scene::interior_test {
 
@@ -88,6 +91,24 @@ TEST(Interior, IsWhereTheWindingNumberIsNotZero) {
     }
     EXPECT_GT(inside, 200);
     EXPECT_GT(outside, 200);
+  }
+}
+
+TEST(Interior, LeavesOutNoTriangleThatIsTheNearest) {
+  for (const TriangleMesh& mesh : {bracket(), thickShell(), together({thickShell(), scaled(dentedBall(), 0.2)})}) {
+    const std::vector<Triangle> triangles = trianglesOfMesh(mesh);
+    const Interior interior(triangles);
+    Chance chance(37);
+    for (int i = 0; i < 1500; ++i) {
+      const Vector3d p = interior.box().center() + interior.box().sizes().cwiseProduct(chance.pose(0.6).translation());
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const Triangle& triangle : triangles)
+        nearest = std::min(nearest, (nearestCombination(triangle, p) - p).norm());
+      const Interior::Place place = interior.placeOf(p);
+      EXPECT_EQ((p - place.nearest).norm(), nearest) << p.transpose();
+      EXPECT_EQ(std::max(place.upper_bound, -place.lower_bound), nearest) << p.transpose();
+      EXPECT_TRUE(interior.hasSurfaceWithin(p, nearest + 1e-14)) << p.transpose();
+    }
   }
 }
 
