@@ -41,6 +41,10 @@ struct Crossing {
 Crossing crossingOf(const Triangle& t, const Vector3d& p) {
   constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   const std::array<Vector3d, 3> corners{t[0] - p, t[1] - p, t[2] - p};
+  // The sign of a difference is exact, so this decides most triangles for certain.
+  const Vector3d low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]);
+  const Vector3d high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+  if (low.x() > 0 || high.x() < 0 || low.y() > 0 || high.y() < 0 || high.z() < 0) return {};
   std::array<double, 3> weights{};  // twice the signed areas beside the ray, as seen from above
   std::array<double, 3> errors{};
   int positive = 0, negative = 0;  // the number of weights with this sign, beyond rounding
@@ -52,8 +56,7 @@ Crossing crossingOf(const Triangle& t, const Vector3d& p) {
     negative += weights[i] < -errors[i];
   }
   const bool is_beside = positive > 0 && negative > 0;
-  const bool is_below = corners[0].z() < 0 && corners[1].z() < 0 && corners[2].z() < 0;
-  if (is_beside || is_below) return {};
+  if (is_beside) return {};
   double height = 0.0, error = 0.0;  // the height of the triangle above p, times its area
   for (std::size_t i = 0; i < 3; ++i) {
     height += weights[i] * corners[i].z();
@@ -84,10 +87,9 @@ int EnclosedSpace::windingNumber(const Vector3d& p, Effort& effort) const {
 
 bool EnclosedSpace::mayHold(const Vector3d& p) const {
   Effort unlimited(std::numeric_limits<double>::infinity());
-  return std::all_of(views_.begin(), views_.end(), [&](const View& view) {
-    const Winding winding = view.winding(p, unlimited);
-    return winding.number != 0 || !winding.is_certain;
-  });
+  for (const View& view : views_)
+    if (const Winding winding = view.winding(p, unlimited); winding.is_certain) return winding.number != 0;
+  return true;
 }
 
 EnclosedSpace::View::View(const Matrix3d& turn, const std::vector<Triangle>& closed)

@@ -26,8 +26,8 @@ class EnclosedSpace {
   /// disagree, the smaller number is returned. May throw Effort::Exceeded.
   int windingNumber(const Eigen::Vector3d& p, Effort& effort) const;
 
-  /// False only if p is proven to be outside. The proof is a ray whose crossings rounding cannot change, for a point
-  /// that is farther from the triangles than rounding. True also if neither ray gives a proof.
+  /// False only if p is proven to be outside, if it is farther from the triangles than rounding. The first ray whose
+  /// crossings rounding cannot change decides: the winding number is the same along each such ray. True if there is none.
   bool mayHold(const Eigen::Vector3d& p) const;
 
  private:
