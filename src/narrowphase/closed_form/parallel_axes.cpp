@@ -45,8 +45,11 @@ class Boundary {
     if (b.apex != 0.0) normals_[++edges_] = b.slantNormal();
     normals_[++edges_] = {0.0, 1.0};
     ++edges_;
-    std::sort(normals_.begin(), normals_.begin() + edges_,
-              [](const Vector2d& m, const Vector2d& n) { return m.y() < n.y(); });
+    // The slant of a cone that is nearly flat has the same y as an end; its x tells on which side of it.
+    std::sort(normals_.begin(), normals_.begin() + edges_, [](const Vector2d& m, const Vector2d& n) {
+      if (m.y() != n.y()) return m.y() < n.y();
+      return m.y() < 0.0 ? m.x() < n.x() : m.x() > n.x();
+    });
     addCorner({0.0, a.support(normals_.front()).y()}, {0.0, b.support(normals_.front()).y()});
     for (std::size_t i = 0; i + 1 < size(); ++i) {
       const Vector2d between = normals_[i] + normals_[i + 1];
