@@ -186,7 +186,8 @@ double overlapByAxes(const Vector3d& half_a, const Vector3d& half_b, const Eigen
   constexpr double kRoundings = 64.0, kParallel = 1e-3;
   const double upper = greatest.maxCoeff() + kRoundings * rounding;
   if (upper < 0.0) return upper;
-  // Each axis of b has one large component, along that of a to which it is nearly parallel.
+  // With a small tilt each axis of b has one large component, along that of a to which it is nearly parallel. With a
+  // larger one the products of edges are long enough to decide.
   const double tilt = std::max((sizes.rowwise().sum() - sizes.rowwise().maxCoeff()).maxCoeff(),
                                (sizes.colwise().sum() - sizes.colwise().maxCoeff()).maxCoeff());
   const double shrink = tilt * half_b.maxCoeff();
@@ -227,8 +228,8 @@ std::optional<NearestOfBoxes> nearestOfBoxes(const Vector3d& half_a, const Vecto
 bool boxesMeetInOnePoint(const Vector3d& half_a, const Vector3d& half_b, const Eigen::Isometry3d& a_T_b,
                          const Vector3d& normal, double tolerance) {
   const Vector3d normal_b = a_T_b.linear().transpose() * normal;
-  int edges_a = 0, edges_b = 0, edge_a = 0,
-      edge_b = 0;  // edges perpendicular to the normal: their number, the last one
+  // The edges perpendicular to the normal: their number, and the last one.
+  int edges_a = 0, edges_b = 0, edge_a = 0, edge_b = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const bool is_level_a = std::abs(2.0 * half_a[axis] * normal[axis]) <= tolerance;
     const bool is_level_b = std::abs(2.0 * half_b[axis] * normal_b[axis]) <= tolerance;

@@ -282,7 +282,6 @@ CommandedSplines CommandedTrajectories::splinesOf(const Command& command, const 
 }
 
 void CommandedTrajectories::findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const {
-  constexpr double kWritingError = 1e-6;  // [rad] or [m], because positions may be written with six decimals
   const scene::RobotModel& robot = robot_->robotModel();
   for (const scene::SplineSegment& segment : splines.segments) {
     for (const scene::SplineSegment::Excess& excess : segment.beyondLimits(robot)) {

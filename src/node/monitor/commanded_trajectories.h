@@ -21,7 +21,7 @@ namespace proximity_server::node {
 struct CommandedSplines {
   std::string topic;
   std::vector<scene::SplineSegment> segments;  ///< each begins when the one before ends, or later
-  /// Where a commanded joint is beyond its limit, that of each segment that is the farthest beyond.
+  /// A commanded joint beyond its limit, where it is the farthest beyond in a segment.
   struct Excess {
     double time;       ///< [s]
     std::string text;  ///< "joint 'elbow' goes to 2.4, and its upper limit is 2.1"

@@ -19,8 +19,6 @@ namespace {
 
 using narrowphase::Status;
 
-constexpr double kWritingError = 1e-6;  // [rad] or [m], because positions may be written with six decimals
-
 QueryTrajectoryResponse emptyQueryTrajectory() {
   QueryTrajectoryResponse response;
   response.t_free = response.t_contact = kNaN;

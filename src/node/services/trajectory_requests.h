@@ -17,6 +17,9 @@
 
 namespace proximity_server::node {
 
+/// [rad] or [m] A position is beyond a limit by more than this: positions may be written with six decimals.
+inline constexpr double kWritingError = 1e-6;
+
 /// The points of a trajectory.
 struct WayPoints {
   std::vector<int> joints;  ///< the joints that the trajectory names, as indices into RobotModel::joints

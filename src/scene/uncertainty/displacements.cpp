@@ -260,10 +260,7 @@ Displacements::Lowest Displacements::lowest(const Piece& piece, const Vector3d& 
 
 Vector3d Displacements::lowestStep(const Vector3d& point, const Vector3d& n) {
   Vector3d step = Vector3d::Zero();
-  const auto velocityAt = [&](const Placed& own) -> Vector3d {
-    if (own.kind == Displacement::Kind::Slide) return own.multiplier * own.axis;
-    return own.multiplier * own.axis.cross(point - own.origin);
-  };
+  const auto velocityAt = [&](const Placed& own) -> Vector3d { return own.multiplier * own.velocityAt(point); };
   std::fill(speed_.begin(), speed_.end(), 0.0);
   for (const Placed& own : list_)
     if (own.group >= 0) speed_[own.group] += n.dot(velocityAt(own));

@@ -29,6 +29,11 @@ struct Displacement {
 
   bool turns() const { return kind == Kind::Turn || kind == Kind::Tilt; }
 
+  /// Of a turn or a slide: the velocity of a point [m] for one unit of the position, without the multiplier.
+  Eigen::Vector3d velocityAt(const Eigen::Vector3d& point) const {
+    return kind == Kind::Slide ? axis : Eigen::Vector3d(axis.cross(point - origin));
+  }
+
   /// Turns or slides, by a position [rad] or [m], what `motion` moves after it.
   void displaceAfter(Eigen::Isometry3d& motion, double position) const;
 };

@@ -46,7 +46,7 @@ bool PairBounds::findLeadersBetween() {
 /// Places one shape in the middle of a part, with what is left of its displacements. Returns the error of its points
 /// [m]: a joint moves them by its position, which is off by half a unit in the last place, in a rotation and sums that
 /// are off by less than 32 units in all.
-double PairBounds::displace(const Side& whole, const Box& box, Side& side) const {
+double PairBounds::displaceSide(const Side& whole, const Box& box, Side& side) const {
   const Bounds& bounds = whole.part.whole().bounds;
   Isometry3d motion = Isometry3d::Identity();
   double rounding = 0.0;
@@ -69,7 +69,7 @@ double PairBounds::displace(const Side& whole, const Box& box, Side& side) const
 
 /// Takes the state in the middle of a part. Returns the error of the distance in it [m].
 double PairBounds::placeInMiddle(const Box& box) {
-  const double rounding = displace(whole_a_, box, a_) + displace(whole_b_, box, b_);
+  const double rounding = displaceSide(whole_a_, box, a_) + displaceSide(whole_b_, box, b_);
   placeSides();
   loss_ = chains_[frame_].of_a.travel() + chains_[frame_].of_b.travel() + swelling_;
   return rounding;
@@ -90,8 +90,8 @@ std::size_t PairBounds::widestOf(const Box& box) const {
   return widest;
 }
 
-/// Divides a part at the middle of the widest interval.
-std::pair<PairBounds::Box, PairBounds::Box> PairBounds::halvesOf(const Box& box) {
+/// Divides a part at the middle of its widest interval. Its intervals become those of the lower half.
+std::pair<PairBounds::Box, PairBounds::Box> PairBounds::halve(const Box& box) {
   const std::size_t widest = widestOf(box), count = leaders_between_.size();
   Box high = box;
   high.intervals = intervals_.size();
@@ -103,7 +103,6 @@ std::pair<PairBounds::Box, PairBounds::Box> PairBounds::halvesOf(const Box& box)
 
 /// Bounds the pair in a part, along a direction of its own. `nearest` [m] is lowered to the distance in its middle.
 void PairBounds::boundPart(Box& box, double enough, double& nearest) {
-  constexpr double kLittle = 1e-6;  // [m]
   const double rounding = placeInMiddle(box);
   const SignedDistance middle = measured(box.leaves, a_T_b_, kInfinity);
   if (middle.upper_bound - swelling_ < nearest) {
@@ -114,7 +113,7 @@ void PairBounds::boundPart(Box& box, double enough, double& nearest) {
       nearest_state_[leaders_between_[column]] = 0.5 * (lower + upper);
     }
   }
-  Known known{a_.pose.linear() * middle.normal, middle.lower_bound, box.bound, kLittle};
+  Known known{a_.pose.linear() * middle.normal, middle.lower_bound, box.bound, kNegligible};
   findGaps(known);
   likely_ = {asked_, box.leaves};
   deciding_.leaves = {};
@@ -122,20 +121,21 @@ void PairBounds::boundPart(Box& box, double enough, double& nearest) {
   if (deciding_.leaves.areLeaves()) box.leaves = deciding_.leaves;
 }
 
-/// Where one direction loses much in all states, the joints' positions are divided (Land, Doig, An Automatic Method of
-/// Solving Discrete Programming Problems, 1960), the part with the lowest bound first. It ends if the loss is not much
-/// larger than that of a state that was found, or if that one is in contact. Returns a bound [m] that is not below that
-/// of the whole, and not improved above `enough`.
+/// Divides the positions of the joints into parts, and bounds the pair in each of them: two states may need different
+/// directions. The part with the lowest bound is divided next (Land, Doig, An Automatic Method of Solving Discrete
+/// Programming Problems, 1960). This ends when the bound loses at most kMuch times as much as a state that was found, or
+/// when such a state is in contact. Returns a bound [m] of all states that is at least `whole`, and not improved above
+/// `enough`.
 double PairBounds::divided(double whole, const Known& known, double enough) {
-  constexpr double kNotMuch = 1.5, kLittle = 1e-6;  // times the loss, and [m]
+  constexpr double kMuch = 1.5;
   const double present = known.lower_bound - swelling_;
   nearest_state_.clear();
-  if (whole >= enough || present <= 0.0 || present - whole <= kLittle || most_parts_ == 0) return whole;
+  if (whole >= enough || present <= 0.0 || present - whole <= kNegligible || most_parts_ == 0) return whole;
   if (!deciding_.leaves.areLeaves() || b_.part.isUnbounded() || !findLeadersBetween()) return whole;
   Deciding where = deciding_;
   double nearest = where.normal.allFinite() ? bringTogether(where) : present;
   const auto isGood = [&](const Box& box) {
-    return box.bound >= enough || nearest <= 0.0 || present - box.bound <= kNotMuch * (present - nearest) + kLittle;
+    return box.bound >= enough || nearest <= 0.0 || present - box.bound <= kMuch * (present - nearest) + kNegligible;
   };
   const auto isAfter = [](const Box& one, const Box& other) { return one.bound > other.bound; };
   intervals_.clear();
@@ -150,7 +150,7 @@ double PairBounds::divided(double whole, const Known& known, double enough) {
   whole_b_ = b_;
   for (int parts = 0; parts + 2 <= most_parts_ && !isGood(boxes_.front()); parts += 2) {
     std::pop_heap(boxes_.begin(), boxes_.end(), isAfter);
-    auto [low, high] = halvesOf(boxes_.back());
+    auto [low, high] = halve(boxes_.back());
     boxes_.pop_back();
     for (Box* half : {&low, &high}) {
       boundPart(*half, enough, nearest);

@@ -514,7 +514,7 @@ double PairBounds::ofVolumes(const PartPair& volumes, const Known& known, double
 /// Lowers the bound of all pieces to that of the pieces of two volumes, which have the bound `own`. After kMostVisits
 /// the bounds of what is left are taken as they are.
 void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest) {
-  if (own >= lowest || lowest <= known.enough_below) return;
+  if (own >= lowest || lowest <= known.without_pieces) return;
   const Volume &a = a_.part[volumes.a], &b = b_.part[volumes.b];
   if (a.isLeaf() && b.isLeaf()) {
     const LeafPair leaves{volumes.a, volumes.b};

@@ -89,7 +89,7 @@ class PairBounds {
   struct Known {
     Eigen::Vector3d normal;  ///< in the frame of the poses
     double lower_bound;      ///< [m] of the whole pair now, or of two of its pieces in the middle of a part
-    double enough_below;     ///< [m] a bound of the whole pair that needs no pieces
+    double without_pieces;   ///< [m] a bound of the whole pair; where pieces give a lower one, it is the better one
     double little;           ///< [m] is not worth the steps of turn()
     // Only if there is a normal:
     Eigen::Vector3d in_a = Eigen::Vector3d::Zero(), in_b = Eigen::Vector3d::Zero();  ///< in the frames of the parts
@@ -159,10 +159,10 @@ class PairBounds {
   double divided(double whole, const Known& known, double enough);
   bool findLeadersBetween();
   std::size_t widestOf(const Box& box) const;
-  std::pair<Box, Box> halvesOf(const Box& box);
+  std::pair<Box, Box> halve(const Box& box);
   void boundPart(Box& box, double enough, double& nearest);
   double placeInMiddle(const Box& box);
-  double displace(const Side& whole, const Box& box, Side& side) const;
+  double displaceSide(const Side& whole, const Box& box, Side& side) const;
   const Joint::Mimic* leaderOf(const Displacement& own) const;
 
   void displace(const Displacement& own, const Eigen::Vector3d& point, const Eigen::Vector3d& towards);
@@ -170,7 +170,7 @@ class PairBounds {
   double bringTogether(Deciding& where);
   Eigen::Isometry3d motionOf(const Side& side) const;
   double upperBoundDisplaced(Deciding& where) const;
-  const ReachedState* reachedBelow(double threshold, const LeafPair& leaves);
+  bool isReachedBelow(double threshold, const LeafPair& leaves);
   void placeDisplaced();
   void findRadii();
   struct TravelWays {
@@ -234,6 +234,7 @@ class PairBounds {
 
   // The parts of the uncertainty of the pair, see divided().
   static constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
+  static constexpr double kNegligible = 1e-6;  ///< [m] a loss that is not worth a part; links are known to 1e-4 at best
   int most_parts_ = 64;
   Side whole_a_, whole_b_;              ///< the two in the present state
   std::vector<int> leaders_between_;    ///< the joints whose positions displace the two relative to each other

@@ -31,10 +31,8 @@ void PairBounds::displace(const Displacement& own, const Vector3d& point, const 
   switch (own.kind) {
     case Displacement::Kind::Turn:
     case Displacement::Kind::Slide: {
-      const bool slides = own.kind == Displacement::Kind::Slide;
-      const Vector3d velocity = slides ? own.axis : Vector3d(own.axis.cross(point - own.origin));
       const Joint::Mimic& leader = *leaderOf(own);
-      closing_[leader.joint] += leader.multiplier * towards.dot(velocity);
+      closing_[leader.joint] += leader.multiplier * towards.dot(own.velocityAt(point));
       return;
     }
     case Displacement::Kind::Tilt:
@@ -125,14 +123,15 @@ double PairBounds::upperBoundDisplaced(Deciding& where) const {
   return result.upper_bound - swelling_;
 }
 
-/// Makes the answer of the state of all displacements, if the pieces are closer than the threshold in it.
-const ReachedState* PairBounds::reachedBelow(double threshold, const LeafPair& leaves) {
+/// Makes the answer of the state of all displacements. The poses of all bodies have other last digits than motionOf(), so
+/// the pieces are measured in these. Returns whether they are closer than the threshold.
+bool PairBounds::isReachedBelow(double threshold, const LeafPair& leaves) {
   placeDisplaced();
   Isometry3d displacement_a = reached_.displacement_a, displacement_b = reached_.displacement_b;
   if (is_exchanged_) std::swap(displacement_a, displacement_b);
   const RelativePose a_T_b = relative(displacement_a * a_.pose, displacement_b * b_.pose);
   reached_.upper_bound = measured(leaves, a_T_b, kInfinity).upper_bound - swelling_;
-  return reached_.upper_bound < threshold ? &reached_ : nullptr;
+  return reached_.upper_bound < threshold;
 }
 
 const ReachedState* PairBounds::reached(const PairProximity& pair, double threshold) {
@@ -147,12 +146,12 @@ const ReachedState* PairBounds::reached(const PairProximity& pair, double thresh
   Deciding where = deciding_;
   if (!nearest_state_.empty()) {
     moveLeaders(nearest_state_);
-    if (upperBoundDisplaced(where) < threshold) return reachedBelow(threshold, where.leaves);
+    if (upperBoundDisplaced(where) < threshold && isReachedBelow(threshold, where.leaves)) return &reached_;
     where = deciding_;
   }
   constexpr int kTries = 4;
   for (int i = 0; i < kTries && where.leaves.a >= 0 && where.normal.allFinite(); ++i)
-    if (bringTogether(where) < threshold) return reachedBelow(threshold, where.leaves);
+    if (bringTogether(where) < threshold && isReachedBelow(threshold, where.leaves)) return &reached_;
   return nullptr;
 }
 

@@ -26,16 +26,26 @@ const std::string kCrane =
            hinge("swing", "post", "mast", "0 0 1") + slider("reach", "mast", "hook", "1 0 0", "2 0 0.5"));
 const double kCraneDistance = std::sqrt(13.0) - 0.6;
 
-/// The guaranteed distance of two links, with all joints at 0.
+/// Two links of a robot whose joints are at 0.
+struct LinksAtZero {
+  LinksAtZero(const std::shared_ptr<const SceneModel>& model, const Uncertainty& uncertainty, const char* a,
+              const char* b)
+      : scene(model), distances(model), poses(forwardKinematics(model->robot, {})) {
+    scene.update(poses);
+    distances.update(poses);
+    distances.assume(uncertainty);
+    pair = scene.proximity(pairOf(*model, a, b));
+  }
+  Scene scene;
+  GuaranteedDistances distances;
+  BodyPoses poses;
+  PairProximity pair;
+};
+
 double guaranteed(const std::shared_ptr<const SceneModel>& model, const Uncertainty& uncertainty, const char* a,
                   const char* b) {
-  Scene scene(model);
-  GuaranteedDistances distances(model);
-  const BodyPoses poses = forwardKinematics(model->robot, {});
-  scene.update(poses);
-  distances.update(poses);
-  distances.assume(uncertainty);
-  return distances.of(scene.proximity(pairOf(*model, a, b)));
+  LinksAtZero links(model, uncertainty, a, b);
+  return links.distances.of(links.pair);
 }
 
 TEST(GuaranteedDistances, LosesTheWayAlongTheNormal) {
@@ -160,42 +170,29 @@ TEST(GuaranteedDistances, DirectionsOfPartsTurnWithTheBoards) {
                      hinge("turn", "base", "left", "0 0 1") +
                      joint("follow", "revolute", "base", "right",
                            "<origin xyz=\"0.5 0 0\"/>" + axis("0 0 1") + limits("-1", "1") + mimic("turn", "1"))));
-  Scene scene(model);
-  GuaranteedDistances distances(model);
-  const BodyPoses poses = forwardKinematics(model->robot, {});
-  scene.update(poses);
-  distances.update(poses);
   Uncertainty uncertainty(model->robot);
   constexpr double kAngle = 0.02;
   uncertainty.positions[scene::findNamed(model->robot.joints, "turn")] = kAngle;
-  distances.assume(uncertainty);
-  const PairProximity pair = scene.proximity(pairOf(*model, "left", "right"));
-  ASSERT_NEAR(pair.result.distance, 0.48, 1e-9);
-  const double bound = distances.of(pair);
+  LinksAtZero boards(model, uncertainty, "left", "right");
+  ASSERT_NEAR(boards.pair.result.distance, 0.48, 1e-9);
+  const double bound = boards.distances.of(boards.pair);
   EXPECT_LE(bound, 0.5 * std::cos(kAngle) - 0.02);
   EXPECT_GT(bound, 0.48 - 0.4 * kAngle / 8.0);
-  distances.forget();
-  distances.update(poses);
-  distances.divideInto(0);
-  EXPECT_LT(distances.of(pair), 0.48 - 0.4 * kAngle * 0.9);
+  boards.distances.forget();
+  boards.distances.divideInto(0);
+  EXPECT_LT(boards.distances.of(boards.pair), 0.48 - 0.4 * kAngle * 0.9);
 }
 
 // Neither end of the swing is as close to the post as a state between them.
 TEST(GuaranteedDistances, ReachedStateMayBeBetweenTheEnds) {
   const auto model = modelOf(urdfOf(link("post", ball("0.1", "1 0.05 0.5")) + link("arm", ball("0.1", "1 0 0")) +
                                     hinge("swing", "post", "arm", "0 0 1")));
-  Scene scene(model);
-  GuaranteedDistances distances(model);
-  const BodyPoses poses = forwardKinematics(model->robot, {});
-  scene.update(poses);
-  distances.update(poses);
   Uncertainty uncertainty(model->robot);
   uncertainty.positions[0] = 0.2;
-  distances.assume(uncertainty);
-  const PairProximity pair = scene.proximity(pairOf(*model, "post", "arm"));
+  LinksAtZero links(model, uncertainty, "post", "arm");
   const double closest = std::hypot(std::hypot(1.0, 0.05) - 1.0, 0.5) - 0.2;
-  const double threshold = 0.5 * (closest + pair.result.distance);
-  const ReachedState* const reached = distances.reached(pair, threshold);
+  const double threshold = 0.5 * (closest + links.pair.result.distance);
+  const ReachedState* const reached = links.distances.reached(links.pair, threshold);
   ASSERT_NE(reached, nullptr);
   EXPECT_LT(reached->upper_bound, threshold);
   EXPECT_GE(reached->upper_bound, closest - 1e-12);

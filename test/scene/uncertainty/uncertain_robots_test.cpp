@@ -77,8 +77,8 @@ double smallestOfSearch(const RobotModel& robot, Chance& chance, const Distance&
   return smallest;
 }
 
-/// Of the closest pair of some states, how much more than the loss of the worst state that is found the guaranteed
-/// distance loses, as factors in their order. Losses below a micrometre count as that.
+/// What the guaranteed distance of the closest pair loses in some states, over what the worst state loses that a search
+/// finds: a factor for each state, sorted. A micrometre is added to both losses.
 std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, double size, int count, Chance& chance) {
   constexpr double kLittle = 1e-6;  // [m]
   Scene scene(model), within(model);
@@ -107,11 +107,11 @@ std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, dou
 }
 
 void expectLittleLoss(const std::shared_ptr<const SceneModel>& model, Chance& chance) {
-  const int count = repeats(30);
+  const int count = repeats(60);
   for (const auto& [size, median, most] : {std::array{1e-3, 1.5, 2.0}, std::array{1.745e-2, 2.0, 3.0}}) {
     const std::vector<double> factors = lossesOf(model, size, count, chance);
     EXPECT_LE(factors[factors.size() / 2], median) << size;
-    EXPECT_LE(factors[factors.size() * 95 / 100], most) << size;
+    EXPECT_LE(factors[factors.size() * 99 / 100], most) << size;
   }
 }
 

@@ -88,8 +88,8 @@ class GuaranteedDistances {
   double of(const PairProximity& pair, double enough = std::numeric_limits<double>::infinity());
 
   /// A state in which the pair is certainly closer than the threshold [m]; nullptr if none was found, though there may
-  /// be one. It tries states at the border of the uncertainty that bring the closest pieces together. Valid until the
-  /// next call.
+  /// be one. It tries states at the border of the uncertainty that bring the closest pieces together, and the middles of
+  /// the parts of point 4. Valid until the next call.
   /// Limit:   the limits of joints are not considered.
   /// Failure: as of().
   const ReachedState* reached(const PairProximity& pair, double threshold);
