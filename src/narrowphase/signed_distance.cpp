@@ -68,7 +68,7 @@ inline void setPoints(SignedDistance& result, const Vector3d& point_a, const Vec
   result.upper_bound = std::max(result.upper_bound, proven);
 }
 
-SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
+[[gnu::always_inline]] inline SignedDistance fromGjk(const Cso& cso, const GjkResult& gjk) {
   SignedDistance result;
   result.status = gjk.status;
   result.lower_bound = gjk.lower_bound;
@@ -121,12 +121,13 @@ inline SignedDistance certified(SignedDistance exact, double rounding) {
 
 template <typename Observer>
 SignedDistance iterative(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, const Options& options,
-                         Observer observer) {
+                         bool& is_by_features, Observer observer) {
   if (cso.warmStart().polytope != nullptr)
     if (const auto recalled = epaRecalled(cso, normal_guess, first, options, observer))
       return fromEpa(cso, GjkResult(), *recalled);
   observer.reaches(Algorithm::Gjk);
   const GjkResult gjk_result = gjk(cso, normal_guess, first, options, observer);
+  is_by_features = gjk_result.by_features;
   if (gjk_result.outcome != GjkResult::Outcome::Overlap) return fromGjk(cso, gjk_result);
   return fromEpa(cso, gjk_result, epa(cso, gjk_result.simplex, options, observer));
 }
@@ -260,6 +261,7 @@ struct SearchState {
   /// The warm start with which it began, if a threshold may end it: the copy takes a twentieth of a query without GJK.
   std::optional<WarmStart> begun_with;
   WarmStart::Pair newest{0, 0};  ///< numbers of the vertex of the CSO that was found last
+  bool is_by_features = false;   ///< GjkResult::by_features
 };
 
 /// [m] An upper bound of how far the tilt of the axes of two solids of revolution moves a point of b. Returns nullopt
@@ -284,7 +286,7 @@ SignedDistance coreDistance(const Shape& a, const Shape& b, const Isometry3d& a_
   const Vector3d direction = firstDirection(warm_start, cso);
   const CsoVertex first = known_first != nullptr ? *known_first : cso.vertex(direction);
   if (asksThreshold(options)) search.begun_with = warm_start;
-  const SignedDistance result = iterative(cso, direction.normalized(), first, options, observer);
+  const SignedDistance result = iterative(cso, direction.normalized(), first, options, search.is_by_features, observer);
   search.newest = cso.newestNumbers();
   return result;
 }
@@ -439,7 +441,7 @@ template <typename Observer>
   }
   warm_start.axis = result.normal;
   result.status = statusByBounds(result, options);
-  if (result.status == Status::Converged && result.unique)
+  if (result.status == Status::Converged && result.unique && !search.is_by_features)
     result.unique = meetInOnePoint(a, b, a_T_b, result, options.distance_tolerance, search.newest);
   if (isOpen(result.status) && is_warm) {
     // A search from another start meets other vertices, and rounding may stop it elsewhere.
@@ -522,6 +524,41 @@ template <typename Observer>
   return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
 }
 
+bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_start) {
+  return warm_start.simplex_size > 0 && a.isPolytope() && b.isPolytope() && !areBoxes(a, b);
+}
+
+/// The answer about two polytopes whose nearest features are those with which the last query ended. Otherwise nullopt.
+[[gnu::noinline]] std::optional<SignedDistance> byRecalledFeatures(const Shape& a, const Shape& b,
+                                                                   const Isometry3d& a_T_b, const Options& options,
+                                                                   double rounding, WarmStart& warm_start) {
+  const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
+  const Cso cso(a, b, a_T_b, rounding, warm_start);
+  const std::optional<GjkResult> recalled = recalledFeatures(cso, warm_start, core_options);
+  if (!recalled) return std::nullopt;
+  SignedDistance result = withMargins(fromGjk(cso, *recalled), a.margin(), b.margin());
+  result.status = statusByBounds(result, options);
+  warm_start.axis = result.normal;
+  return result;
+}
+
+/// What Repeatability::Always may take from a warm start: a bound above stop_above, or nearest features. Otherwise nullopt.
+[[gnu::noinline]] std::optional<SignedDistance> byRecalledBounds(const Shape& a, const Shape& b,
+                                                                 const Isometry3d& a_T_b, const Options& options,
+                                                                 double rounding, WarmStart& warm_start) {
+  if (options.stop_above < std::numeric_limits<double>::infinity() && hasDirection(warm_start.axis)) {
+    const double gap = -warm_start.axis.dot(Cso(a, b, a_T_b, rounding, warm_start).vertex(warm_start.axis).point);
+    const double lower_bound = boundByPlanes(a, b, gap, warm_start.axis.norm(), rounding);
+    if (lower_bound > options.stop_above) return separatedAlong(warm_start.axis.normalized(), lower_bound);
+  }
+  if (!mayRecallFeatures(a, b, warm_start)) return std::nullopt;
+  const auto result = byRecalledFeatures(a, b, a_T_b, options, rounding, warm_start);
+  if (!result || result->lower_bound > options.stop_above) return result;
+  // Another search may find other bounds that decide a threshold, but only if these bounds do not prove the contrary.
+  const bool is_between = result->upper_bound <= options.stop_above && result->lower_bound > options.stop_below;
+  return is_between && result->status == Status::Converged ? result : std::nullopt;
+}
+
 /// The answer of a threshold about two shapes without such formulas: by the first vertex of the CSO, by the inner balls,
 /// or by a search. It is a function of its own, as byFirstBounds().
 template <typename Observer>
@@ -551,6 +588,10 @@ template <typename Observer>
       return overlapAlong(warm_start.axis, lower_bound - margins, upper_bound - margins);
     }
   }
+  if (mayRecallFeatures(a, b, warm_start)) {
+    observer.reaches(Algorithm::RecalledFeatures);
+    if (const auto recalled = byRecalledFeatures(a, b, a_T_b, options, rounding, warm_start)) return *recalled;
+  }
   return bySearch(a, b, a_T_b, options, rounding, &first, warm_start, observer);
 }
 
@@ -565,9 +606,18 @@ template <typename Observer>
     const bool pays = hasFirstBounds(a, b, options) && b.kind() != Shape::Kind::Point;
     return (pays ? byCentres : byClosedForm)(a, b, a_T_b, options, error, warm_start);
   }
+  if (options.repeatability == Repeatability::Always) {
+    observer.reaches(Algorithm::RecalledFeatures);
+    if (const auto recalled = byRecalledBounds(a, b, a_T_b, options, rounding, warm_start)) return *recalled;
+    warm_start = coldStart(warm_start);
+  }
   if (hasFirstBounds(a, b, options)) return byFirstBounds(a, b, a_T_b, options, rounding, warm_start, observer);
   if (areBoxes(a, b)) return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
   if (asksThreshold(options)) return byFirstVertex(a, b, a_T_b, options, rounding, warm_start, observer);
+  if (mayRecallFeatures(a, b, warm_start)) {
+    observer.reaches(Algorithm::RecalledFeatures);
+    if (const auto recalled = byRecalledFeatures(a, b, a_T_b, options, rounding, warm_start)) return *recalled;
+  }
   return bySearch(a, b, a_T_b, options, rounding, nullptr, warm_start, observer);
 }
 

@@ -23,9 +23,21 @@ enum class Status : unsigned char {
   Degenerate,      ///< no further progress in double precision; otherwise as IterationLimit
 };
 
+/// How far the digits of an answer may depend on the warm start.
+enum class Repeatability : unsigned char {
+  WithinTolerance,
+  /// Two polytopes apart whose nearest features (vertex, edge, triangle) are nearer than all others by more than rounding
+  /// have the same answer to the last bit. A search without a warm start takes up to a sixth longer.
+  OfClearFeatures,
+  /// Every answer is the same to the last bit, but for the bound that proves a distance above stop_above. A warm start is
+  /// used only to find such a bound, and where OfClearFeatures makes the same promise.
+  Always
+};
+
 struct Options {
   double distance_tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound; NaN counts as 0
   int max_iterations = 500;          ///< of GJK, and of EPA; EPA's storage holds no more
+  Repeatability repeatability = Repeatability::WithinTolerance;
 
   /// Thresholds that make a query cheaper. The search ends with Status::Threshold as soon as
   ///   lower_bound > stop_above   (the shapes are far enough apart; how far does not matter), or

@@ -16,8 +16,9 @@ namespace proximity_server::narrowphase {
 ///    it does not decide the threshold, see whether the balls inside of both cores do: the cores are not farther from
 ///    each other than these. Two boxes are tested by their fifteen axes if their support planes along this direction
 ///    leave open whether they overlap, and answered by their nearest points if they are apart (boxes.h).
-/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h). Two polytopes
-///    whose warm start has a WarmPolytope begin with EPA while that proves an overlap.
+/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h). Two polytopes with
+///    a warm start need no GJK while their nearest features stay the same (nearest_features.h). If it has a WarmPolytope,
+///    they begin with EPA while that proves an overlap.
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
 ///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.
@@ -44,7 +45,8 @@ SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isome
                               const Options& options = {});
 
 /// For a series of queries of the same two shapes: begins with the state that the last query left in `warm_start`, and
-/// updates it. If that does not converge, it begins anew without it.
+/// updates it. If that does not converge, it begins anew without it. Options::repeatability tells how far the digits of
+/// the answer may depend on it.
 SignedDistance signedDistance(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b, const Options& options,
                               WarmStart& warm_start);
 

@@ -109,6 +109,22 @@ void remember(Cso& cso, const Simplex& simplex) {
     if (simplex.has(place)) warm_start.simplex[warm_start.simplex_size++] = simplex[place].numbers;
 }
 
+/// Sets the answer of two polytopes to that of these features. Returns false, and changes nothing, if it is not, or if the
+/// bounds do not meet the tolerance.
+[[gnu::noinline]] bool takeFeatures(const NearestFeatures& features, const Cso& cso, const Options& options,
+                                    GjkResult& result) {
+  const std::optional<DistanceOfFeatures> exact = distanceOf(features, cso, options.distance_tolerance);
+  if (!exact || !(exact->distance + cso.rounding() - exact->lower_bound <= options.distance_tolerance)) return false;
+  result.outcome = Outcome::Apart;
+  result.status = Status::Converged;
+  result.distance = exact->distance;
+  result.lower_bound = exact->lower_bound;
+  result.normal = exact->normal;
+  result.points = exact->points;
+  result.by_features = true;
+  return true;
+}
+
 struct Ending {
   Outcome outcome;
   Status status;
@@ -122,8 +138,12 @@ void finish(Cso& cso, const Nearest& nearest, const Options& options, const Endi
   const bool whole = ending.outcome == Outcome::Apart && ending.status != Status::Threshold;
   result.status = converged && whole ? Status::Converged : ending.status;
   result.distance = nearest.distance;
-  if (ending.outcome == Outcome::Apart) result.points = witnessPoints(result.simplex);
   if (cso.isPolytope() && ending.outcome != Outcome::Threshold) remember(cso, result.simplex);
+  if (ending.outcome != Outcome::Apart) return;
+  if (options.repeatability != Repeatability::WithinTolerance && cso.isPolytope() &&
+      result.status == Status::Converged && takeFeatures(NearestFeatures(cso, result.simplex), cso, options, result))
+    return;
+  result.points = witnessPoints(result.simplex);
 }
 
 /// The end of a search whose next vertex brings no progress. Returns nullopt if Newton's method has completed the
@@ -192,6 +212,12 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
   Nearest nearest{std::numeric_limits<double>::infinity(), normal_guess, 1.0, 0, false};
   if (const auto ending = search(cso, first, options, observer, nearest, result))
     finish(cso, nearest, options, *ending, result);
+  return result;
+}
+
+std::optional<GjkResult> recalledFeatures(const Cso& cso, const WarmStart& warm_start, const Options& options) {
+  std::optional<GjkResult> result(std::in_place);
+  if (!takeFeatures(NearestFeatures(cso, warm_start), cso, options, *result)) result.reset();
   return result;
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 
+#include "narrowphase/cso/nearest_features.h"
 #include "narrowphase/cso/observer.h"
 #include "narrowphase/cso/simplex.h"
+
+#include <optional>
 
 namespace proximity_server::narrowphase {
 
@@ -18,6 +21,9 @@ struct GjkResult {
   Eigen::Vector3d normal;           ///< unit, a towards b
   Simplex simplex;
   WitnessPoints points;  ///< of the distance, if the outcome is Apart
+  /// True if the answer is that of nearest features beside which no others are nearly as near: then only one pair of
+  /// points has this distance.
+  bool by_features = false;
   int iterations = 0;
 };
 
@@ -33,6 +39,8 @@ struct GjkResult {
 /// 5. Stop with an overlap if the simplex encloses the origin, or comes as near to it as rounding can tell.
 /// 6. If a core is curved, let Newton's method finish from the third iteration on, if it can (refinement.h).
 /// 7. Add the vertex of the CSO farthest towards the origin, and repeat from step 2.
+/// 8. If options.repeatability asks for it, the converged answer about polytopes is that of their nearest features
+///    (nearest_features.h), if no others are nearly as near.
 ///
 /// Error:   outcome Apart with Status::Converged: distance - lower_bound <= options.distance_tolerance, up to rounding.
 /// Failure: none. A search without progress ends, and the bounds say how good the answer is.
@@ -44,5 +52,9 @@ struct GjkResult {
 template <typename Observer = Unobserved>
 GjkResult gjk(Cso& cso, const Eigen::Vector3d& normal_guess, const CsoVertex& first, const Options& options,
               Observer observer = {});
+
+/// The answer of gjk() about two polytopes whose nearest features are those with which the last query ended. Otherwise
+/// nullopt.
+std::optional<GjkResult> recalledFeatures(const Cso& cso, const WarmStart& warm_start, const Options& options);
 
 }  // namespace proximity_server::narrowphase

@@ -32,6 +32,8 @@ std::string algorithmText(Algorithm algorithm) {
       return "the fifteen axes of two boxes";
     case Algorithm::BoxPoints:
       return "the nearest points of two boxes";
+    case Algorithm::RecalledFeatures:
+      return "the nearest features of the last query";
     case Algorithm::Gjk:
       return "GJK";
     case Algorithm::GjkNewton:

@@ -16,6 +16,7 @@ enum class Algorithm : unsigned char {
   InnerBalls,         ///< overlap: balls inside of both cores decided the threshold, before GJK
   BoxAxes,            ///< the fifteen axes of two boxes: they overlap, or an axis decided the threshold
   BoxPoints,          ///< the nearest points of two boxes apart
+  RecalledFeatures,   ///< the features of two polytopes at which the last query ended are the nearest ones again
   Gjk,
   GjkNewton,     ///< GJK, finished by Newton's method
   EnclosedBall,  ///< overlap: a ball inside of GJK's last simplex decided the threshold, without EPA
