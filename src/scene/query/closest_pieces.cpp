@@ -7,8 +7,12 @@
 namespace proximity_server::scene {
 namespace {
 
-narrowphase::Options optionsFor(const Question& question, double limit, double padding) {
+/// The digits of an answer do not depend on what is remembered where the nearest features are clear; with Memory::None
+/// they never do.
+narrowphase::Options optionsFor(const Question& question, double limit, double padding, Memory memory) {
+  using narrowphase::Repeatability;
   narrowphase::Options options;
+  options.repeatability = memory == Memory::None ? Repeatability::Always : Repeatability::OfClearFeatures;
   options.distance_tolerance = question.tolerance;
   options.stop_above = limit + padding;
   if (question.depth == Question::Depth::NotWanted) options.stop_below = std::min(0.0, question.threshold) + padding;
@@ -63,10 +67,7 @@ double ClosestPieces::limit(double outer_limit, const Question& question) const 
 }
 
 PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping, Memory memory)
-    : robot_(robot),
-      skipping_(skipping),
-      memory_(memory),
-      warm_starts_(memory == Memory::None ? 0 : rememberedPieces(pieces)) {
+    : robot_(robot), skipping_(skipping), memory_(memory), warm_starts_(rememberedPieces(pieces)) {
   queue_.reserve(rememberedPieces(pieces));
 }
 
@@ -84,8 +85,10 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
+  const bool is_remembered = memory_ == Memory::OfAnswers || likely.areLeaves();
   const auto distanceOf = [&](const LeafPair& leaves) {
-    return distanceInBodyA(leaves, pair, a_T_b, optionsFor(question, current_limit(), pair.padding));
+    const auto options = optionsFor(question, current_limit(), pair.padding, memory_);
+    return distanceInBodyA(leaves, pair, a_T_b, options, is_remembered);
   };
   narrowphase::SignedDistance of_likely;
   const auto compute = [&](const LeafPair& leaves) {
@@ -121,7 +124,7 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   b_ = robot_[pair.b];
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
   const auto isBeyondIt = [&](const LeafPair& leaves) {
-    return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options), limit);
+    return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options, memory_ == Memory::OfAnswers), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({a_.root, b_.root});
   for (begin(pair, a_T_b, limit); !queue_.empty() && !(lowestBound() > limit);) {
@@ -135,11 +138,11 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
 }
 
 narrowphase::SignedDistance PieceSearch::distanceInBodyA(const LeafPair& leaves, const Visit& pair,
-                                                         const RelativePose& a_T_b,
-                                                         const narrowphase::Options& options) {
+                                                         const RelativePose& a_T_b, const narrowphase::Options& options,
+                                                         bool is_remembered) {
   narrowphase::WarmStart cold;
   const Leaf a(a_, leaves.a), b(b_, leaves.b);
-  narrowphase::WarmStart& start = memory_ == Memory::None ? cold : warm_starts_.of(a.number, b.number);
+  narrowphase::WarmStart& start = is_remembered ? warm_starts_.of(a.number, b.number) : cold;
   return padded(PlacedRobot::distanceInBodyA(a, b, a_T_b, options, start), pair.padding);
 }
 

@@ -105,7 +105,7 @@ class PieceSearch {
   void begin(const Visit& pair, const RelativePose& a_T_b, double limit);
   bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
   narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
-                                              const narrowphase::Options& options);
+                                              const narrowphase::Options& options, bool is_remembered);
   double boundAbove(double limit, const Volume& a, const Volume& b, const RelativePose& a_T_b);
   void split(const VolumePair& whole, const RelativePose& a_T_b, double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
