@@ -208,6 +208,8 @@ void moveOne(Row& row, Placement placement, int steps) {
   for (int i = 0; i < steps; ++i) {
     row.pairs.push_back(pair);
     pair.a_T_b = step * pair.a_T_b * step;
+    // a product of a thousand steps is no longer a rotation, which costs us a step of its own
+    pair.a_T_b.linear() = Eigen::Quaterniond(pair.a_T_b.linear()).normalized().toRotationMatrix();
     pair.a_T_b.translation() += 0.002 * std::sin(0.05 * i) * Eigen::Vector3d::UnitX();
   }
   row.coherent = true;
