@@ -543,18 +543,20 @@ bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_sta
 }
 
 /// What Repeatability::Always may take from a warm start: a bound above stop_above, or nearest features. Otherwise nullopt.
+/// Bounds that another search finds are within the tolerance of these.
 [[gnu::noinline]] std::optional<SignedDistance> byRecalledBounds(const Shape& a, const Shape& b,
                                                                  const Isometry3d& a_T_b, const Options& options,
                                                                  double rounding, WarmStart& warm_start) {
-  if (options.stop_above < std::numeric_limits<double>::infinity() && hasDirection(warm_start.axis)) {
+  constexpr int kSurelyEnough = 100;  // iterations: no search about polytopes is known that takes half as many
+  const double surely_above = options.stop_above + usableTolerance(options.distance_tolerance);
+  if (surely_above < std::numeric_limits<double>::infinity() && hasDirection(warm_start.axis)) {
     const double gap = -warm_start.axis.dot(Cso(a, b, a_T_b, rounding, warm_start).vertex(warm_start.axis).point);
     const double lower_bound = boundByPlanes(a, b, gap, warm_start.axis.norm(), rounding);
-    if (lower_bound > options.stop_above) return separatedAlong(warm_start.axis.normalized(), lower_bound);
+    if (lower_bound > surely_above) return separatedAlong(warm_start.axis.normalized(), lower_bound);
   }
-  if (!mayRecallFeatures(a, b, warm_start)) return std::nullopt;
+  if (!mayRecallFeatures(a, b, warm_start) || options.max_iterations < kSurelyEnough) return std::nullopt;
   const auto result = byRecalledFeatures(a, b, a_T_b, options, rounding, warm_start);
-  if (!result || result->lower_bound > options.stop_above) return result;
-  // Another search may find other bounds that decide a threshold, but only if these bounds do not prove the contrary.
+  if (!result || result->lower_bound > surely_above) return result;
   const bool is_between = result->upper_bound <= options.stop_above && result->lower_bound > options.stop_below;
   return is_between && result->status == Status::Converged ? result : std::nullopt;
 }

@@ -190,6 +190,22 @@ std::optional<Failure> failureOfRecalled(const StressPair& p, const SignedDistan
   return Failure{"begun with the last polytope, " + failure->sentence, failure->pair};
 }
 
+/// A pair that has moved a little, and asks for the bits of a cold search, has them from the warm start of its first query.
+std::optional<Failure> failureOfRepeated(const StressPair& p, Chance& chance) {
+  StressPair begun = p;
+  begun.options.repeatability = Repeatability::Always;
+  signedDistance(p.a, p.b, p.a_T_b, begun.options, begun.warm_start);
+  begun = shifted(begun, chance).pair;
+  const SignedDistance found = ask(begun), expected = ask(cold(begun).pair);
+  const double threshold = begun.options.stop_above;
+  if (found.lower_bound > threshold && expected.lower_bound > threshold) return std::nullopt;  // each has its own proof
+  SignedDistance same_effort = found;
+  same_effort.iterations = expected.iterations;
+  const AssertionResult check = sameBits(same_effort, expected);
+  if (check) return std::nullopt;
+  return Failure{std::string("repeatable, from a warm start: ") + check.message(), begun};
+}
+
 /// A threshold near the distance is the hard one.
 double thresholdNear(const SignedDistance& first, double size, Chance& chance) {
   const double offset = chance.decades(-17, 0) * size;
@@ -211,6 +227,7 @@ std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDista
        {swapped(p), moved(p, chance), shifted(p, chance), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
     if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
   if (std::optional<Failure> failure = failureOfSinglePrecision(p)) return failure;
+  if (std::optional<Failure> failure = failureOfRepeated(p, chance)) return failure;
   return failureOfRecalled(p, first, chance);
 }
 

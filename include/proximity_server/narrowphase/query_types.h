@@ -29,21 +29,23 @@ enum class Repeatability : unsigned char {
   /// Two polytopes apart whose nearest features (vertex, edge, triangle) are nearer than all others by more than rounding
   /// have the same answer to the last bit. A search without a warm start takes up to a sixth longer.
   OfClearFeatures,
-  /// Every answer is the same to the last bit, but for the bound that proves a distance above stop_above. A warm start is
-  /// used only to find such a bound, and where OfClearFeatures makes the same promise.
+  /// Every answer is the same to the last bit, but for iterations, and for the bound that proves a distance above
+  /// stop_above by more than the tolerance. A warm start is used only to find such a bound, and where OfClearFeatures makes
+  /// the same promise.
   Always
 };
 
 struct Options {
   double distance_tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound; NaN counts as 0
   int max_iterations = 500;          ///< of GJK, and of EPA; EPA's storage holds no more
-  Repeatability repeatability = Repeatability::WithinTolerance;
 
   /// Thresholds that make a query cheaper. The search ends with Status::Threshold as soon as
   ///   lower_bound > stop_above   (the shapes are far enough apart; how far does not matter), or
   ///   upper_bound <= stop_below  (the shapes are too close; how close does not matter).
   double stop_above = std::numeric_limits<double>::infinity();   ///< [m]
   double stop_below = -std::numeric_limits<double>::infinity();  ///< [m]
+
+  Repeatability repeatability = Repeatability::WithinTolerance;
 
   /// Asks whether the signed distance is above `threshold` [m]: it is if lower_bound > threshold, and it is not if
   /// upper_bound <= threshold.

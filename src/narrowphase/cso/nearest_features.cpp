@@ -30,6 +30,9 @@ int numberOf(const Shape& polytope, int number) {
 ///    vertex brings no progress. The subalgorithm sees this by the sign of a product of d and `behind`, the rounding error
 ///    of which is at most a few r times the size of the CSO.
 struct Separation {
+  /// [m] Cores that are nearer may count as touching.
+  static double least(double rounding) { return 100.0 * rounding; }
+
   /// [m^2] The square of the distance between the point and the ends of the features.
   static double inside2(double distance, double rounding) { return 64.0 * rounding * (distance + rounding); }
 
@@ -183,7 +186,7 @@ std::optional<DistanceOfFeatures> distanceOf(const NearestFeatures& features, co
   const bool in_order = of_a.count <= of_b.count;
   const std::optional<Foot> foot =
       in_order ? footOf(a, of_a.count, b, of_b.count, rounding) : footOf(b, of_b.count, a, of_a.count, rounding);
-  if (!foot || !foot->is_inside) return std::nullopt;
+  if (!foot || !foot->is_inside || !(foot->distance > Separation::least(rounding))) return std::nullopt;
   const Vector3d normal = in_order ? foot->normal : Vector3d(-foot->normal);
   const double behind = Separation::behind(foot->distance, rounding, tolerance);
   if (!areOthersBehind(cso.a(), of_a, normal, behind) ||
