@@ -68,7 +68,7 @@ BatchModel::BatchModel(std::shared_ptr<const SceneModel> scene_model)
   for (const ShapeRefPair& pair : candidates) add(pair, paddings);
   lanes = std::make_shared<const LaneModel>(*model, *volumes);
   for (const LaneModel::Pair& pair : lanes->pairs)
-    if (pair.hasGeometry()) deepest = std::max(deepest, pair.radius_a + pair.radius_b + pair.padding);
+    if (pair.hasGeometry()) deepest = std::max(deepest, pair.depth);
   order = pairOrder(robot, lanes);
 }
 

@@ -123,10 +123,9 @@ lanes::PairPoses LaneBounds::posesOf(const LaneModel::Pair& pair) const {
 int LaneBounds::keepNear(int pair, double threshold, int* states, int count) const {
   const LaneModel::Pair& shapes = pairAt(pair);
   if (!shapes.hasGeometry()) return 0;
-  const double reach = shapes.radius_a + shapes.radius_b + shapes.padding + threshold + shapes.centre_error;
+  const double reach = shapes.reach + threshold;
   if (!(reach >= 0.0)) return 0;
-  // The square of a distance in float has a relative error of 2 u from the differences and of 4 u from products and
-  // sums.
+  // The same rounding as in areFar().
   const float limit = roundedUp(reach * reach * (1.0 + 0x1p-20));
   const int end = count > 0 ? 1 + *std::max_element(states, states + count) : 0;
   kernels_->markNear(posesOf(shapes), end, limit, near_.data());
@@ -140,43 +139,31 @@ int LaneBounds::keepNear(int pair, double threshold, int* states, int count) con
 
 int LaneBounds::findNear(int pair, const double* thresholds, int* states) const {
   const LaneModel::Pair& shapes = pairAt(pair);
-  if (!shapes.hasGeometry()) return 0;
-  const double reach = shapes.radius_a + shapes.radius_b + shapes.padding + shapes.centre_error;
-  lanes::PairPoses poses = posesOf(shapes);
-  for (int first = 0; first < count_; first += lanes::kTile, poses.a += poses.stride, poses.b += poses.stride) {
-    const lanes::Tile &a = *poses.a, &b = *poses.b;
-    for (int i = 0; i < lanes::kTile; ++i) {
-      const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];  // between the origins
-      const auto distance2 = static_cast<double>((x * x + y * y) + z * z);
-      const double within = reach + thresholds[first + i];
-      // The same rounding as in keepNear(). Written so that NaN counts as near.
-      const bool is_far = (distance2 > within * within * (1.0 + 0x1p-20)) | (within < 0.0);
-      near_[first + i] = static_cast<unsigned char>(!is_far);
-    }
-  }
-  int found = 0;
-  for (int i = 0; i < count_; ++i) {
-    states[found] = i;
-    found += near_[i];
-  }
-  return found;
+  return shapes.hasGeometry() ? kernels_->findNear(posesOf(shapes), count_, shapes.reach, thresholds, states) : 0;
 }
 
 void LaneBounds::bounds(int pair, const int* states, int count, float* lower, float* upper) const {
+  lowerBounds(pair, states, count, kInfinity, lower);
+  const LaneModel::Pair& shapes = pairAt(pair);
+  if (!shapes.hasGeometry()) {
+    std::fill(upper, upper + count, kFloatInfinity);
+    return;
+  }
+  kernels_->boundByInnerBalls(shapes.shapes, count, *items_);
+  for (int i = 0; i < count; ++i) upper[i] = roundedUp(static_cast<double>(items_->upper[i]) - shapes.padding);
+}
+
+void LaneBounds::lowerBounds(int pair, const int* states, int count, double limit, float* lower) const {
   const LaneModel::Pair& shapes = pairAt(pair);
   if (!shapes.hasGeometry()) {
     std::fill(lower, lower + count, -kFloatInfinity);
-    std::fill(upper, upper + count, kFloatInfinity);
     return;
   }
   const lanes::PairShapes& of = shapes.shapes;
   kernels_->relativePoses(posesOf(shapes), states, count, of, *items_);
-  kernels_->boundByOutlines(of, coarseSearch(shapes), {kNever, kNever}, count, *items_);
-  kernels_->boundByInnerBalls(of, count, *items_);
-  for (int i = 0; i < count; ++i) {
-    lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
-    upper[i] = roundedUp(static_cast<double>(items_->upper[i]) - shapes.padding);
-  }
+  const lanes::SearchLimits limits{roundedUp(limit + shapes.padding), kNever};
+  kernels_->boundByOutlines(of, coarseSearch(shapes), limits, count, *items_);
+  for (int i = 0; i < count; ++i) lower[i] = roundedDown(static_cast<double>(items_->lower[i]) - shapes.padding);
 }
 
 void LaneBounds::boundPieces(int pair, const int* states, int count, const double* limits, double accuracy,

@@ -48,6 +48,9 @@ class LaneBounds {
   /// Bounds a candidate pair in each of the listed, placed states: lower[i] <= signed distance <= upper[i] [m].
   void bounds(int pair, const int* states, int count, float* lower, float* upper) const;
 
+  /// The lower bounds alone. A bound that is above the limit [m] need not be the best one.
+  void lowerBounds(int pair, const int* states, int count, double limit, float* lower) const;
+
   /// Narrows bounds of a pair in each of the listed, placed states to those of its pieces, by GJK, until they are at most
   /// `accuracy` [m] apart where float allows it. States whose lower bound is above limits[i] [m] need no more. An upper bound is found for pieces that are hulls of points, with any
   /// margin. `upper` is at most 0 if the pair is proven to overlap; the depth is only bounded.
@@ -63,6 +66,20 @@ class LaneBounds {
   /// The states whose balls do not prove a distance above the threshold [m] of the state. Writes their numbers to
   /// `states`, ascending, and returns how many they are. Both arrays have kBlock entries.
   int findNear(int pair, const double* thresholds, int* states) const;
+
+  /// Calls take(pair) for each pair whose balls do not prove a distance above limitOf(pair) [m] in one placed state.
+  template <typename LimitOf, typename Take>
+  void forEachNear(int state, const LimitOf& limitOf, const Take& take) const {
+    const AlignedTile* const poses = &link_poses_[state / lanes::kTile * model_->links.size()];
+    const auto column = static_cast<unsigned>(state) % lanes::kTile;
+    int pair = 0;
+    for (const LaneModel::Pair& shapes : model_->pairs) {
+      if (shapes.hasGeometry() &&
+          !areFar(poses[shapes.a].tile, poses[shapes.b].tile, column, shapes.reach + limitOf(pair)))
+        take(pair);
+      ++pair;
+    }
+  }
 
   /// The side of the threshold on which a pair is proven to be in one state.
   enum class Side : unsigned char { Unknown, Above, Below };
@@ -88,9 +105,18 @@ class LaneBounds {
   struct alignas(64) Aligned {
     Tile tile;
   };
+  using AlignedTile = Aligned<lanes::Tile>;
   template <typename Tile>
   static Tile* tilesOf(std::vector<Aligned<Tile>>& tiles) {
     return tiles.empty() ? nullptr : &tiles.front().tile;
+  }
+  /// True if the origins of two links in a column are proven to be farther apart than the distance [m].
+  static bool areFar(const lanes::Tile& a, const lanes::Tile& b, unsigned column, double distance) {
+    const float x = b[9][column] - a[9][column], y = b[10][column] - a[10][column], z = b[11][column] - a[11][column];
+    const auto square = static_cast<double>((x * x + y * y) + z * z);
+    // The square of a distance in float has a relative error of 2 u from the differences and of 4 u from products and
+    // sums. Written so that NaN counts as near.
+    return (square > distance * distance * (1.0 + 0x1p-20)) | (distance < 0.0);
   }
   const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[pair]; }
   lanes::PairPoses posesOf(const LaneModel::Pair& pair) const;
@@ -103,7 +129,7 @@ class LaneBounds {
   std::vector<unsigned char> is_placed_;
   Rows sines_, cosines_, positions_;
   std::vector<Aligned<lanes::WideTile>> body_poses_;
-  std::vector<Aligned<lanes::Tile>> link_poses_;
+  std::vector<AlignedTile> link_poses_;
   std::vector<double> column_;
   std::unique_ptr<lanes::Items> items_;
   mutable std::vector<unsigned char> near_;

@@ -158,6 +158,30 @@ void markNear(const PairPoses& poses, int count, float limit, unsigned char* nea
   }
 }
 
+int findNear(const PairPoses& poses, int count, double reach, const double* limits, int* columns) {
+  const Tile *pose_a = poses.a, *pose_b = poses.b;
+  int found = 0;
+  for (int first = 0; first < count; first += kTile, pose_a += poses.stride, pose_b += poses.stride) {
+    const Tile &a = *pose_a, &b = *pose_b;
+    alignas(64) float squares[kTile];
+    for (int i = 0; i < kTile; ++i) {
+      const double within = reach + limits[first + i];
+      squares[i] = within < 0.0 ? -1.0f : static_cast<float>(within * within * (1.0 + 0x1p-19));
+    }
+    for (int i = 0; i < kTile; i += kLanes) {
+      const Point between{load(b[9] + i) - load(a[9] + i), load(b[10] + i) - load(a[10] + i),
+                          load(b[11] + i) - load(a[11] + i)};
+      const Int is_near = ~(dot(between, between) > load(squares + i));
+      if (!any(is_near)) continue;
+      for (int k = 0; k < kLanes && first + i + k < count; ++k) {
+        columns[found] = first + i + k;
+        found -= is_near[k];
+      }
+    }
+  }
+  return found;
+}
+
 /// A lower bound of the distance of the boxes of two links.
 Float boxGap(const Pose& a_T_b, const PairShapes& shapes) {
   const Point in_b = turnedBack(a_T_b.rotation, a_T_b.origin);

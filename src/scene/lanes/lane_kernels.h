@@ -134,6 +134,10 @@ struct Kernels {
   /// Sets near[i] to 0 if the squared distance of the origins of two links is above a limit, otherwise to 1.
   void (*markNear)(const PairPoses& poses, int count, float limit, unsigned char* near);
 
+  /// Lists the columns in which the distance of the origins of two links is not above reach + limits[column] [m].
+  /// Returns how many they are. Both arrays have kBlock entries.
+  int (*findNear)(const PairPoses& poses, int count, double reach, const double* limits, int* columns);
+
   /// Fills the items with the relative poses of the two links in the columns listed, with the lower bound of their
   /// boxes, and without upper bound.
   void (*relativePoses)(const PairPoses& poses, const int* columns, int count, const PairShapes& shapes, Items& items);

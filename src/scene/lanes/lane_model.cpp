@@ -262,9 +262,9 @@ LaneModel::Pair LaneModel::pairOf(const Link& a, const Link& b, double padding) 
   pair.a = a.number;
   pair.b = b.number;
   pair.padding = padding;
-  pair.centre_error = kSecondOrder * of_origins;
-  pair.radius_a = a.outline.bounds.radius + a.outline.uncovered;
-  pair.radius_b = b.outline.bounds.radius + b.outline.uncovered;
+  pair.depth =
+      (a.outline.bounds.radius + a.outline.uncovered) + (b.outline.bounds.radius + b.outline.uncovered) + padding;
+  pair.reach = pair.depth + kSecondOrder * of_origins;
   lanes::PairShapes& shapes = pair.shapes;
   shapes.outline_a = ballsOf(a.corners);
   shapes.outline_b = ballsOf(b.corners);

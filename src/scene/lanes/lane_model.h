@@ -73,10 +73,10 @@ class LaneModel {
   std::vector<Pieces> pieces;  ///< for each of `links`
 
   struct Pair {
-    int a = -1, b = -1;   ///< indices into `links`; -1: no geometry
-    double padding;       ///< [m]
-    double centre_error;  ///< [m] of the distance of the origins of the links
-    double radius_a, radius_b;
+    int a = -1, b = -1;  ///< indices into `links`; -1: no geometry
+    double padding;      ///< [m]
+    double depth;        ///< [m] The links overlap by at most this
+    double reach;        ///< [m] If the origins of the links are farther apart in the lanes, the links do not touch
     lanes::PairShapes shapes;
     int coarse_corners_a, coarse_corners_b;  ///< the number of corners that are searched first
     float coarse_uncovered;
