@@ -21,6 +21,10 @@ constexpr double kSmallStep = 0.1;
 
 }  // namespace
 
+bool areNear(const States& states, Eigen::Index a, Eigen::Index b) {
+  return ((states.row(a) - states.row(b)).array().abs() <= kSmallStep).all();
+}
+
 ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
     : batch_(std::move(batch)),
       measurement_(std::make_unique<PairMeasurement>(*batch_->model, batch_->volumes, Skipping::On, Memory::None)),
@@ -29,7 +33,8 @@ ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
       body_of_(poses_.size(), 0),
       sphere_of_(static_cast<std::size_t>(batch_->volumes->rootCount()), 0),
       last_positions_(batch_->model->robot.joints.size(), kInfinity),
-      guesses_(batch_->pairs.size()) {
+      guesses_(batch_->pairs.size()),
+      known_(batch_->candidates.size()) {
   if (!batch_->objects) return;
   measurement_->use(batch_->objects->objects);
   frames_.resize(batch_->objects->frame_links.size());
@@ -178,8 +183,23 @@ bool ExactState::isPlaced() {
   return std::all_of(batch_->visits.begin(), batch_->visits.end(), [&](const Visit& visit) { return isPlaced(visit); });
 }
 
+Visit ExactState::refined(Visit visit, double limit) const {
+  if (const auto pair = static_cast<std::size_t>(visit.number);
+      pair < known_.size() && known_[pair].lower_bound > limit) {
+    const PlacedRobot& robot = measurement_->robot();
+    const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot[visit.a], robot[visit.b], known_[pair].a_T_b,
+                                                                   robot.relative(visit.a, visit.b));
+    visit.lower_bound = std::max(visit.lower_bound, known_[pair].lower_bound - motion.distance_change);
+  }
+  return visit.lower_bound > limit ? visit : measurement_->refined(visit, limit);
+}
+
 PairProximity ExactState::measure(const Visit& visit, double limit) {
-  return measurement_->measure(refsOf(visit.number), visit, limit, {}, guessFor(visit.number));
+  const PairProximity proximity = measurement_->measure(refsOf(visit.number), visit, limit, {}, guessFor(visit.number));
+  if (const auto pair = static_cast<std::size_t>(visit.number);
+      pair < known_.size() && proximity.result.lower_bound > limit && isNearLast())
+    known_[pair] = {measurement_->robot().relative(visit.a, visit.b), proximity.result.lower_bound};
+  return proximity;
 }
 
 PairProximity ExactState::measure(const Visit& visit, double limit, const Question& question) {

@@ -15,6 +15,9 @@
 
 namespace proximity_server::scene {
 
+/// True if two states are as near each other as two that follow each other along an edge.
+bool areNear(const States& states, Eigen::Index a, Eigen::Index b);
+
 /// Answers questions about one state after the other exactly: bit for bit as a Scene that has seen nothing before, but
 /// for the iterations, and for the bound that proves a pair beyond a threshold. It does only the work that the asked pairs
 /// need:
@@ -60,8 +63,9 @@ class ExactState {
   /// True if no pair is Unknown. Positions may be finite and a pose not.
   bool isPlaced();
 
-  /// Raises the lower bound with the boxes of both links, unless it is above the limit [m].
-  Visit withBoxes(const Visit& visit, double limit) const { return measurement_->refined(visit, limit); }
+  /// Raises the lower bound, unless it is above the limit [m]: with what measure() proved about the pair in an earlier
+  /// state minus a bound on the motion since then, or with the boxes of both links.
+  Visit refined(Visit visit, double limit) const;
 
   /// Like proximity(), if isPlaced(). If a lower bound of the distance is above the limit [m], that bound is enough.
   PairProximity measure(const Visit& visit, double limit);
@@ -80,6 +84,12 @@ class ExactState {
   struct Guess {
     LeafPair leaves;
     std::uint64_t state = 0;
+  };
+
+  /// A lower bound of the distance of a pair in an earlier state.
+  struct KnownBound {
+    RelativePose a_T_b;
+    double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m]
   };
 
   const ShapeRefPair& refsOf(int pair) const { return batch_->pairs[pair]; }
@@ -109,6 +119,7 @@ class ExactState {
   std::uint64_t edge_begin_ = 0;          ///< the first state of the edge: then each one is near the one before
   std::vector<double> last_positions_;    ///< in the state that was last compared
   std::vector<Guess> guesses_;            ///< for each pair
+  std::vector<KnownBound> known_;         ///< for each pair of links
   FramePoses frames_;                     ///< of moving objects
   std::uint64_t frames_of_ = 0;           ///< the state in which PlacedRobot has them
 };

@@ -13,6 +13,9 @@ namespace {
 /// For more pairs than this, the k-th smallest upper bound is not computed: it would exclude hardly any pair.
 constexpr std::size_t kMostRanked = 16;
 
+/// Fewer states than this, each near the one before, are no edge: the first one has no limit from the one before.
+constexpr Eigen::Index kFewestOnEdge = 8;
+
 }  // namespace
 
 NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
@@ -24,14 +27,15 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
       near_(LaneBounds::kBlock),
       lower_(LaneBounds::kBlock),
       upper_(LaneBounds::kBlock),
+      is_on_edge_(LaneBounds::kBlock),
       first_(LaneBounds::kBlock),
       nearest_(LaneBounds::kBlock),
       limits_of_asked_(LaneBounds::kBlock),
       objects_(batch_) {
   kept_.reserve(pairs() * LaneBounds::kBlock);
   queue_.reserve(pairs());
-  likely_.reserve(pairs());
-  was_found_.assign(pairs(), 0);
+  last_found_.reserve(pairs());
+  was_found_.assign(batch_->pairs.size(), 0);
   measured_.reserve(pairs());
   answers_.reserve(pairs());
   found_.reserve(pairs() + 1);
@@ -39,22 +43,31 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
 
 // --- bounds of a block
 
-void NearestPairs::prepareClosest(const LaneBounds& lanes, std::size_t k) {
-  PROXIMITY_ASSERT(k > 0 && lanes.count() > 0,
-                   "Nothing is asked: a block has at least one state, of which at least one pair is wanted.");
-  forgetThresholds();
-  takeBoundsOfClosest(lanes, k, kInfinity);
+void NearestPairs::place(const LaneBounds& lanes, const States& states) {
+  lanes_ = &lanes;
+  objects_.place(lanes);
+  for (Eigen::Index first = 0, end = 0; first < states.rows(); first = end) {
+    for (end = first + 1; end < states.rows() && areNear(states, end - 1, end);) ++end;
+    std::fill(is_on_edge_.begin() + first, is_on_edge_.begin() + end, end - first >= kFewestOnEdge);
+  }
 }
 
-void NearestPairs::prepareWithin(const LaneBounds& lanes, double accuracy) {
+void NearestPairs::prepareClosest(std::size_t k) {
+  PROXIMITY_ASSERT(k > 0 && lanes_->count() > 0,
+                   "Nothing is asked: a block has at least one state, of which at least one pair is wanted.");
+  forgetThresholds();
+  takeBoundsOfClosest(k, kInfinity);
+}
+
+void NearestPairs::prepareWithin(double accuracy) {
   accuracy_ = accuracy;
-  prepareClosest(lanes, 1);
+  prepareClosest(1);
   accuracy_ = 0.0;
 }
 
-void NearestPairs::prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit) {
+void NearestPairs::prepareClosest(const PairDistances& thresholds, double limit) {
   takeThresholds(thresholds);
-  takeBoundsOfClosest(lanes, 1, limit + kSettledFor);
+  takeBoundsOfClosest(1, limit + kSettledFor);
 }
 
 void NearestPairs::takeThresholds(const PairDistances& thresholds) {
@@ -63,44 +76,50 @@ void NearestPairs::takeThresholds(const PairDistances& thresholds) {
   for (const ShapeRefPair& pair : batch_->candidates) thresholds_.push_back(thresholds.of(pair));
 }
 
-void NearestPairs::takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit) {
+void NearestPairs::takeBoundsOfClosest(std::size_t k, double limit) {
   k_ = std::min(k, batch_->pairs.size());
   ranks_bounds_ = k_ > 0 && k_ <= kMostRanked && (k_ < batch_->pairs.size() || accuracy_ > 0.0);
   std::fill(uppers_.begin(), uppers_.end(), kFloatInfinity);
-  std::fill(was_found_.begin(), was_found_.end(), 0);  // another question may have set it
-  if (k_ > 0) takeBounds(lanes, limit);
+  if (k_ > 0) takeBounds(limit);
 }
 
-void NearestPairs::prepareBelow(const LaneBounds& lanes, double distance) {
+void NearestPairs::prepareBelow(double distance) {
   forgetThresholds();
   distance_ = distance;
+  k_ = 0;
   ranks_bounds_ = false;
-  takeBounds(lanes, distance + kSettledFor);
+  takeBounds(distance + kSettledFor);
 }
 
-void NearestPairs::takeBounds(const LaneBounds& lanes, double limit) {
-  objects_.place(lanes);
+void NearestPairs::takeBounds(double limit) {
   kept_.clear();
   std::fill(first_.begin(), first_.end(), -1);
   std::fill(limits_.begin(), limits_.end(), limit);
   const bool has_limit = ranks_bounds_ || limit < kInfinity;
-  for (int state = 0; state < lanes.count(); ++state) {
-    if (has_limit && lanes.isPlaced(state)) continue;
-    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
+  bool is_any_in_lanes = false;
+  for (int state = 0; state < lanes_->count(); ++state) {
+    const bool has_bounds = has_limit && lanes_->isPlaced(state);
+    is_on_edge_[state] &= static_cast<unsigned char>(has_bounds && k_ > 0 && accuracy_ == 0.0);
+    if (has_bounds && !is_on_edge_[state]) {
+      is_any_in_lanes = true;
+      continue;
+    }
     limits_[state] = -kInfinity;  // so that the lanes find no pair near in this state
+    if (is_on_edge_[state]) continue;
+    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
   }
   order_ = batch_->order;
   // Which overlap gives bounds within an accuracy depends on the order.
   if (!(accuracy_ > 0.0)) putLikelyFirst();
-  if (has_limit)
-    for (const int pair : order_) keepNear(lanes, pair);
-  if (accuracy_ > 0.0) boundPieces(lanes);
+  if (is_any_in_lanes)
+    for (const int pair : order_) keepNear(pair);
+  if (accuracy_ > 0.0) boundPieces();
   for (double& of_state : limits_)
     if (of_state == -kInfinity) of_state = limit;
 }
 
-/// Puts the pairs that were often among the closest in the last block first in the order. Along edges they are close
-/// again, and give all others a small limit.
+/// Puts the pairs that were often among the closest in the last block first in the order. Mostly they are close again,
+/// and give all others a small limit.
 void NearestPairs::putLikelyFirst() {
   std::size_t sorted = 0;
   for (std::size_t i = 0; i < order_.size(); ++i) {
@@ -122,10 +141,14 @@ const double* NearestPairs::limitsOf(int pair) {
 }
 
 /// Keeps a pair in the states in which it may be within the limit.
-void NearestPairs::keepNear(const LaneBounds& lanes, int pair) {
+void NearestPairs::keepNear(int pair) {
   const double* const limits = limitsOf(pair);
-  const int near = lanes.findNear(pair, limits, near_.data());
-  lanes.bounds(pair, near_.data(), near, lower_.data(), upper_.data());
+  const int near = lanes_->findNear(pair, limits, near_.data());
+  if (near == 0) return;
+  if (ranks_bounds_)
+    lanes_->bounds(pair, near_.data(), near, lower_.data(), upper_.data());
+  else  // all limits are the same
+    lanes_->lowerBounds(pair, near_.data(), near, limits[near_.front()], lower_.data());
   for (std::size_t i = 0; i < static_cast<std::size_t>(near); ++i) {
     const int state = near_[i];
     if (lower_[i] > limits[state]) continue;
@@ -158,14 +181,14 @@ void NearestPairs::lowerLimit(const Kept& kept) {
 
 /// Bounds the pieces of the pairs that decide bounds within the accuracy: the nearest pair of each state first, which
 /// lowers its limit.
-void NearestPairs::boundPieces(const LaneBounds& lanes) {
+void NearestPairs::boundPieces() {
   const auto isWithin = [&](const Kept& kept) {
-    return lanes.isPlaced(kept.state) && kept.lower_bound <= limits_[kept.state] - accuracy_;
+    return lanes_->isPlaced(kept.state) && kept.lower_bound <= limits_[kept.state] - accuracy_;
   };
   findNearestOfStates();
   const auto isNearest = [&](const Kept& kept) { return &kept == &kept_[nearest_[kept.state]]; };
-  boundPieces(lanes, [&](const Kept& kept) { return isNearest(kept) && isWithin(kept); });
-  boundPieces(lanes, [&](const Kept& kept) { return !isNearest(kept) && isWithin(kept); });
+  boundPieces([&](const Kept& kept) { return isNearest(kept) && isWithin(kept); });
+  boundPieces([&](const Kept& kept) { return !isNearest(kept) && isWithin(kept); });
 }
 
 void NearestPairs::findNearestOfStates() {
@@ -178,17 +201,17 @@ void NearestPairs::findNearestOfStates() {
 
 /// Bounds the pieces of the kept pairs for which isWanted() is true.
 template <typename IsWanted>
-void NearestPairs::boundPieces(const LaneBounds& lanes, const IsWanted& isWanted) {
+void NearestPairs::boundPieces(const IsWanted& isWanted) {
   asked_.clear();
   for (int i = 0; i < static_cast<int>(kept_.size()); ++i) {
-    if (!asked_.empty() && kept_[i].pair != kept_[asked_.front()].pair) boundAsked(lanes);
+    if (!asked_.empty() && kept_[i].pair != kept_[asked_.front()].pair) boundAsked();
     if (isWanted(kept_[i])) asked_.push_back(i);
   }
-  boundAsked(lanes);
+  boundAsked();
 }
 
 /// Bounds the pieces of asked_, which are of the same pair, and forgets them.
-void NearestPairs::boundAsked(const LaneBounds& lanes) {
+void NearestPairs::boundAsked() {
   if (asked_.empty()) return;
   const int pair = kept_[asked_.front()].pair;
   for (std::size_t i = 0; i < asked_.size(); ++i) {
@@ -198,8 +221,8 @@ void NearestPairs::boundAsked(const LaneBounds& lanes) {
     upper_[i] = kept.upper_bound;
     limits_of_asked_[i] = limits_[kept.state] - accuracy_;
   }
-  lanes.boundPieces(pair, near_.data(), static_cast<int>(asked_.size()), limits_of_asked_.data(), accuracy_,
-                    lower_.data(), upper_.data());
+  lanes_->boundPieces(pair, near_.data(), static_cast<int>(asked_.size()), limits_of_asked_.data(), accuracy_,
+                      lower_.data(), upper_.data());
   for (std::size_t i = 0; i < asked_.size(); ++i) {
     Kept& kept = kept_[asked_[i]];
     kept.lower_bound = lower_[i];
@@ -217,31 +240,47 @@ double NearestPairs::limit() const {
   return std::min(first_limit_, kth);
 }
 
+/// Computes the pairs that were found in the last state. Mostly they are again, and give all others a small limit.
+void NearestPairs::measureLikely(ExactState& exact) {
+  for (const int pair : last_found_) {
+    Visit visit = batch_->visits[pair];
+    visit.threshold = thresholdOf(pair);
+    if (exact.isPlaced(visit)) measure(exact, visit);
+  }
+}
+
 void NearestPairs::enter(int state) {
-  queue_.clear();
-  likely_.clear();
   for (int i = first_[state]; i >= 0; i = kept_[i].next) {
     const Kept& kept = kept_[i];
     Visit visit = batch_->visits[kept.pair];
     visit.lower_bound = kept.lower_bound;
     visit.threshold = thresholdOf(kept.pair);
-    if (visit.excess() > first_limit_) continue;
+    if (was_found_[kept.pair] || visit.excess() > limit()) continue;
     // The boxes of whole links hardly ever improve a bound of the lanes.
     if (kept.lower_bound > -kFloatInfinity) visit.bound = Visit::Bound::Box;
-    if (was_found_[kept.pair])
-      likely_.push_back(visit);
-    else
-      queue_.push(visit);
+    queue_.push(visit);
   }
 }
 
+/// Enters the pairs of a state that the lanes have not bounded.
+void NearestPairs::enterOnEdge(ExactState& exact, int state) {
+  const double limit_of_all = limit();
+  const auto limitOf = [&](int pair) { return limit_of_all + thresholds_[pair]; };
+  lanes_->forEachNear(state, limitOf, [&](int pair) {
+    Visit visit = batch_->visits[pair];
+    visit.threshold = thresholds_[pair];
+    if (was_found_[pair] || !exact.isPlaced(visit)) return;
+    visit = exact.refined(visit, limitOf(pair));
+    if (!(visit.excess() > limit_of_all)) queue_.push(visit);
+  });
+}
+
 void NearestPairs::enterObjects(ExactState& exact, int state) {
-  if (first_limit_ == kInfinity)
-    first_limit_ = objects_.limitOfClosest(k_, own_thresholds_, state, exact) + kSettledFor;
+  if (limit() == kInfinity) first_limit_ = objects_.limitOfClosest(k_, own_thresholds_, state, exact) + kSettledFor;
   const double largest_threshold = own_thresholds_.range(PairKind::WithObject).largest;
-  for (Visit visit : objects_.within(first_limit_ + largest_threshold, state, exact)) {
+  for (Visit visit : objects_.within(limit() + largest_threshold, state, exact)) {
     visit.threshold = thresholdOf(visit.number);
-    if (!(visit.excess() > first_limit_)) queue_.push(visit);
+    if (!was_found_[visit.number] && !(visit.excess() > limit())) queue_.push(visit);
   }
 }
 
@@ -250,27 +289,40 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
   found_.clear();
   if (k_ == 0) return sorted();
   first_limit_ = limits_[state];
-  if (!exact.isNearLast()) std::fill(was_found_.begin(), was_found_.end(), 0);
-  enter(state);
+  queue_.clear();
+  if (!exact.isNearLast()) forgetFound();
+  measureLikely(exact);
+  if (is_on_edge_[state])
+    enterOnEdge(exact, state);
+  else
+    enter(state);
   if (objects_.hasPairs()) enterObjects(exact, state);
-  for (const Visit& visit : likely_)
-    if (!(visit.excess() > limit()) && exact.isPlaced(visit)) measure(exact, visit);
   while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
     Visit visit = queue_.pop();
     if (!exact.isPlaced(visit)) continue;
-    if (visit.bound == Visit::Bound::Sphere) visit = exact.withBoxes(visit, limit() + visit.threshold);
+    if (visit.bound == Visit::Bound::Sphere) visit = exact.refined(visit, limit() + visit.threshold);
     if (visit.excess() > std::min(queue_.lowestBound(), limit()))
       queue_.push(visit);
     else
       measure(exact, visit);
   }
-  std::fill(was_found_.begin(), was_found_.end(), 0);
-  for (const Found& found : found_.all()) {
-    if (found.pair >= static_cast<int>(pairs())) continue;
-    ++times_closest_[found.pair];
-    was_found_[found.pair] = 1;
-  }
+  keepFound();
   return sorted();
+}
+
+void NearestPairs::forgetFound() {
+  for (const int pair : last_found_) was_found_[pair] = 0;
+  last_found_.clear();
+}
+
+/// Keeps the pairs that were found in this state.
+void NearestPairs::keepFound() {
+  forgetFound();
+  for (const Found& found : found_.all()) {
+    was_found_[found.pair] = 1;
+    last_found_.push_back(found.pair);
+    if (found.pair < static_cast<int>(pairs())) ++times_closest_[found.pair];
+  }
 }
 
 void NearestPairs::measure(ExactState& exact, const Visit& visit) {
@@ -311,6 +363,9 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
     question.tolerance = accuracy;
     question.depth = Question::Depth::NotWanted;
     first_limit_ = bounds.lower_bound = kInfinity;
+    queue_.clear();
+    found_.clear();
+    forgetFound();
     enter(state);
     first_limit_ = bounds.upper_bound;
     if (objects_.hasPairs()) enterObjects(exact, state);
@@ -344,7 +399,11 @@ const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int sta
 }
 
 void NearestPairs::listIfBelow(ExactState& exact, int pair) {
-  const PairProximity proximity = exact.proximity(pair, distance_);
+  Visit visit = batch_->visits[pair];
+  if (!exact.isPlaced(visit)) return;
+  visit = exact.refined(visit, distance_);
+  if (visit.lower_bound > distance_) return;
+  const PairProximity proximity = exact.measure(visit, distance_);
   if (!(proximity.result.lower_bound > distance_)) rank(pair, proximity);
 }
 

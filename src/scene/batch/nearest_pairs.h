@@ -22,10 +22,13 @@ namespace proximity_server::scene {
 ///    are near most often. Keep the states in which the balls of the pair are within the limit, and bound the distance
 ///    in these states in lanes. This may lower the limit.
 /// 3. For each state: put the kept pairs whose lower bound is within the limit into a queue, the smallest bound first.
-/// 4. Along an edge, first compute the pairs that were the closest in the last state: mostly they are again, and
-///    give all others a small limit. Then take the first pair of the queue and compute it. The k-th smallest distance so
-///    far is the next limit. A pair without a bound of the lanes gets one from its boxes first.
+/// 4. Take the first pair of the queue and compute it. The k-th smallest distance so far is the next limit. A pair
+///    without a bound of the lanes gets one from an earlier state or from its boxes first.
 /// 5. End when the smallest bound in the queue is above the limit.
+///
+/// Along an edge, the pairs that were the closest in the last state mostly are again. They are computed first, and give
+/// all others a small limit. Then few pairs are left, and lanes do not pay: step 2 leaves these states out, and step 3
+/// takes the pairs whose balls and boxes are within the limit.
 ///
 /// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
 /// they leave open is computed, until the bounds are as near as asked.
@@ -41,17 +44,20 @@ class NearestPairs {
  public:
   explicit NearestPairs(std::shared_ptr<const BatchModel> batch);
 
-  /// Bounds the pairs in the states of a block, for the k closest pairs of each.
-  void prepareClosest(const LaneBounds& lanes, std::size_t k);
+  /// Takes a block of states, which `lanes` has placed.
+  void place(const LaneBounds& lanes, const States& states);
+
+  /// Bounds the pairs in the states of the block, for the k closest pairs of each.
+  void prepareClosest(std::size_t k);
 
   /// Prepares for bounds of the smallest distance that are `accuracy` [m] apart.
-  void prepareWithin(const LaneBounds& lanes, double accuracy);
+  void prepareWithin(double accuracy);
 
   /// Prepares for the pair with the smallest distance minus its own threshold, if this is at most `limit` [m].
-  void prepareClosest(const LaneBounds& lanes, const PairDistances& thresholds, double limit);
+  void prepareClosest(const PairDistances& thresholds, double limit);
 
   /// Prepares for all pairs at or below the distance [m].
-  void prepareBelow(const LaneBounds& lanes, double distance);
+  void prepareBelow(double distance);
 
   /// Finds the prepared pairs in one state of the block. The state is placed in `exact`. The result is sorted, and
   /// valid until the next call.
@@ -78,8 +84,8 @@ class NearestPairs {
   };
 
   std::size_t pairs() const { return batch_->candidates.size(); }  ///< of links
-  void takeBoundsOfClosest(const LaneBounds& lanes, std::size_t k, double limit);
-  void takeBounds(const LaneBounds& lanes, double limit);
+  void takeBoundsOfClosest(std::size_t k, double limit);
+  void takeBounds(double limit);
   double thresholdOf(int pair) const {
     const auto place = static_cast<std::size_t>(pair);
     return place < pairs() ? thresholds_[place] : own_thresholds_.of(batch_->pairs[place]);
@@ -88,48 +94,54 @@ class NearestPairs {
   void takeThresholds(const PairDistances& thresholds);
   const double* limitsOf(int pair);
   void putLikelyFirst();
-  void keepNear(const LaneBounds& lanes, int pair);
+  void keepNear(int pair);
   void keep(Kept kept);
   void lowerLimit(const Kept& kept);
   void findNearestOfStates();
-  void boundPieces(const LaneBounds& lanes);
+  void boundPieces();
   template <typename IsWanted>
-  void boundPieces(const LaneBounds& lanes, const IsWanted& isWanted);
-  void boundAsked(const LaneBounds& lanes);
+  void boundPieces(const IsWanted& isWanted);
+  void boundAsked();
+  void measureLikely(ExactState& exact);
   void enter(int state);
+  void enterOnEdge(ExactState& exact, int state);
   void enterObjects(ExactState& exact, int state);
   void measure(ExactState& exact, const Visit& visit);
   void listIfBelow(ExactState& exact, int pair);
+  void forgetFound();
+  void keepFound();
   void rank(int pair, const PairProximity& proximity);
   double limit() const;
   const std::vector<PairProximity>& sorted();
 
   std::shared_ptr<const BatchModel> batch_;
   std::size_t k_ = 0;
-  bool ranks_bounds_ = false;         ///< true if upper bounds lower the limits
-  double distance_ = 0.0;             ///< [m] for below()
-  double accuracy_ = 0.0;             ///< [m] for within(); 0: pieces are not bounded in lanes
-  std::vector<double> thresholds_;    ///< [m] for each pair of links: subtracted from its distance
-  PairDistances own_thresholds_;      ///< [m] the same of all pairs
-  std::vector<int> times_closest_;    ///< for each pair of links: in how many states of the last block
-  std::vector<int> order_;            ///< the pairs of links, as they are bounded
-  std::vector<double> limits_;        ///< [m] for each state, with kSettledFor
-  std::vector<double> limits_of_;     ///< [m] for each state: the limit plus the threshold of a pair
-  std::vector<float> uppers_;         ///< [m] for each state: the k smallest upper bounds, ascending
-  std::vector<int> near_;             ///< the states in which a pair is near
-  std::vector<float> lower_, upper_;  ///< [m] for each of these states
-  std::vector<int> first_;            ///< for each state: index of a kept pair; -1: none
-  std::vector<Kept> kept_;            ///< those of one pair lie side by side
-  std::vector<int> nearest_;          ///< for each state: index of the kept pair with the smallest lower bound
-  std::vector<int> asked_;            ///< indices of the kept pairs whose pieces are bounded
+  bool ranks_bounds_ = false;              ///< true if upper bounds lower the limits
+  double distance_ = 0.0;                  ///< [m] for below()
+  double accuracy_ = 0.0;                  ///< [m] for within(); 0: pieces are not bounded in lanes
+  std::vector<double> thresholds_;         ///< [m] for each pair of links: subtracted from its distance
+  PairDistances own_thresholds_;           ///< [m] the same of all pairs
+  std::vector<int> times_closest_;         ///< for each pair of links: in how many states of the last block
+  std::vector<int> order_;                 ///< the pairs of links, as they are bounded
+  std::vector<double> limits_;             ///< [m] for each state, with kSettledFor
+  std::vector<double> limits_of_;          ///< [m] for each state: the limit plus the threshold of a pair
+  std::vector<float> uppers_;              ///< [m] for each state: the k smallest upper bounds, ascending
+  std::vector<int> near_;                  ///< the states in which a pair is near
+  std::vector<float> lower_, upper_;       ///< [m] for each of these states
+  std::vector<unsigned char> is_on_edge_;  ///< for each state: 1 if the lanes need not bound its pairs
+  std::vector<int> first_;                 ///< for each state: index of a kept pair; -1: none
+  std::vector<Kept> kept_;                 ///< those of one pair lie side by side
+  std::vector<int> nearest_;               ///< for each state: index of the kept pair with the smallest lower bound
+  std::vector<int> asked_;                 ///< indices of the kept pairs whose pieces are bounded
   std::vector<double> limits_of_asked_;
 
+  const LaneBounds* lanes_ = nullptr;
   NearObjects objects_;
 
   double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;
-  std::vector<Visit> likely_;             ///< pairs that were the closest in the last state
-  std::vector<unsigned char> was_found_;  ///< for each pair of links: 1 if it was among the closest in the last state
+  std::vector<int> last_found_;           ///< the pairs found in the last state
+  std::vector<unsigned char> was_found_;  ///< for each pair: 1 if it is one of these
   std::vector<PairProximity> measured_, answers_;
   Heap<Found> found_;  ///< the closest pairs so far, the farthest first
 };

@@ -28,6 +28,7 @@ class SceneBatch::Impl {
     for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
       const States block = states.middleRows(first, std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
       lanes.place(block);
+      nearest.place(lanes, block);
       prepare();
       for (int state = 0; state < lanes.count(); ++state) {
         if (takeState(block, state))
@@ -71,7 +72,7 @@ class SceneBatch::Impl {
     for (Eigen::Index i = 0; i < count_of_open; ++i)
       open_states.row(i) = states.row(static_cast<Eigen::Index>(open[i]));
     closestOfEach(
-        open_states.topRows(count_of_open), [&] { nearest.prepareClosest(lanes, threshold, 0.0); }, found_in_open);
+        open_states.topRows(count_of_open), [&] { nearest.prepareClosest(threshold, 0.0); }, found_in_open);
     std::size_t still_open = 0;
     for (std::size_t i = 0; i < open.size(); ++i) {
       const PairProximity& found = found_in_open[i];
@@ -160,7 +161,7 @@ const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
   requireColumns(states, model().robot);
   Impl& impl = *impl_;
   return impl.closestOfEach(
-      states, [&] { impl.nearest.prepareClosest(impl.lanes, 1); }, impl.minima);
+      states, [&] { impl.nearest.prepareClosest(1); }, impl.minima);
 }
 
 const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states, double accuracy) {
@@ -171,7 +172,7 @@ const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states
   impl.minima.clear();
   impl.minima.reserve(states.rows());
   impl.forEach(
-      states, [&] { impl.nearest.prepareWithin(impl.lanes, accuracy); },
+      states, [&] { impl.nearest.prepareWithin(accuracy); },
       [&](int state) { impl.minima.push_back(impl.nearest.within(impl.exact, state, accuracy)); },
       [&] { impl.minima.emplace_back(); });
   return impl.minima;
@@ -186,7 +187,7 @@ const std::vector<PairProximity>& SceneBatch::deciding(const States& states, con
   requireColumns(states, model().robot);
   Impl& impl = *impl_;
   impl.closestOfEach(
-      states, [&] { impl.nearest.prepareClosest(impl.lanes, thresholds.warn, kInfinity); }, impl.minima);
+      states, [&] { impl.nearest.prepareClosest(thresholds.warn, kInfinity); }, impl.minima);
   impl.open.clear();
   for (std::size_t state = 0; state < impl.minima.size(); ++state) {
     const PairProximity& pair = impl.minima[state];
@@ -204,7 +205,7 @@ const StatePairs& SceneBatch::closest(const States& states, int k) {
   Impl& impl = *impl_;
   const auto most = static_cast<std::size_t>(k);
   return impl.listed(
-      states, [&] { impl.nearest.prepareClosest(impl.lanes, most); },
+      states, [&] { impl.nearest.prepareClosest(most); },
       [&](int state) -> const std::vector<PairProximity>& { return impl.nearest.closest(impl.exact, state); });
 }
 
@@ -213,7 +214,7 @@ const StatePairs& SceneBatch::below(const States& states, double distance) {
   requireNumber(distance);
   Impl& impl = *impl_;
   return impl.listed(
-      states, [&] { impl.nearest.prepareBelow(impl.lanes, distance); },
+      states, [&] { impl.nearest.prepareBelow(distance); },
       [&](int state) -> const std::vector<PairProximity>& { return impl.nearest.below(impl.exact, state); });
 }
 
