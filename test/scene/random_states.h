@@ -31,6 +31,17 @@ inline Eigen::MatrixXd randomStates(const RobotModel& robot, int count, unsigned
   return states;
 }
 
+/// Edges between random states: some of a few states, others of many, each state near the one before.
+inline Eigen::MatrixXd statesAlongEdges(const RobotModel& robot, int count, unsigned seed) {
+  constexpr int kLengths[] = {150, 2, 9, 60, 5, 1, 8, 30};
+  const Eigen::MatrixXd ends = randomStates(robot, count + 1, seed);
+  Eigen::MatrixXd states(count, ends.cols());
+  for (int edge = 0, first = 0; first < count; first += kLengths[edge++ % 8])
+    for (int i = 0; i < kLengths[edge % 8] && first + i < count; ++i)
+      states.row(first + i) = ends.row(edge) + 0.01 * i * (ends.row(edge + 1) - ends.row(edge));
+  return states;
+}
+
 inline std::vector<double> positionsOf(const Eigen::MatrixXd& states, Eigen::Index state) {
   std::vector<double> positions;
   for (Eigen::Index j = 0; j < states.cols(); ++j) positions.push_back(states(state, j));

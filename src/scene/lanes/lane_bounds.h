@@ -113,10 +113,9 @@ class LaneBounds {
   /// True if the origins of two links in a column are proven to be farther apart than the distance [m].
   static bool areFar(const lanes::Tile& a, const lanes::Tile& b, unsigned column, double distance) {
     const float x = b[9][column] - a[9][column], y = b[10][column] - a[10][column], z = b[11][column] - a[11][column];
-    const auto square = static_cast<double>((x * x + y * y) + z * z);
-    // The square of a distance in float has a relative error of 2 u from the differences and of 4 u from products and
-    // sums. Written so that NaN counts as near.
-    return (square > distance * distance * (1.0 + 0x1p-20)) | (distance < 0.0);
+    // As lanes::Kernels::findNear() decides it.
+    const float limit = distance < 0.0 ? -1.0F : static_cast<float>(distance * distance * (1.0 + 0x1p-19));
+    return (x * x + y * y) + z * z > limit;
   }
   const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[pair]; }
   lanes::PairPoses posesOf(const LaneModel::Pair& pair) const;

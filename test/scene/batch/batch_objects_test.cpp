@@ -256,6 +256,8 @@ void expectSame(const Answers& part, std::size_t i, const Answers& whole, std::s
 TEST_P(CellOf, AnAnswerDependsOnNoOtherStateNorOnTheThreads) {
   const auto objects = someCell(model_, 7);
   MatrixXd states = statesFor(repeats(600), 8);
+  const Index half = states.rows() / 2;
+  states.topRows(half) = statesAlongEdges(model_->robot, static_cast<int>(half), 8);
   states(1, 0) = std::numeric_limits<double>::quiet_NaN();
   SceneBatch batch(model_);
   batch.use(objects);

@@ -311,15 +311,11 @@ TEST_P(Many, AnAnswerDoesNotDependOnTheOrderOfTheStates) {
   expectSame(answersOf(batch, shuffled), whole_, order);
 }
 
-/// Along edges the pairs of one block are likely to be those of the next one: nothing else may be taken from it.
+/// Along edges the pairs of one state are likely to be those of the next one: nothing else may be taken from it.
 TEST_P(Many, AnAnswerAlongEdgesIsThatOfTheStateAlone) {
-  const int steps = 150, edges = repeats(12);
-  const MatrixXd ends = randomStates(robot(), edges + 1, 5);
-  MatrixXd states(steps * edges, ends.cols());
-  for (Index i = 0; i < states.rows(); ++i) {
-    const double part = static_cast<double>(i % steps) / steps;
-    states.row(i) = (1.0 - part) * ends.row(i / steps) + part * ends.row(i / steps + 1);
-  }
+  MatrixXd states = statesAlongEdges(robot(), repeats(1800), 5);
+  states(20, 0) = kNaN;
+  states(40, 0) = 1e6;
   SceneBatch batch(model_), other(model_);
   const Answers whole = answersOf(batch, states);
   std::vector<Index> order = numbers(0, states.rows());

@@ -236,19 +236,40 @@ TEST(LaneBounds, HoldTheSignedDistance) {
     bounds.place(states);
     const std::vector<int> all = numbers(count);
     std::vector<std::vector<float>> lower(candidates.size()), upper(candidates.size());
+    std::vector<std::vector<int>> near(candidates.size());
+    const std::vector<double> limits(LaneBounds::kBlock, 0.2);
     for (std::size_t pair = 0; pair < candidates.size(); ++pair) {
       lower[pair].resize(all.size());
       upper[pair].resize(all.size());
       bounds.bounds(static_cast<int>(pair), all.data(), count, lower[pair].data(), upper[pair].data());
+      std::vector<float> alone(all.size());
+      bounds.lowerBounds(static_cast<int>(pair), all.data(), count, 0.2, alone.data());
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        ASSERT_LE(alone[i], lower[pair][i]);
+        ASSERT_EQ(alone[i] > 0.2F, lower[pair][i] > 0.2F);
+      }
+      near[pair].resize(LaneBounds::kBlock);
+      near[pair].resize(bounds.findNear(static_cast<int>(pair), limits.data(), near[pair].data()));
     }
     int with_upper = 0, narrow = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
+      std::vector<int> found, expected;
+      for (std::size_t pair = 0; pair < candidates.size(); ++pair)
+        if (std::binary_search(near[pair].begin(), near[pair].end(), static_cast<int>(i)))
+          expected.push_back(static_cast<int>(pair));
+      bounds.forEachNear(
+          static_cast<int>(i), [](int) { return 0.2; }, [&](int pair) { found.push_back(pair); });
+      ASSERT_EQ(found, expected);
       scene.update(forwardKinematics(robot.model->robot, positionsOf(states, static_cast<Eigen::Index>(i))));
       for (std::size_t pair = 0; pair < candidates.size(); ++pair) {
         const narrowphase::SignedDistance truth = scene.proximity(candidates[pair]).result;
         // The truth is between its bounds.
         ASSERT_LE(static_cast<double>(lower[pair][i]), truth.upper_bound);
         ASSERT_GE(static_cast<double>(upper[pair][i]), truth.lower_bound);
+        // Balls that are far prove it, in all states at once and in one.
+        if (truth.upper_bound <= 0.2) {
+          ASSERT_TRUE(std::binary_search(near[pair].begin(), near[pair].end(), static_cast<int>(i)));
+        }
         with_upper += std::isfinite(upper[pair][i]) ? 1 : 0;
         narrow += upper[pair][i] - lower[pair][i] < 0.05F ? 1 : 0;
       }
@@ -325,6 +346,8 @@ TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
     std::vector<float> lower(all.size()), upper(all.size()), other_lower(all.size()), other_upper(all.size());
     std::vector<double> limits(all.size(), kInfinity);
     for (std::size_t i = 0; i < limits.size(); i += 2) limits[i] = 0.1;
+    std::vector<double> thresholds(LaneBounds::kBlock, -kInfinity);
+    for (std::size_t i = 0; i < limits.size(); i += 3) thresholds[i] = 0.01 * static_cast<double>(i % 50);
     for (std::size_t k = 1; k < kernels.size(); ++k) {
       SCOPED_TRACE(kernels[k]->name);
       LaneBounds other(model, *kernels[k]);
@@ -343,10 +366,17 @@ TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
         other.boundPieces(pair, all.data(), count, limits.data(), 1e-6, other_lower.data(), other_upper.data());
         ASSERT_EQ(lower, other_lower);
         ASSERT_EQ(upper, other_upper);
+        expected.lowerBounds(pair, all.data(), count, 0.05, lower.data());
+        other.lowerBounds(pair, all.data(), count, 0.05, other_lower.data());
+        for (std::size_t i = 0; i < lower.size(); ++i) ASSERT_EQ(lower[i] > 0.05F, other_lower[i] > 0.05F);
         ASSERT_EQ(expected.sides(pair, 0.05, all.data(), count), other.sides(pair, 0.05, all.data(), count));
         std::vector<int> near = all, other_near = all;
         near.resize(expected.keepNear(pair, 0.05, near.data(), count));
         other_near.resize(other.keepNear(pair, 0.05, other_near.data(), count));
+        ASSERT_EQ(near, other_near);
+        near = other_near = std::vector<int>(LaneBounds::kBlock);
+        near.resize(expected.findNear(pair, thresholds.data(), near.data()));
+        other_near.resize(other.findNear(pair, thresholds.data(), other_near.data()));
         ASSERT_EQ(near, other_near);
       }
     }
