@@ -184,22 +184,24 @@ bool ExactState::isPlaced() {
 }
 
 Visit ExactState::refined(Visit visit, double limit) const {
-  if (const auto pair = static_cast<std::size_t>(visit.number);
-      pair < known_.size() && known_[pair].lower_bound > limit) {
+  const auto pair = static_cast<std::size_t>(visit.number);
+  if (pair < known_.size() && known_[pair].lower_bound > limit) {
     const PlacedRobot& robot = measurement_->robot();
-    const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot[visit.a], robot[visit.b], known_[pair].a_T_b,
-                                                                   robot.relative(visit.a, visit.b));
+    const RelativeMotionBound motion = PlacedRobot::relativeMotion(
+        robot[visit.a], robot[visit.b], known_[pair].a_T_b, robot.relative(visit.a, visit.b));
     visit.lower_bound = std::max(visit.lower_bound, known_[pair].lower_bound - motion.distance_change);
   }
   return visit.lower_bound > limit ? visit : measurement_->refined(visit, limit);
 }
 
+void ExactState::keepBound(const Visit& visit, double lower_bound) {
+  const auto pair = static_cast<std::size_t>(visit.number);
+  if (pair < known_.size() && isNearLast())
+    known_[pair] = {measurement_->robot().relative(visit.a, visit.b), lower_bound};
+}
+
 PairProximity ExactState::measure(const Visit& visit, double limit) {
-  const PairProximity proximity = measurement_->measure(refsOf(visit.number), visit, limit, {}, guessFor(visit.number));
-  if (const auto pair = static_cast<std::size_t>(visit.number);
-      pair < known_.size() && proximity.result.lower_bound > limit && isNearLast())
-    known_[pair] = {measurement_->robot().relative(visit.a, visit.b), proximity.result.lower_bound};
-  return proximity;
+  return measurement_->measure(refsOf(visit.number), visit, limit, {}, guessFor(visit.number));
 }
 
 PairProximity ExactState::measure(const Visit& visit, double limit, const Question& question) {

@@ -63,14 +63,17 @@ class ExactState {
   /// True if no pair is Unknown. Positions may be finite and a pose not.
   bool isPlaced();
 
-  /// Raises the lower bound, unless it is above the limit [m]: with what measure() proved about the pair in an earlier
-  /// state minus a bound on the motion since then, or with the boxes of both links.
+  /// Raises the lower bound, unless it is above the limit [m]: with a bound that was kept in an earlier state minus a
+  /// bound on the motion since then, or with the boxes of both links.
   Visit refined(Visit visit, double limit) const;
 
   /// Like proximity(), if isPlaced(). If a lower bound of the distance is above the limit [m], that bound is enough.
   PairProximity measure(const Visit& visit, double limit);
 
-  /// The same for another question than the default one.
+  /// Keeps a lower bound of the distance [m] that measure() returned, for refined() in the next states along an edge.
+  void keepBound(const Visit& visit, double lower_bound);
+
+  /// Like measure() for another question than the default one.
   PairProximity measure(const Visit& visit, double limit, const Question& question);
 
   /// True if the state is near the last one for which this was asked or a pair was computed, as along an edge.

@@ -13,6 +13,11 @@ namespace {
 /// For more pairs than this, the k-th smallest upper bound is not computed: it would exclude hardly any pair.
 constexpr std::size_t kMostRanked = 16;
 
+/// [m] Along an edge, a pair beyond the limit is computed until it is proven to be so much farther. So the proof outlasts
+/// the motion of some states. Evidence: the minimum of PR2 takes 8 % fewer instructions with 5 mm, 12.5 % with 20 mm, and
+/// 11.5 % with 50 mm.
+constexpr double kSpare = 0.02;
+
 /// Fewer states than this, each near the one before, are no edge: the first one has no limit from the one before.
 constexpr Eigen::Index kFewestOnEdge = 8;
 
@@ -35,6 +40,10 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
   kept_.reserve(pairs() * LaneBounds::kBlock);
   queue_.reserve(pairs());
   last_found_.reserve(pairs());
+  travel_.resize(LaneBounds::kBlock * std::max<std::size_t>(1, batch_->lanes->links.size()));
+  for (int pair = 0; pair < static_cast<int>(pairs()); ++pair)
+    if (const LaneModel::Pair& shapes = batch_->lanes->pairs[pair]; shapes.hasGeometry())
+      on_edge_.push_back({pair, shapes.a, shapes.b, -kInfinity});
   was_found_.assign(batch_->pairs.size(), 0);
   measured_.reserve(pairs());
   answers_.reserve(pairs());
@@ -96,7 +105,7 @@ void NearestPairs::takeBounds(double limit) {
   std::fill(first_.begin(), first_.end(), -1);
   std::fill(limits_.begin(), limits_.end(), limit);
   const bool has_limit = ranks_bounds_ || limit < kInfinity;
-  bool is_any_in_lanes = false;
+  bool is_any_in_lanes = false, is_any_on_edge = false;
   for (int state = 0; state < lanes_->count(); ++state) {
     const bool has_bounds = has_limit && lanes_->isPlaced(state);
     is_on_edge_[state] &= static_cast<unsigned char>(has_bounds && k_ > 0 && accuracy_ == 0.0);
@@ -105,8 +114,13 @@ void NearestPairs::takeBounds(double limit) {
       continue;
     }
     limits_[state] = -kInfinity;  // so that the lanes find no pair near in this state
+    is_any_on_edge |= is_on_edge_[state] != 0;
     if (is_on_edge_[state]) continue;
     for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
+  }
+  if (is_any_on_edge) {
+    for (OnEdge& pair : on_edge_) pair.lower_bound = -kInfinity;
+    lanes_->travel(travel_.data());
   }
   order_ = batch_->order;
   // Which overlap gives bounds within an accuracy depends on the order.
@@ -265,14 +279,21 @@ void NearestPairs::enter(int state) {
 /// Enters the pairs of a state that the lanes have not bounded.
 void NearestPairs::enterOnEdge(ExactState& exact, int state) {
   const double limit_of_all = limit();
-  const auto limitOf = [&](int pair) { return limit_of_all + thresholds_[pair]; };
-  lanes_->forEachNear(state, limitOf, [&](int pair) {
-    Visit visit = batch_->visits[pair];
-    visit.threshold = thresholds_[pair];
-    if (was_found_[pair] || !exact.isPlaced(visit)) return;
-    visit = exact.refined(visit, limitOf(pair));
-    if (!(visit.excess() > limit_of_all)) queue_.push(visit);
-  });
+  const double* const travel = &travel_[static_cast<std::size_t>(state) * batch_->lanes->links.size()];
+  for (OnEdge& on_edge : on_edge_) {
+    const double travel_of_both = travel[on_edge.a] + travel[on_edge.b];
+    const double limit_of_pair = limit_of_all + thresholds_[on_edge.pair];
+    if (on_edge.lower_bound - travel_of_both > limit_of_pair || was_found_[on_edge.pair]) continue;
+    Visit visit = batch_->visits[on_edge.pair];
+    visit.threshold = thresholds_[on_edge.pair];
+    visit.lower_bound = lanes_->ballGap(on_edge.pair, state);
+    if (!(visit.lower_bound > limit_of_pair)) {
+      if (!exact.isPlaced(visit)) continue;
+      visit = exact.refined(visit, limit_of_pair);
+      if (!(visit.lower_bound > limit_of_pair)) queue_.push(visit);
+    }
+    on_edge.lower_bound = visit.lower_bound + travel_of_both;
+  }
 }
 
 void NearestPairs::enterObjects(ExactState& exact, int state) {
@@ -327,8 +348,8 @@ void NearestPairs::keepFound() {
 
 void NearestPairs::measure(ExactState& exact, const Visit& visit) {
   const double limit_of_pair = limit() + visit.threshold;
-  PairProximity proximity = exact.measure(visit, limit_of_pair);
-  if (proximity.result.lower_bound > limit_of_pair) return;
+  PairProximity proximity = exact.measure(visit, limit_of_pair + (exact.isNearLast() ? kSpare : 0.0));
+  if (proximity.result.lower_bound > limit_of_pair) return exact.keepBound(visit, proximity.result.lower_bound);
   if (proximity.result.status != narrowphase::Status::Converged) proximity = exact.measure(visit, kInfinity);
   rank(visit.number, proximity);
   if (found_.size() > k_) found_.pop();
@@ -404,7 +425,10 @@ void NearestPairs::listIfBelow(ExactState& exact, int pair) {
   visit = exact.refined(visit, distance_);
   if (visit.lower_bound > distance_) return;
   const PairProximity proximity = exact.measure(visit, distance_);
-  if (!(proximity.result.lower_bound > distance_)) rank(pair, proximity);
+  if (proximity.result.lower_bound > distance_)
+    exact.keepBound(visit, proximity.result.lower_bound);
+  else
+    rank(pair, proximity);
 }
 
 const std::vector<PairProximity>& NearestPairs::sorted() {

@@ -28,7 +28,9 @@ namespace proximity_server::scene {
 ///
 /// Along an edge, the pairs that were the closest in the last state mostly are again. They are computed first, and give
 /// all others a small limit. Then few pairs are left, and lanes do not pay: step 2 leaves these states out, and step 3
-/// takes the pairs whose balls and boxes are within the limit.
+/// takes the pairs that no lower bound excludes. From the cheapest to the most expensive, it is that of an earlier state
+/// minus the travel of both links since then, that of the balls, that of an earlier state minus the motion of the links
+/// relative to each other, and that of the boxes.
 ///
 /// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
 /// they leave open is computed, until the bounds are as near as asked.
@@ -116,18 +118,26 @@ class NearestPairs {
 
   std::shared_ptr<const BatchModel> batch_;
   std::size_t k_ = 0;
-  bool ranks_bounds_ = false;              ///< true if upper bounds lower the limits
-  double distance_ = 0.0;                  ///< [m] for below()
-  double accuracy_ = 0.0;                  ///< [m] for within(); 0: pieces are not bounded in lanes
-  std::vector<double> thresholds_;         ///< [m] for each pair of links: subtracted from its distance
-  PairDistances own_thresholds_;           ///< [m] the same of all pairs
-  std::vector<int> times_closest_;         ///< for each pair of links: in how many states of the last block
-  std::vector<int> order_;                 ///< the pairs of links, as they are bounded
-  std::vector<double> limits_;             ///< [m] for each state, with kSettledFor
-  std::vector<double> limits_of_;          ///< [m] for each state: the limit plus the threshold of a pair
-  std::vector<float> uppers_;              ///< [m] for each state: the k smallest upper bounds, ascending
-  std::vector<int> near_;                  ///< the states in which a pair is near
-  std::vector<float> lower_, upper_;       ///< [m] for each of these states
+  bool ranks_bounds_ = false;         ///< true if upper bounds lower the limits
+  double distance_ = 0.0;             ///< [m] for below()
+  double accuracy_ = 0.0;             ///< [m] for within(); 0: pieces are not bounded in lanes
+  std::vector<double> thresholds_;    ///< [m] for each pair of links: subtracted from its distance
+  PairDistances own_thresholds_;      ///< [m] the same of all pairs
+  std::vector<int> times_closest_;    ///< for each pair of links: in how many states of the last block
+  std::vector<int> order_;            ///< the pairs of links, as they are bounded
+  std::vector<double> limits_;        ///< [m] for each state, with kSettledFor
+  std::vector<double> limits_of_;     ///< [m] for each state: the limit plus the threshold of a pair
+  std::vector<float> uppers_;         ///< [m] for each state: the k smallest upper bounds, ascending
+  std::vector<int> near_;             ///< the states in which a pair is near
+  std::vector<float> lower_, upper_;  ///< [m] for each of these states
+  /// A pair of links in the states of an edge.
+  struct OnEdge {
+    int pair;
+    int a, b;            ///< the links, as in LaneModel
+    double lower_bound;  ///< [m] in an earlier state of the block, plus the travel of both links up to there
+  };
+  std::vector<OnEdge> on_edge_;            ///< all that have geometry
+  std::vector<double> travel_;             ///< see LaneBounds::travel()
   std::vector<unsigned char> is_on_edge_;  ///< for each state: 1 if the lanes need not bound its pairs
   std::vector<int> first_;                 ///< for each state: index of a kept pair; -1: none
   std::vector<Kept> kept_;                 ///< those of one pair lie side by side

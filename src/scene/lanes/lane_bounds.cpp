@@ -143,6 +143,21 @@ int LaneBounds::findNear(int pair, const double* thresholds, int* states) const 
   return shapes.hasGeometry() ? kernels_->findNear(posesOf(shapes), count_, shapes.reach, thresholds, states) : 0;
 }
 
+double LaneBounds::ballGap(int pair, int state) const {
+  const LaneModel::Pair& shapes = pairAt(pair);
+  const std::size_t first = static_cast<std::size_t>(state / lanes::kTile) * model_->links.size();
+  const lanes::Tile &a = link_poses_[first + shapes.a].tile, &b = link_poses_[first + shapes.b].tile;
+  const int i = state % lanes::kTile;
+  const float x = b[9][i] - a[9][i], y = b[10][i] - a[10][i], z = b[11][i] - a[11][i];  // between the origins
+  return (1.0 - 0x1p-20) * std::sqrt(static_cast<double>((x * x + y * y) + z * z)) - shapes.reach;
+}
+
+void LaneBounds::travel(double* travel) const {
+  if (link_poses_.empty()) return;
+  kernels_->travel(&link_poses_.front().tile, static_cast<int>(model_->links.size()), model_->link_balls.data(), count_,
+                   travel);
+}
+
 void LaneBounds::bounds(int pair, const int* states, int count, float* lower, float* upper) const {
   lowerBounds(pair, states, count, kInfinity, lower);
   const LaneModel::Pair& shapes = pairAt(pair);

@@ -67,19 +67,12 @@ class LaneBounds {
   /// `states`, ascending, and returns how many they are. Both arrays have kBlock entries.
   int findNear(int pair, const double* thresholds, int* states) const;
 
-  /// Calls take(pair) for each pair whose balls do not prove a distance above limitOf(pair) [m] in one placed state.
-  template <typename LimitOf, typename Take>
-  void forEachNear(int state, const LimitOf& limitOf, const Take& take) const {
-    const AlignedTile* const poses = &link_poses_[state / lanes::kTile * model_->links.size()];
-    const auto column = static_cast<unsigned>(state) % lanes::kTile;
-    int pair = 0;
-    for (const LaneModel::Pair& shapes : model_->pairs) {
-      if (shapes.hasGeometry() &&
-          !areFar(poses[shapes.a].tile, poses[shapes.b].tile, column, shapes.reach + limitOf(pair)))
-        take(pair);
-      ++pair;
-    }
-  }
+  /// [m] A lower bound of the distance of a pair with geometry in one placed state, by its balls.
+  double ballGap(int pair, int state) const;
+
+  /// Upper bounds [m] of how far any point of each link has moved from the first state to each other one, if it went
+  /// from state to state: travel[state * links + link], with the links of LaneModel.
+  void travel(double* travel) const;
 
   /// The side of the threshold on which a pair is proven to be in one state.
   enum class Side : unsigned char { Unknown, Above, Below };
@@ -105,17 +98,9 @@ class LaneBounds {
   struct alignas(64) Aligned {
     Tile tile;
   };
-  using AlignedTile = Aligned<lanes::Tile>;
   template <typename Tile>
   static Tile* tilesOf(std::vector<Aligned<Tile>>& tiles) {
     return tiles.empty() ? nullptr : &tiles.front().tile;
-  }
-  /// True if the origins of two links in a column are proven to be farther apart than the distance [m].
-  static bool areFar(const lanes::Tile& a, const lanes::Tile& b, unsigned column, double distance) {
-    const float x = b[9][column] - a[9][column], y = b[10][column] - a[10][column], z = b[11][column] - a[11][column];
-    // As lanes::Kernels::findNear() decides it.
-    const float limit = distance < 0.0 ? -1.0F : static_cast<float>(distance * distance * (1.0 + 0x1p-19));
-    return (x * x + y * y) + z * z > limit;
   }
   const LaneModel::Pair& pairAt(int pair) const { return model_->pairs[pair]; }
   lanes::PairPoses posesOf(const LaneModel::Pair& pair) const;
@@ -128,7 +113,7 @@ class LaneBounds {
   std::vector<unsigned char> is_placed_;
   Rows sines_, cosines_, positions_;
   std::vector<Aligned<lanes::WideTile>> body_poses_;
-  std::vector<AlignedTile> link_poses_;
+  std::vector<Aligned<lanes::Tile>> link_poses_;
   std::vector<double> column_;
   std::unique_ptr<lanes::Items> items_;
   mutable std::vector<unsigned char> near_;

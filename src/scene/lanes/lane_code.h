@@ -147,6 +147,39 @@ void placeBodiesAndLinks(const Bodies& bodies, const Links& links, int count, co
 
 // --- bounds
 
+/// A point of a ball moves at most as far as its centre, and as a vector of its radius turns: the difference of two
+/// rotations stretches it by at most the norm of the difference / sqrt(2).
+void travel(const Tile* poses, int links, const LinkBall* balls, int count, double* travel) {
+  for (int link = 0; link < links; ++link) {
+    const float turns = 0.70711f * balls[link].radius;
+    float last[kPoseRows];
+    for (int k = 0; k < kPoseRows; ++k) last[k] = poses[link][k][0];
+    double sum = 0.0;
+    for (int first = 0; first < count; first += kTile) {
+      const Tile& now = poses[first / kTile * links + link];
+      alignas(64) float before[kPoseRows][kTile], steps[kTile];
+      for (int k = 0; k < kPoseRows; ++k) {
+        before[k][0] = last[k];
+        for (int i = 1; i < kTile; ++i) before[k][i] = now[k][i - 1];
+        last[k] = now[k][kTile - 1];
+      }
+      for (int i = 0; i < kTile; i += kLanes) {
+        Float squares[2] = {};  // of the rotation, of the origin
+        for (int k = 0; k < kPoseRows; ++k) {
+          const Float change = load(now[k] + i) - load(before[k] + i);
+          squares[k / 9] = squares[k / 9] + change * change;
+        }
+        // 1.00001 is more than all rounding
+        store(1.00001f * (root(squares[1]) + turns * root(squares[0])) + balls[link].error, steps + i);
+      }
+      for (int i = 0; i < kTile && first + i < count; ++i) {
+        sum += static_cast<double>(steps[i]);
+        travel[(first + i) * links + link] = sum;
+      }
+    }
+  }
+}
+
 void markNear(const PairPoses& poses, int count, float limit, unsigned char* near) {
   const Tile *pose_a = poses.a, *pose_b = poses.b;
   for (int first = 0; first < count; first += kTile, pose_a += poses.stride, pose_b += poses.stride) {

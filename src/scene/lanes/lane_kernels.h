@@ -100,6 +100,12 @@ struct Links {
   Tile* poses;
 };
 
+/// The ball about the origin of a link that contains it.
+struct LinkBall {
+  float radius;  ///< [m]
+  float error;   ///< [m] of a bound of its motion between two columns
+};
+
 /// The poses of two links.
 struct PairPoses {
   const Tile *a, *b;  ///< of the first columns
@@ -130,6 +136,10 @@ struct Kernels {
   /// Poses of the bodies and of the links in `count` columns, computed in double. Those of the links are then rounded.
   void (*placeBodiesAndLinks)(const Bodies& bodies, const Links& links, int count, const WideRow* sines,
                               const WideRow* cosines, const WideRow* positions);
+
+  /// Sums of upper bounds [m] of how far each ball moves from one column to the next one, from the first column on:
+  /// travel[column * links + link].
+  void (*travel)(const Tile* poses, int links, const LinkBall* balls, int count, double* travel);
 
   /// Sets near[i] to 0 if the squared distance of the origins of two links is above a limit, otherwise to 1.
   void (*markNear)(const PairPoses& poses, int count, float limit, unsigned char* near);

@@ -4,9 +4,9 @@
 namespace proximity_server::scene::lanes {
 
 const Kernels& avx512Kernels() {
-  static const Kernels kernels{"avx512",   sinesAndCosines,  placeBodiesAndLinks, markNear,
-                               findNear,   relativePoses,    boundByOutlines,     boxGaps,
-                               boundByGjk, boundByInnerBalls};
+  static const Kernels kernels{"avx512", sinesAndCosines, placeBodiesAndLinks, travel,
+                               markNear, findNear,        relativePoses,       boundByOutlines,
+                               boxGaps,  boundByGjk,      boundByInnerBalls};
   return kernels;
 }
 

@@ -4,9 +4,9 @@
 namespace proximity_server::scene::lanes {
 
 const Kernels& baselineKernels() {
-  static const Kernels kernels{"baseline", sinesAndCosines,  placeBodiesAndLinks, markNear,
-                               findNear,   relativePoses,    boundByOutlines,     boxGaps,
-                               boundByGjk, boundByInnerBalls};
+  static const Kernels kernels{"baseline", sinesAndCosines, placeBodiesAndLinks, travel,
+                               markNear,   findNear,        relativePoses,       boundByOutlines,
+                               boxGaps,    boundByGjk,      boundByInnerBalls};
   return kernels;
 }
 

@@ -235,7 +235,10 @@ void LaneModel::addLink(const RobotModel& robot, int link, const Bounds& bounds)
   links.push_back(plan);
   pieces.push_back(piecesOf(added->outline));
   const Stand stand{kWideUnit * kNormOfRotation, kWideUnit * bounds.centre.norm(), bounds.centre.norm()};
-  link_errors.push_back(roundedToFloat(errorOn(body_errors[plan.body], stand)));
+  const LaneError error = roundedToFloat(errorOn(body_errors[plan.body], stand));
+  link_errors.push_back(error);
+  const double radius = added->outline.bounds.radius + added->outline.uncovered;
+  link_balls.push_back({roundedUp(radius), roundedUp(2.0 * kSecondOrder * (error.origin + error.rotation * radius))});
 }
 
 /// Let C and x be the rotation and origin of b in the frame of a, with errors as in LaneError, and n a direction that

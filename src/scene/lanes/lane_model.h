@@ -50,6 +50,7 @@ class LaneModel {
   std::vector<lanes::BodyPlan> bodies;
   std::vector<lanes::LinkPlan> links;  ///< the links of the candidates
   std::vector<LaneError> link_errors;
+  std::vector<lanes::LinkBall> link_balls;
   std::vector<LaneError> body_errors;
 
   /// Balls in the frame of a link: their centres, and their radii.

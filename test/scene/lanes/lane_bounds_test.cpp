@@ -14,6 +14,7 @@
 #include "scene/batch/batch_robots.h"
 #include "scene/batch/verdicts.h"
 #include "scene/lanes/link_outline.h"
+#include "scene/random_states.h"
 
 #include <gtest/gtest.h>
 
@@ -95,12 +96,6 @@ MatrixXd statesOfManyTurns(const RobotModel& robot, int count, unsigned seed) {
     }
   }
   return states;
-}
-
-std::vector<double> positionsOf(const MatrixXd& states, Eigen::Index state) {
-  std::vector<double> positions(static_cast<std::size_t>(states.cols()));
-  for (std::size_t j = 0; j < positions.size(); ++j) positions[j] = states(state, static_cast<Eigen::Index>(j));
-  return positions;
 }
 
 std::vector<const lanes::Kernels*> allKernels() {
@@ -253,13 +248,6 @@ TEST(LaneBounds, HoldTheSignedDistance) {
     }
     int with_upper = 0, narrow = 0;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      std::vector<int> found, expected;
-      for (std::size_t pair = 0; pair < candidates.size(); ++pair)
-        if (std::binary_search(near[pair].begin(), near[pair].end(), static_cast<int>(i)))
-          expected.push_back(static_cast<int>(pair));
-      bounds.forEachNear(
-          static_cast<int>(i), [](int) { return 0.2; }, [&](int pair) { found.push_back(pair); });
-      ASSERT_EQ(found, expected);
       scene.update(forwardKinematics(robot.model->robot, positionsOf(states, static_cast<Eigen::Index>(i))));
       for (std::size_t pair = 0; pair < candidates.size(); ++pair) {
         const narrowphase::SignedDistance truth = scene.proximity(candidates[pair]).result;
@@ -267,6 +255,7 @@ TEST(LaneBounds, HoldTheSignedDistance) {
         ASSERT_LE(static_cast<double>(lower[pair][i]), truth.upper_bound);
         ASSERT_GE(static_cast<double>(upper[pair][i]), truth.lower_bound);
         // Balls that are far prove it, in all states at once and in one.
+        ASSERT_LE(bounds.ballGap(static_cast<int>(pair), static_cast<int>(i)), truth.upper_bound);
         if (truth.upper_bound <= 0.2) {
           ASSERT_TRUE(std::binary_search(near[pair].begin(), near[pair].end(), static_cast<int>(i)));
         }
@@ -331,6 +320,43 @@ TEST(LaneBounds, OfPiecesHoldTheSignedDistance) {
   }
 }
 
+/// Every point of the ball of a link, in every two states.
+TEST(LaneBounds, NoPointMovesFartherThanTheTravelOfItsLink) {
+  for (const NamedModel& robot : robots()) {
+    SCOPED_TRACE(robot.name);
+    const auto model = std::make_shared<const LaneModel>(*robot.model, Volumes(robot.model->robot));
+    const std::size_t links = model->links.size();
+    const int count = 40;
+    const MatrixXd states = statesAlongEdges(robot.model->robot, count, 17);
+    LaneBounds bounds(model);
+    bounds.place(states);
+    std::vector<double> travel(LaneBounds::kBlock * links);
+    bounds.travel(travel.data());
+    std::vector<BodyPoses> poses;
+    for (Eigen::Index i = 0; i < count; ++i)
+      poses.push_back(forwardKinematics(robot.model->robot, positionsOf(states, i)));
+    Chance chance(18);
+    double most = 0.0;
+    for (std::size_t point = 0; point < 10 * links; ++point) {
+      const std::size_t link = point % links;
+      const lanes::LinkPlan& plan = model->links[link];
+      const Vector3d direction(chance.between(-1.0, 1.0), chance.between(-1.0, 1.0), chance.between(-1.0, 1.0));
+      const double radius = static_cast<double>(model->link_balls[link].radius);
+      const Vector3d in_body = Eigen::Map<const Vector3d>(plan.origin) + radius * direction.normalized();
+      for (std::size_t to = 0; to < poses.size(); ++to)
+        for (std::size_t from = 0; from < to; ++from) {
+          const double moved = (*poses[to][plan.body] * in_body - *poses[from][plan.body] * in_body).norm();
+          const double bound = travel[to * links + link] - travel[from * links + link];
+          ASSERT_LE(moved, bound);
+          if (to == from + 1) most = std::max(most, moved / bound);
+        }
+    }
+    if (!model->pairs.empty()) {
+      EXPECT_GT(most, 0.5);
+    }
+  }
+}
+
 TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
   const std::vector<const lanes::Kernels*> kernels = allKernels();
   ASSERT_FALSE(kernels.empty());
@@ -357,6 +383,10 @@ TEST(LaneBounds, EveryKindOfProcessorGivesTheSameBits) {
         for (std::size_t body = 0; body < model->bodies.size(); ++body)
           ASSERT_EQ(expected_poses[body].matrix(), other_poses[body].matrix());
       }
+      std::vector<double> travel(all.size() * model->links.size()), other_travel(travel.size());
+      expected.travel(travel.data());
+      other.travel(other_travel.data());
+      ASSERT_EQ(travel, other_travel);
       for (int pair = 0; pair < static_cast<int>(model->pairs.size()); ++pair) {
         expected.bounds(pair, all.data(), count, lower.data(), upper.data());
         other.bounds(pair, all.data(), count, other_lower.data(), other_upper.data());
