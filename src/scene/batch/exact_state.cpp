@@ -187,8 +187,8 @@ Visit ExactState::refined(Visit visit, double limit) const {
   const auto pair = static_cast<std::size_t>(visit.number);
   if (pair < known_.size() && known_[pair].lower_bound > limit) {
     const PlacedRobot& robot = measurement_->robot();
-    const RelativeMotionBound motion = PlacedRobot::relativeMotion(
-        robot[visit.a], robot[visit.b], known_[pair].a_T_b, robot.relative(visit.a, visit.b));
+    const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot[visit.a], robot[visit.b], known_[pair].a_T_b,
+                                                                   robot.relative(visit.a, visit.b));
     visit.lower_bound = std::max(visit.lower_bound, known_[pair].lower_bound - motion.distance_change);
   }
   return visit.lower_bound > limit ? visit : measurement_->refined(visit, limit);

@@ -105,31 +105,31 @@ void NearestPairs::takeBounds(double limit) {
   std::fill(first_.begin(), first_.end(), -1);
   std::fill(limits_.begin(), limits_.end(), limit);
   const bool has_limit = ranks_bounds_ || limit < kInfinity;
-  bool is_any_in_lanes = false, is_any_on_edge = false;
+  int in_lanes = 0, on_edge = 0;
   for (int state = 0; state < lanes_->count(); ++state) {
     const bool has_bounds = has_limit && lanes_->isPlaced(state);
     is_on_edge_[state] &= static_cast<unsigned char>(has_bounds && k_ > 0 && accuracy_ == 0.0);
-    if (has_bounds && !is_on_edge_[state]) {
-      is_any_in_lanes = true;
-      continue;
-    }
+    in_lanes += has_bounds && !is_on_edge_[state];
+    on_edge += is_on_edge_[state];
+    if (has_bounds && !is_on_edge_[state]) continue;
     limits_[state] = -kInfinity;  // so that the lanes find no pair near in this state
-    is_any_on_edge |= is_on_edge_[state] != 0;
-    if (is_on_edge_[state]) continue;
-    for (int pair = 0; pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
+    for (int pair = 0; !has_bounds && pair < static_cast<int>(pairs()); ++pair) keep({pair, state});
   }
-  if (is_any_on_edge) {
-    for (OnEdge& pair : on_edge_) pair.lower_bound = -kInfinity;
-    lanes_->travel(travel_.data());
-  }
+  if (on_edge > 0) beginEdges();
   order_ = batch_->order;
   // Which overlap gives bounds within an accuracy depends on the order.
   if (!(accuracy_ > 0.0)) putLikelyFirst();
-  if (is_any_in_lanes)
+  if (in_lanes > 0)
     for (const int pair : order_) keepNear(pair);
   if (accuracy_ > 0.0) boundPieces();
   for (double& of_state : limits_)
     if (of_state == -kInfinity) of_state = limit;
+}
+
+/// Forgets the bounds of the last block, whose travel is not known any more.
+void NearestPairs::beginEdges() {
+  for (OnEdge& pair : on_edge_) pair.lower_bound = -kInfinity;
+  lanes_->travel(travel_.data());
 }
 
 /// Puts the pairs that were often among the closest in the last block first in the order. Mostly they are close again,

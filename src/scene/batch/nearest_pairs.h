@@ -46,7 +46,7 @@ class NearestPairs {
  public:
   explicit NearestPairs(std::shared_ptr<const BatchModel> batch);
 
-  /// Takes a block of states, which `lanes` has placed.
+  /// Takes a block of states, which `lanes` has placed. `lanes` must keep them until the last question about them.
   void place(const LaneBounds& lanes, const States& states);
 
   /// Bounds the pairs in the states of the block, for the k closest pairs of each.
@@ -95,6 +95,7 @@ class NearestPairs {
   void forgetThresholds() { takeThresholds({}); }
   void takeThresholds(const PairDistances& thresholds);
   const double* limitsOf(int pair);
+  void beginEdges();
   void putLikelyFirst();
   void keepNear(int pair);
   void keep(Kept kept);
