@@ -13,9 +13,9 @@ namespace {
 /// For more pairs than this, the k-th smallest upper bound is not computed: it would exclude hardly any pair.
 constexpr std::size_t kMostRanked = 16;
 
-/// [m] Along an edge, a pair beyond the limit is computed until it is proven to be so much farther. So the proof outlasts
-/// the motion of some states. Evidence: the minimum of PR2 takes 8 % fewer instructions with 5 mm, 12.5 % with 20 mm, and
-/// 11.5 % with 50 mm.
+/// [m] Along an edge, a pair beyond the limit is computed until it is proven to be so much farther. So the proof
+/// outlasts the motion of some states. Evidence: the minimum of PR2 takes 8 % fewer instructions with 5 mm, 12.5 % with
+/// 20 mm, and 11.5 % with 50 mm.
 constexpr double kSpare = 0.02;
 
 /// Fewer states than this, each near the one before, are no edge: the first one has no limit from the one before.

@@ -28,9 +28,9 @@ namespace proximity_server::scene {
 ///
 /// Along an edge, the pairs that were the closest in the last state mostly are again. They are computed first, and give
 /// all others a small limit. Then few pairs are left, and lanes do not pay: step 2 leaves these states out, and step 3
-/// takes the pairs that no lower bound excludes. From the cheapest to the most expensive, it is that of an earlier state
-/// minus the travel of both links since then, that of the balls, that of an earlier state minus the motion of the links
-/// relative to each other, and that of the boxes.
+/// takes the pairs that no lower bound excludes. From the cheapest to the most expensive, it is that of an earlier
+/// state minus the travel of both links since then, that of the balls, that of an earlier state minus the motion of the
+/// links relative to each other, and that of the boxes.
 ///
 /// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
 /// they leave open is computed, until the bounds are as near as asked.
