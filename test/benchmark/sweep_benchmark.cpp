@@ -11,7 +11,7 @@
 #include "peers/fcl_scene.h"
 #include "peers/robots.h"
 #include "peers/sweep_library.h"
-#include "scene/lanes/lane_kernels.h"
+#include "scene/kernels/lane_kernels.h"
 
 #include <sched.h>
 #include <time.h>

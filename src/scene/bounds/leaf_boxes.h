@@ -2,6 +2,7 @@
 
 #include "scene/bounds/bounds.h"
 #include "scene/bounds/volume_tree.h"
+#include "scene/kernels/lane_kernels.h"
 
 #include <limits>
 #include <vector>
@@ -11,35 +12,30 @@ namespace proximity_server::scene {
 /// The spheres and boxes of the leaves of a link or <collision>, see Bounds, in float and side by side.
 class LeafBoxes {
  public:
-  static constexpr int kLanes = 4;
-  using Lanes = float __attribute__((vector_size(4 * kLanes)));
-
-  /// One leaf in each lane. If there are too few leaves, the last one is repeated.
-  struct Pack {
-    Lanes centre[3], half[3];
-    Lanes axes[9];  ///< row by row
-    Lanes radius;
-  };
-
   /// The boxes of all leaves below a root; none if there are more than kMostLeaves.
   LeafBoxes(const std::vector<Volume>& volumes, int root);
-  static constexpr int kMostLeaves = 32;
+  static constexpr int kMostLeaves = lanes::kMostLeaves;
 
   const std::vector<int>& leaves() const { return leaves_; }  ///< the numbers of the volumes
-  const std::vector<Pack>& packs() const { return packs_; }
+  lanes::Leaves lanes() const {
+    const int count = static_cast<int>(leaves_.size());
+    return {count, count, values_.data(), {low_[0], low_[1], low_[2]}, {high_[0], high_[1], high_[2]}};
+  }
   /// [m] upper bound of the distance of any point of the boxes and spheres from the origin of the body
   double reach() const { return reach_; }
 
  private:
   std::vector<int> leaves_;
-  std::vector<Pack> packs_;
+  std::vector<float> values_;
+  float low_[3] = {}, high_[3] = {};
   double reach_ = 0.0;
 };
 
 /// Lower bounds of the distances of all pairs of leaves of two links, several at a time. If the links have few pieces,
 /// this is less work than walking their hierarchies.
 ///
-/// Bounds:  those of sphereGap() and boxGap().
+/// Bounds:  those of sphereGap() and boxGap(). Leaves whose spheres are far from the bounding box of the other link are
+///          left out before.
 /// Error:   let u be 2^-24. The error is 4 u of the lengths for each centre and 12 u for each cosine of two axes. So it
 ///          is 40 u for the width of a box along an axis and 64 u for a gap, and at most 1.8 times that for the root of
 ///          three squares: less than kError of the lengths, which is subtracted from every bound. An error in the
@@ -52,7 +48,7 @@ class LeafGaps {
   /// [m] The squares of shorter vectors are finite in float.
   static constexpr double kMostReach = 1e15;
 
-  LeafGaps();
+  explicit LeafGaps(const lanes::Kernels& kernels = lanes::kernels());
 
   /// True if both have leaves that between() can process.
   static bool areFew(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b) {
@@ -61,11 +57,12 @@ class LeafGaps {
 
   struct Gap {
     double lower_bound;  ///< [m] of the distance minus the padding
+    int number;          ///< of the pair; unlike the order of the gaps, it does not depend on the processor
     int a, b;            ///< leaves, as numbers of volumes
   };
 
-  /// The pairs of leaves whose distance minus the padding may be at most the limit [m], always in the same order. Valid
-  /// until the next call.
+  /// The pairs of leaves whose distance minus the padding may be at most the limit [m], in any order. Valid until the
+  /// next call.
   const std::vector<Gap>& between(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b, double padding,
                                   double limit);
 
@@ -77,7 +74,8 @@ class LeafGaps {
     return a_T_b.translation.norm() + a.reach() + b.reach();
   }
 
-  std::vector<LeafBoxes::Pack> b_;  ///< the packs of b in the frame of a
+  const lanes::Kernels& kernels_;
+  std::vector<lanes::LeafGap> found_;
   std::vector<Gap> gaps_;
   double smallest_of_others_ = std::numeric_limits<double>::infinity();
 };

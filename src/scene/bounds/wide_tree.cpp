@@ -1,7 +1,7 @@
 #define PROXIMITY_LANES 4
 #include "scene/bounds/wide_tree.h"
 
-#include "scene/bounds/lane_vectors.h"
+#include "scene/kernels/lane_vectors.h"
 #include "scene/model/numbers.h"
 
 #include <limits>

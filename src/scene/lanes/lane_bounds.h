@@ -1,7 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/states.h"
-#include "scene/lanes/lane_kernels.h"
+#include "scene/kernels/lane_kernels.h"
 #include "scene/lanes/lane_model.h"
 #include "scene/lanes/piece_bounds.h"
 #include "scene/query/closest_pieces.h"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/filter/scene_model.h"
-#include "scene/lanes/lane_kernels.h"
+#include "scene/kernels/lane_kernels.h"
 #include "scene/lanes/link_outline.h"
 #include "scene/parts/volumes.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "scene/lanes/lane_kernels.h"
+#include "scene/kernels/lane_kernels.h"
 #include "scene/lanes/lane_model.h"
 
 #include <cstddef>

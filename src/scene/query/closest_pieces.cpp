@@ -166,7 +166,7 @@ void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double lim
     const LeafBoxes &a = robot_.volumes().leavesOf(pair.a), &b = robot_.volumes().leavesOf(pair.b);
     if (LeafGaps::areFew(a, b, a_T_b)) {
       for (const LeafGaps::Gap& gap : gaps_.between(a, b, a_T_b, pair.padding, limit))
-        queue_.push({gap.lower_bound, pushed_++, gap.a, gap.b});
+        queue_.push({gap.lower_bound, gap.number, gap.a, gap.b});
       left_out_ = gaps_.smallestOfOthers();
       return;
     }

@@ -86,33 +86,67 @@ TEST(LeafGaps, LeaveOutOnlyWhatIsBeyondTheLimit) {
   for (int i = 0; i < repeats(300); ++i) {
     const Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 7, 0.5);
     const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
-    const RelativePose a_T_b = relativePose(randomPose(random, 1.0));
+    const Isometry3d pose = randomPose(random, 1.0);
+    const RelativePose a_T_b = relativePose(pose);
     const double limit = some(random), padding = 0.01 * some(random);
     LeafGaps gaps;
     std::map<std::pair<int, int>, double> all;
     for (const LeafGaps::Gap& gap : gaps.between(a, b, a_T_b, padding, kInfinity))
       all[{gap.a, gap.b}] = gap.lower_bound;
-    double smallest = kInfinity;
-    std::size_t within = 0;
-    for (const auto& [pair, bound] : all) {
-      if (bound <= limit) ++within;
-    }
     for (const LeafGaps::Gap& gap : gaps.between(a, b, a_T_b, padding, limit)) {
       ASSERT_TRUE(all.count({gap.a, gap.b}));
       ASSERT_LE(gap.lower_bound, limit);
       ASSERT_EQ((all[{gap.a, gap.b}]), gap.lower_bound);
       all.erase({gap.a, gap.b});
       ++kept;
-      --within;
     }
-    EXPECT_EQ(within, 0u);
-    for (const auto& [pair, bound] : all) smallest = std::min(smallest, bound);
     left_out += static_cast<int>(all.size());
     ASSERT_GT(gaps.smallestOfOthers(), limit);
-    ASSERT_LE(gaps.smallestOfOthers(), smallest);  // spheres may have been enough
+    for (const auto& [pair, bound] : all) {
+      const Piece &piece_a = boxes_a.pieceOf(pair.first), &piece_b = boxes_b.pieceOf(pair.second);
+      const Isometry3d pieces = piece_a.body_T_piece.inverse() * pose * piece_b.body_T_piece;
+      const double distance = signedDistance(piece_a.shape, piece_b.shape, pieces).upper_bound - padding;
+      ASSERT_LE(gaps.smallestOfOthers(), distance);
+    }
   }
   EXPECT_GT(left_out, kept / 10);
   EXPECT_GT(kept, left_out / 10);
+}
+
+TEST(LeafGaps, AreTheSameOnEveryKindOfProcessor) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> some(-0.1, 0.5);
+  int found = 0, others = 0;
+  for (int i = 0; i < repeats(300); ++i) {
+    const Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 23, 0.5);
+    const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
+    const RelativePose a_T_b = relativePose(randomPose(random, 1.0));
+    const double limit = i % 5 == 0 ? kInfinity : some(random);
+    std::map<int, LeafGaps::Gap> expected;
+    double smallest = 0.0;
+    for (const lanes::Kernels* const* kernels = lanes::allKernels(); *kernels; ++kernels) {
+      SCOPED_TRACE((*kernels)->name);
+      LeafGaps gaps(**kernels);
+      std::map<int, LeafGaps::Gap> by_number;
+      for (const LeafGaps::Gap& gap : gaps.between(a, b, a_T_b, 0.0, limit))
+        ASSERT_TRUE(by_number.emplace(gap.number, gap).second);
+      if (kernels == lanes::allKernels()) {
+        expected = by_number;
+        smallest = gaps.smallestOfOthers();
+      }
+      ASSERT_EQ(gaps.smallestOfOthers(), smallest);
+      ASSERT_EQ(by_number.size(), expected.size());
+      for (const auto& [number, gap] : by_number) {
+        ASSERT_TRUE(expected.count(number));
+        ASSERT_EQ(gap.lower_bound, expected[number].lower_bound);
+        ASSERT_EQ(std::make_pair(gap.a, gap.b), std::make_pair(expected[number].a, expected[number].b));
+      }
+    }
+    found += static_cast<int>(expected.size());
+    others += static_cast<int>(a.leaves().size() * b.leaves().size() - expected.size());
+  }
+  EXPECT_GT(found, others / 10);
+  EXPECT_GT(others, found / 10);
 }
 
 TEST(LeafBoxes, OfManyPiecesAreNone) {

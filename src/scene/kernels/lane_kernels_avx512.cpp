@@ -1,12 +1,12 @@
 #define PROXIMITY_LANES 16
-#include "scene/lanes/lane_code.h"
+#include "scene/kernels/lane_code.h"
 
 namespace proximity_server::scene::lanes {
 
 const Kernels& avx512Kernels() {
   static const Kernels kernels{"avx512", sinesAndCosines, placeBodiesAndLinks, travel,
                                markNear, findNear,        relativePoses,       boundByOutlines,
-                               boxGaps,  boundByGjk,      boundByInnerBalls};
+                               boxGaps,  boundByGjk,      boundByInnerBalls,   avx2Kernels().leafGaps};
   return kernels;
 }
 

@@ -1,7 +1,7 @@
 // The loops of lane_kernels.h, for a processor with PROXIMITY_LANES lanes of float, see lane_vectors.h.
 
-#include "scene/bounds/lane_vectors.h"
-#include "scene/lanes/lane_kernels.h"
+#include "scene/kernels/lane_kernels.h"
+#include "scene/kernels/lane_vectors.h"
 
 namespace proximity_server::scene::lanes {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/lanes/lane_kernels.h"
+#include "scene/kernels/lane_kernels.h"
 
 namespace proximity_server::scene::lanes {
 namespace {

@@ -16,7 +16,7 @@ constexpr int kLanes = PROXIMITY_LANES;
 using Float = float __attribute__((vector_size(4 * kLanes)));
 using Int = int __attribute__((vector_size(4 * kLanes)));
 
-Float all(float value) { return Float{} + value; }
+Float all(float value) { return value - Float{}; }  // unlike a sum with 0.0f, this is no operation
 Float larger(Float a, Float b) { return a > b ? a : b; }
 Float smaller(Float a, Float b) { return a < b ? a : b; }
 Float absolute(Float a) { return reinterpret_cast<Float>(reinterpret_cast<Int>(a) & 0x7fffffff); }
@@ -26,11 +26,22 @@ Float root(Float a) {
   return result;
 }
 
-[[maybe_unused]] bool any(Int mask) {
-  int found = 0;
-  for (int i = 0; i < kLanes; ++i) found |= mask[i];
-  return found != 0;
+/// Bit i is set if lane i is true.
+[[maybe_unused]] unsigned bits(Int mask) {
+#if defined(__x86_64__) && PROXIMITY_LANES == 4
+  return static_cast<unsigned>(__builtin_ia32_movmskps(reinterpret_cast<Float>(mask)));
+#elif defined(__AVX2__) && PROXIMITY_LANES == 8
+  return static_cast<unsigned>(__builtin_ia32_movmskps256(reinterpret_cast<Float>(mask)));
+#elif defined(__AVX512F__) && PROXIMITY_LANES == 16
+  constexpr int kIsNotEqual = 4;
+  return __builtin_ia32_cmpd512_mask(mask, Int{}, kIsNotEqual, 0xffff);
+#else
+  unsigned found = 0;
+  for (int i = 0; i < kLanes; ++i) found |= (mask[i] ? 1u : 0u) << i;
+  return found;
+#endif
 }
+[[maybe_unused]] bool any(Int mask) { return bits(mask) != 0; }
 
 struct Point {
   Float x, y, z;
@@ -53,8 +64,8 @@ Float fromBox(const Float* gaps) {
 /// `offset_in_a` and `offset_in_b` are the vector between the centres along the axes of a and of b. `error` is
 /// subtracted from each gap along an axis.
 template <typename HalfA, typename HalfB>
-Float boxGap(const Float* cosines, const Float* offset_in_a, const Float* offset_in_b, const HalfA* half_a,
-             const HalfB* half_b, float error) {
+[[gnu::always_inline]] inline Float boxGap(const Float* cosines, const Float* offset_in_a, const Float* offset_in_b,
+                                           const HalfA* half_a, const HalfB* half_b, float error) {
   Float gaps_a[3], gaps_b[3];
   for (int k = 0; k < 3; ++k) {
     Float width_b = all(0.0f), width_a = all(0.0f);

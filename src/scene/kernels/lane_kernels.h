@@ -86,6 +86,31 @@ struct Cores {
   float error;  ///< [m] of a bound along an axis, and of the length of a point of the CSO
 };
 
+/// The numbers of a leaf, each in a row of its own: the centre of its sphere and of its box, the half edges and the axes
+/// of the box, which are the columns of a matrix, and the radius of the sphere.
+constexpr int kLeafCentre = 0, kLeafHalf = 3, kLeafAxes = 6, kLeafRadius = 15, kLeafRows = 16;
+constexpr int kMostLeaves = 32;
+constexpr int kMostLanes = 16;
+
+/// The leaves of a link or <collision>, in the frame of their body. The number of leaf i in a row is
+/// values[row * stride + i]. kMostLanes numbers behind the last one are read without effect.
+struct Leaves {
+  int count, stride;
+  const float* values;
+  float low[3], high[3];  ///< the bounding box of their boxes
+};
+
+/// A lower bound [m] of the distance of two leaves.
+struct LeafGap {
+  float lower_bound;
+  int a, b;
+};
+
+struct FoundLeafGaps {
+  int count;
+  float smallest_of_others;  ///< [m] a lower bound of the distances of all pairs that were not written
+};
+
 /// The bodies of a robot, and the place of their poses: one tile for each, then those of the next columns.
 struct Bodies {
   const BodyPlan* plans;
@@ -170,6 +195,10 @@ struct Kernels {
 
   /// Lowers the upper bounds by inner balls near the last points of the search.
   void (*boundByInnerBalls)(const PairShapes& shapes, int count, Items& items);
+
+  /// Bounds the distances of all pairs of leaves of two links by spheres, then by boxes. `a_T_b` are the numbers of a
+  /// pose. Writes the pairs whose bound is not above the limit [m], in any order.
+  FoundLeafGaps (*leafGaps)(const Leaves& a, const Leaves& b, const float* a_T_b, float limit, LeafGap* gaps);
 };
 
 constexpr double kMostAngle = 1e5;    ///< [rad]
