@@ -6,6 +6,8 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 
 namespace proximity_server::scene {
 namespace {
@@ -13,11 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Pieces = std::vector<const Piece*>;
-
-/// The centre of b minus the centre of a, in the frame of a.
-Vector3d centreOffset(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return a_T_b.translation + (a_T_b.rotation * b.centre - a.centre);
-}
 
 /// The largest coordinate of a piece along a unit direction, in the body's frame.
 double extentAlong(const Vector3d& direction, const Piece& piece) {
@@ -75,19 +72,31 @@ Matrix3d principalAxes(const std::vector<Vector3d>& points) {
 
 /// The distance of the origin from a box along the coordinate axes with the centre `offset` and the half edges `half`.
 /// If the origin is inside, minus its distance from the nearest side.
-double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
+inline double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
   const Vector3d gaps = offset.cwiseAbs() - half;
   const double largest = gaps.maxCoeff();
   return largest > 0.0 ? gaps.cwiseMax(0.0).norm() : largest;
 }
 
+/// Compares the bits without a branch for each number: most matrices of a hierarchy are the same.
+inline bool haveSameBits(const Matrix3d& a, const Matrix3d& b) {
+  std::uint64_t different = 0;
+  for (int k = 0; k < 9; ++k) {
+    std::uint64_t bits_a, bits_b;
+    std::memcpy(&bits_a, a.data() + k, sizeof bits_a);
+    std::memcpy(&bits_b, b.data() + k, sizeof bits_b);
+    different |= bits_a ^ bits_b;
+  }
+  return different == 0;
+}
+
 /// boxGap(), with the absolute cosines of the axes of a (rows) and b (columns).
-double gapOfBoxes(const Vector3d& between, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
+double gapOfBoxes(const CentreOffset& offset, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
                   const Matrix3d& axes_b, const Matrix3d& cosines) {
-  const Vector3d in_a = axes_a.transpose() * between, in_b = axes_b.transpose() * between;
+  const Vector3d in_a = axes_a.transpose() * offset.vector, in_b = axes_b.transpose() * offset.vector;
   const double from_a = distanceFromBox(in_a, a.half + cosines * b.half);
   const double from_b = distanceFromBox(in_b, b.half + cosines.transpose() * a.half);
-  const double distance = between.norm();
+  const double distance = offset.length;
   const double widths = a.half.dot(in_a.cwiseAbs()) + b.half.dot(in_b.cwiseAbs());
   const double along_line = distance > 0.0 ? distance - widths / distance : from_a;
   return std::max({from_a, from_b, along_line}) - kPoseRounding * distance;
@@ -127,27 +136,23 @@ Bounds boundsOf(const Eigen::AlignedBox3d& box) {
   return bounds;
 }
 
-double sphereGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return (1.0 - kPoseRounding) * centreOffset(a, b, a_T_b).norm() - (a.radius + b.radius);
-}
-
 double boxGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return boxGap(centreOffset(a, b, a_T_b), a, a.axes, b, a_T_b.rotation * b.axes);
+  return boxGap(centreOffset(a, b, a_T_b).vector, a, a.axes, b, a_T_b.rotation * b.axes);
 }
 
 double boxGap(const Vector3d& between, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
               const Matrix3d& axes_b) {
-  return gapOfBoxes(between, a, axes_a, b, axes_b, (axes_a.transpose() * axes_b).cwiseAbs());
+  return gapOfBoxes({between, between.norm()}, a, axes_a, b, axes_b, (axes_a.transpose() * axes_b).cwiseAbs());
 }
 
-double BoxGaps::between(const Bounds& a, const Bounds& b) {
-  if (a.axes != axes_a_ || b.axes != axes_b_) {
+double BoxGaps::between(const Bounds& a, const Bounds& b, const CentreOffset& offset) {
+  if (!haveSameBits(a.axes, axes_a_) || !haveSameBits(b.axes, axes_b_)) {
     axes_a_ = a.axes;
     axes_b_ = b.axes;
     b_in_a_ = a_T_b_.rotation * b.axes;
     cosines_ = (a.axes.transpose() * b_in_a_).cwiseAbs();
   }
-  return gapOfBoxes(centreOffset(a, b, a_T_b_), a, a.axes, b, b_in_a_, cosines_);
+  return gapOfBoxes(offset, a, a.axes, b, b_in_a_, cosines_);
 }
 
 }  // namespace proximity_server::scene

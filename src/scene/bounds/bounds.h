@@ -42,8 +42,23 @@ struct RelativePose {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 };
 
+/// The centre of b minus the centre of a, in the frame of a, and its length.
+struct CentreOffset {
+  Eigen::Vector3d vector;
+  double length;
+};
+inline CentreOffset centreOffset(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
+  const Eigen::Vector3d vector = a_T_b.translation + (a_T_b.rotation * b.centre - a.centre);
+  return {vector, vector.norm()};
+}
+
 /// [m] A lower bound of the signed distance between the contents of the spheres of two bodies.
-double sphereGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b);
+inline double sphereGap(const Bounds& a, const Bounds& b, const CentreOffset& offset) {
+  return (1.0 - kPoseRounding) * offset.length - (a.radius + b.radius);
+}
+inline double sphereGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
+  return sphereGap(a, b, centreOffset(a, b, a_T_b));
+}
 
 /// [m] A lower bound of the signed distance between the contents of the boxes of two bodies.
 double boxGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b);
@@ -56,7 +71,7 @@ class BoxGaps {
     a_T_b_ = a_T_b;
     axes_a_.setZero();  // no axes
   }
-  double between(const Bounds& a, const Bounds& b);
+  double between(const Bounds& a, const Bounds& b, const CentreOffset& offset);
 
  private:
   RelativePose a_T_b_;
