@@ -39,4 +39,36 @@ class Heap {
   std::vector<Thing> things_;
 };
 
+/// A Heap for searches whose next element often is the largest of those that were pushed since the last pop: this one
+/// waits beside the heap.
+template <typename Thing>
+class SearchHeap {
+ public:
+  void reserve(std::size_t size) { others_.reserve(size); }
+  void clear() {
+    others_.clear();
+    has_largest_ = false;
+  }
+  bool empty() const { return !has_largest_ && others_.empty(); }
+  const Thing& first() const { return has_largest_ ? largest_ : others_.first(); }
+
+  void push(const Thing& thing) {
+    if (!empty() && thing < first()) return others_.push(thing);
+    if (has_largest_) others_.push(largest_);
+    largest_ = thing;
+    has_largest_ = true;
+  }
+
+  Thing pop() {
+    if (!has_largest_) return others_.pop();
+    has_largest_ = false;
+    return largest_;
+  }
+
+ private:
+  Heap<Thing> others_;
+  Thing largest_{};           ///< not smaller than all others
+  bool has_largest_ = false;  ///< false: the largest one is the first of the others
+};
+
 }  // namespace proximity_server::scene

@@ -117,7 +117,7 @@ class PieceSearch {
   WarmStarts warm_starts_;
   LeafGaps gaps_;
   BoxGaps box_gaps_;
-  Heap<VolumePair> queue_;
+  SearchHeap<VolumePair> queue_;
   int pushed_ = 0;         ///< the number of pairs that the search has made so far
   double padding_ = 0.0;   ///< [m]
   double left_out_ = 0.0;  ///< [m] the smallest lower bound of all pairs that were not put into the queue
