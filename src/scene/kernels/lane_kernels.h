@@ -197,7 +197,7 @@ struct Kernels {
   void (*boundByInnerBalls)(const PairShapes& shapes, int count, Items& items);
 
   /// Bounds the distances of all pairs of leaves of two links by spheres, then by boxes. `a_T_b` are the numbers of a
-  /// pose. Writes the pairs whose bound is not above the limit [m], in any order.
+  /// pose. Writes the pairs whose bound is not above the limit [m], in any order. LeafGaps derives the rounding error.
   FoundLeafGaps (*leafGaps)(const Leaves& a, const Leaves& b, const float* a_T_b, float limit, LeafGap* gaps);
 };
 

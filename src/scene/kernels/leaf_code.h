@@ -4,7 +4,7 @@
 // 2. Bound the pairs of the others by their spheres, then by their boxes. One leaf of one link is in all lanes, and the
 //    leaves of the other link are side by side.
 //
-// With 16 lanes, which few pairs of links fill, this takes longer than with 8 (AMD EPYC, 2026-11).
+// Few links fill 16 lanes: with them PR2 takes as long as with 8, and UR5 a third longer (AMD EPYC, 2026-11).
 
 #include "scene/kernels/lane_code.h"
 
@@ -66,7 +66,7 @@ Float leafBoxGap(const A& a, const B& b, const Point& offset, Float distance) {
   return larger(distance > all(1e-12f) ? distance - along_offset / distance : gap, gap);
 }
 
-/// The values of leaves that are moved or packed.
+/// Room for leaves that are moved or packed.
 struct LeafValues {
   static constexpr int kStride = kMostLeaves + kMostLanes;
   alignas(64) float rows[kLeafRows][kStride];
@@ -97,6 +97,7 @@ struct LeafList {
   void add(int column) { columns[count++] = column; }
 };
 
+/// Puts the listed leaves side by side.
 Leaves packed(const Leaves& leaves, const LeafList& list, LeafValues& values) {
   if (list.count == leaves.count) return leaves;
   for (int row = 0; row < kLeafRows; ++row)
@@ -104,6 +105,7 @@ Leaves packed(const Leaves& leaves, const LeafList& list, LeafValues& values) {
   return values.leaves(list.count);
 }
 
+/// Sorts out what is above the limit, and writes the other pairs.
 struct LeafSearch {
   const Float limit;
   Float others;  ///< the smallest bound above the limit
