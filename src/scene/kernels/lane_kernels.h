@@ -86,8 +86,8 @@ struct Cores {
   float error;  ///< [m] of a bound along an axis, and of the length of a point of the CSO
 };
 
-/// The numbers of a leaf, each in a row of its own: the centre of its sphere and of its box, the half edges and the axes
-/// of the box, which are the columns of a matrix, and the radius of the sphere.
+/// The numbers of a leaf, each in a row of its own: the centre of its sphere and of its box, the half edges of the box,
+/// its axes, which are the columns of a matrix, and the radius of the sphere.
 constexpr int kLeafCentre = 0, kLeafHalf = 3, kLeafAxes = 6, kLeafRadius = 15, kLeafRows = 16;
 constexpr int kMostLeaves = 32;
 constexpr int kMostLanes = 16;

@@ -114,12 +114,14 @@ struct LeafSearch {
 
   /// The lanes whose bound is not above the limit. Only the first `count` lanes have one.
   unsigned near(Float gap, int count) {
-    const Int is_given = laneNumbers()<count, is_far = gap> limit;
+    const Int is_given = laneNumbers() < count;
+    const Int is_far = gap > limit;
     others = is_given & is_far ? smaller(others, gap) : others;
     return bits(is_given & ~is_far);
   }
 
-  /// Lists the leaves whose spheres may be near the bounding box of another link. `in_other` places points in its frame.
+  /// Lists the leaves whose spheres may be near the bounding box of another link. `in_other` places points in the frame
+  /// of that link.
   template <typename Placing>
   void addNear(const Leaves& other, const Leaves& leaves, const Placing& in_other, LeafList& list) {
     for (int first = 0; first < leaves.count; first += kLanes) {
