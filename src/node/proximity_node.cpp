@@ -56,17 +56,14 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
       query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
       prove_joint_box_srv_(advertise<ProveJointBox>("prove_joint_box", long_requests_)),
-      apply_objects_srv_(
-          withQueue(private_nh_, changes_).advertiseService("apply_objects", &ProximityNode::onApplyObjects, this)),
+      apply_objects_srv_(advertise("apply_objects", changes_, &ProximityNode::onApplyObjects)),
       apply_objects_sub_(withQueue(private_nh_, arrivals_)
                              .subscribe("apply_objects", kTopicQueueSize, &ChangeStream::enqueue, &change_stream_,
                                         ros::TransportHints().tcpNoDelay())),
       settings_server_(private_nh_, [this](const MonitorSettings& settings) { onSettings(settings); }),
-      reload_srv_(withQueue(private_nh_, long_requests_).advertiseService("reload", &ProximityNode::onReload, this)),
-      enable_monitor_srv_(
-          withQueue(private_nh_, requests_).advertiseService("enable_monitor", &ProximityNode::onEnableMonitor, this)),
-      save_record_srv_(
-          withQueue(private_nh_, long_requests_).advertiseService("save_record", &ProximityNode::onSaveRecord, this)) {
+      reload_srv_(advertise("reload", long_requests_, &ProximityNode::onReload)),
+      enable_monitor_srv_(advertise("enable_monitor", requests_, &ProximityNode::onEnableMonitor)),
+      save_record_srv_(advertise("save_record", long_requests_, &ProximityNode::onSaveRecord)) {
   recorder_.know(objects_.current());
   tf_.watch(*robot_);
   announce(*robot_);

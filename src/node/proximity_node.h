@@ -14,6 +14,7 @@
 #include "node/tf/tf_listener.h"
 #include "node/tf/tf_poses.h"
 #include "node/threads/request_queue.h"
+#include "node/threads/service_port.h"
 
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
@@ -40,12 +41,19 @@ class ProximityNode {
     response = answer(*robot(), tf_, request);
     return true;
   }
-  /// Advertises a service of queries.h, whose requests run in the threads of `queue`.
+  /// Advertises a service at service_port_. Its requests run in the threads of `queue`.
+  template <class Request, class Response>
+  ros::ServiceServer advertise(const std::string& name, RequestQueue& queue,
+                               bool (ProximityNode::*callback)(Request&, Response&)) {
+    ros::ServiceServer server = withQueue(private_nh_, queue).advertiseService(name, callback, this);
+    // At once: a client that waits for the service connects as soon as the master knows it, and may stay connected.
+    registerService(server.getService(), service_port_.address());
+    return server;
+  }
+  /// Advertises a service of queries.h.
   template <class Service>
   ros::ServiceServer advertise(const std::string& name, RequestQueue& queue) {
-    using Node = ProximityNode;
-    return withQueue(private_nh_, queue)
-        .advertiseService(name, &Node::onQuery<typename Service::Request, typename Service::Response>, this);
+    return advertise(name, queue, &ProximityNode::onQuery<typename Service::Request, typename Service::Response>);
   }
   bool onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response);
   void publishChangedObjects();
@@ -68,9 +76,9 @@ class ProximityNode {
   static constexpr std::uint32_t kTopicQueueSize = 1000;
 
   /// Long requests have a lower priority than the monitor, tf and requests about single pairs.
-  /// A larger niceness delays the monitor itself: such a thread that has lost its processor may hold a lock of roscpp
-  /// (PollSet, as it writes its answer) or of tf. Evidence: with 10 more, and other time slices, 99 % of the times from a
-  /// message to its level rose 1.5 to 3.5 times (16 clients on 2 busy cores, 2026-11).
+  /// A larger niceness delays the monitor itself: such a thread that has lost its processor may hold a lock of tf.
+  /// Evidence: with 10 more, 99 % of the ages of a level rose from 9 to 17 ms (16 clients on 2 busy cores, no limit of
+  /// requests, 2026-11).
   static constexpr int kNicenessOfLongRequests = 5;
 
   std::shared_ptr<const Robot> robot() const { return std::atomic_load(&robot_); }
@@ -96,6 +104,7 @@ class ProximityNode {
   std::weak_ptr<const Robot> published_robot_;  // robot of this message; a reload may give the frames other names
   ros::WallTime publish_objects_after_;         // the earliest time of the next message
   ros::WallTimer objects_timer_;
+  ServicePort service_port_;  // declared before the queues, whose threads write to its connections
   RequestQueue requests_{0};
   RequestQueue long_requests_{kNicenessOfLongRequests};
   // Changes of objects have a queue of their own, because they wait for each other and would occupy the threads of
@@ -118,7 +127,8 @@ class ProximityNode {
   ros::ServiceServer reload_srv_;
   ros::ServiceServer enable_monitor_srv_;
   ros::ServiceServer save_record_srv_;
-  Registration registration_;  // the last member, because it registers all services and topics above
+  // The last member, because it registers all services and topics above.
+  Registration registration_{service_port_.address()};
 };
 
 }  // namespace proximity_server::node

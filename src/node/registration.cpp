@@ -1,6 +1,5 @@
 #include "node/registration.h"
 
-#include <ros/connection_manager.h>
 #include <ros/console.h>
 #include <ros/init.h>
 #include <ros/master.h>
@@ -10,8 +9,8 @@
 #include <ros/topic_manager.h>
 #include <ros/xmlrpc_manager.h>
 
-#include <algorithm>
 #include <optional>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {
@@ -33,10 +32,6 @@ std::optional<XmlRpcValue> askMaster(const std::string& method, const Arguments&
 }
 
 std::string ownApi() { return ros::XMLRPCManager::instance()->getServerURI(); }
-
-std::string ownServiceApi() {
-  return "rosrpc://" + ros::network::getHost() + ":" + std::to_string(ros::ConnectionManager::instance()->getTCPPort());
-}
 
 /// The services of this node, as the master lists them.
 std::vector<std::string> registeredServices() {
@@ -90,8 +85,13 @@ void registerSubscribers(const std::string& api) {
 
 }  // namespace
 
-Registration::Registration()
-    : api_(ownApi()), service_api_(ownServiceApi()), services_(registeredServices()), spinner_(1, &queue_) {
+void registerService(const std::string& service, const std::string& address) {
+  askMaster("registerService", service, address, ownApi());
+}
+
+Registration::Registration(std::string service_api)
+    : api_(ownApi()), service_api_(std::move(service_api)), services_(registeredServices()), spinner_(1, &queue_) {
+  for (const std::string& service : services_) registerService(service, service_api_);
   nh_.setCallbackQueue(&queue_);
   timer_ = nh_.createWallTimer(ros::WallDuration(kPeriod), [this](const ros::WallTimerEvent&) { check(); });
   spinner_.start();
@@ -100,6 +100,7 @@ Registration::Registration()
 Registration::~Registration() {
   queue_.disable();
   spinner_.stop();
+  for (const std::string& service : services_) askMaster("unregisterService", service, service_api_);
 }
 
 void Registration::check() {

@@ -9,6 +9,9 @@
 
 namespace proximity_server::node {
 
+/// Tells the ROS master that a service of this node is at `address` ("rosrpc://HOST:PORT"), and no longer at roscpp's.
+void registerService(const std::string& service, const std::string& address);
+
 /// Registers the node again after a restart of the ROS master. roscpp registers a node only once, so a new master does
 /// not know the running nodes: a node that starts later does not find them, and they do not find it.
 ///
@@ -17,8 +20,10 @@ namespace proximity_server::node {
 ///        were registered before the restart.
 class Registration {
  public:
-  /// Registers the services and topics that the node offers now, and the topics that it offers later.
-  Registration();
+  /// Registers the services and topics that the node offers now, and the topics that it offers later. All services
+  /// are registered at `service_api`, see registerService().
+  explicit Registration(std::string service_api);
+  /// Takes the services from the master: roscpp does so for its own address only.
   ~Registration();
 
  private:

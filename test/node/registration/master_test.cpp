@@ -6,14 +6,19 @@
 #include "node/gantry.h"
 
 #include <netinet/in.h>
+#include <ros/network.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <xmlrpcpp/XmlRpcClient.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 // A master of its own, which dies and comes back with an empty memory while the node runs on.
 
@@ -78,6 +83,36 @@ std::set<std::string> registrations() {
   return result;
 }
 
+/// What the master answers to a question about the node, or "" if it does not know.
+std::string lookUp(const std::string& method, const std::string& name) {
+  XmlRpc::XmlRpcValue request, response, found;
+  request[0] = ros::this_node::getName();
+  request[1] = name;
+  return ros::master::execute(method, request, response, found, false) ? std::string(found) : "";
+}
+
+/// The port at which the master tells clients to ask a service; 0 if it does not know the service.
+std::uint32_t portOf(const std::string& service) {
+  std::string host;
+  std::uint32_t port = 0;
+  ros::network::splitURI(lookUp("lookupService", kNode + "/" + service), host, port);
+  return port;
+}
+
+/// The port from which the node tells subscribers to get its topics.
+std::uint32_t portOfTopics() {
+  std::string host;
+  std::uint32_t port = 0;
+  ros::network::splitURI(lookUp("lookupNode", kNode), host, port);
+  XmlRpc::XmlRpcValue request, response;
+  request[0] = ros::this_node::getName();
+  request[1] = kNode + "/clearance";
+  request[2][0][0] = "TCPROS";
+  XmlRpc::XmlRpcClient node(host.c_str(), static_cast<int>(port));
+  if (!node.execute("requestTopic", request, response)) return 0;
+  return static_cast<std::uint32_t>(static_cast<int>(response[2][2]));
+}
+
 bool isClear(const Clearance& message) {
   return message.level == Clearance::CLEAR && std::abs(message.minimum.distance - kDistance) <= kTolerance;
 }
@@ -104,17 +139,29 @@ class MasterThatDies : public testing::Test {
   MasterThatDies() {
     spinner_.start();
     ros::param::set("/robot_description", gantryUrdf());
-    node_.emplace(std::vector<std::string>{NODE_EXECUTABLE, "__name:=proximity_server"});
+    startNode();
     neighbours_.emplace();
   }
 
   void SetUp() override {
-    // The last that a node does when it starts: levels come earlier, when it is not yet registered as a whole.
-    ASSERT_TRUE(Inbox<ModelInfo>(ros::NodeHandle(), kNode + "/model_info").next());
+    ASSERT_TRUE(isRegistered());
     ASSERT_TRUE(neighbours_->inbox.next(isClear));
     before_ = registrations();
     ASSERT_GT(before_.size(), 10u);
   }
+
+  void startNode(const std::vector<std::string>& remappings = {}) {
+    std::vector<std::string> command = {NODE_EXECUTABLE, "__name:=proximity_server"};
+    command.insert(command.end(), remappings.begin(), remappings.end());
+    node_.emplace(command);
+  }
+  /// As Ctrl-C does.
+  void stopNode() {
+    node_->signal(SIGINT);
+    EXPECT_TRUE(node_->hasEndedWithin(kPatience));
+  }
+  /// Waits for the last that a node does when it starts: levels come earlier, when it is not yet registered as a whole.
+  static bool isRegistered() { return Inbox<ModelInfo>(ros::NodeHandle(), kNode + "/model_info").next().has_value(); }
 
   Master master_;
   ros::NodeHandle keeps_ros_running_;
@@ -142,6 +189,32 @@ TEST_F(MasterThatDies, DisturbsNobodyWhoIsConnectedAndIsRegisteredWithOnceItIsBa
   neighbours_.emplace();
   EXPECT_TRUE(neighbours_->inbox.next(isClear));
   EXPECT_TRUE(node_->isRunning());
+}
+
+using ServiceAddress = MasterThatDies;
+
+// Regression: requests and topics shared a thread, so that many clients delayed the levels by tens of milliseconds.
+TEST_F(ServiceAddress, IsAPortThatHasNoTopics) {
+  const std::uint32_t port = portOf("minimum_distance");
+  for (const char* const service : {"query_pairs", "reload", "set_parameters"})
+    EXPECT_EQ(portOf(service), port) << service;
+  EXPECT_NE(portOfTopics(), port);
+  EXPECT_TRUE(isAnswered());
+}
+
+TEST_F(ServiceAddress, IsThatOfTheTopicsIfThePortIsFixed) {
+  stopNode();
+  const auto port = static_cast<std::uint32_t>(freePort());
+  startNode({"__tcpros_server_port:=" + std::to_string(port)});
+  ASSERT_TRUE(isRegistered());
+  EXPECT_EQ(portOf("minimum_distance"), port);
+  EXPECT_EQ(portOfTopics(), port);
+  EXPECT_TRUE(holdsWithin(kPatience, isAnswered));  // as soon as it has transforms
+}
+
+TEST_F(ServiceAddress, IsForgottenWhenTheNodeEnds) {
+  stopNode();
+  EXPECT_EQ(registrations(), std::set<std::string>());
 }
 
 }  // namespace proximity_server::node::master_test
