@@ -141,6 +141,7 @@ bool ProximityNode::onSaveRecord(std_srvs::Trigger::Request&, std_srvs::Trigger:
     response.message = "record_seconds is 0: nothing is recorded";
     return true;
   }
+  const RequestWait request_wait;
   const Recorder::Outcome outcome = recorder_.await();
   response.success = outcome.problem.empty();
   response.message = response.success ? outcome.file : outcome.problem;

@@ -2,6 +2,7 @@
 
 #include "node/robot/query_status.h"
 #include "node/robot/tf_frames.h"
+#include "node/threads/request_queue.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/durations.h"
 
@@ -282,6 +283,7 @@ auto TfPoses::await(double timeout, LookUp look_up) {
     const std::uint64_t seen = changes_;
     const auto snapshot = look_up();
     if (snapshot.status.code == QueryStatus::OK) return snapshot;
+    const RequestWait request_wait;
     std::unique_lock<std::mutex> lock(mutex_);
     // The deadline is also checked after a change, so that the wait ends even if changes come all the time.
     const bool changed = changed_.wait_until(lock, deadline, [&] { return changes_ != seen; });

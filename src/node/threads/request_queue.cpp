@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 #include <boost/make_shared.hpp>
 
-#include <algorithm>
 #include <utility>
 
 namespace proximity_server::node {
@@ -21,48 +20,102 @@ class Call : public ros::CallbackInterface {
   std::function<void()> function_;
 };
 
+/// The request that a thread runs.
+struct RunningRequest {
+  RequestQueue* queue = nullptr;  // nullptr: none
+  std::chrono::steady_clock::time_point begin;
+};
+thread_local RunningRequest running;
+
 }  // namespace
 
 // On Linux each thread has a niceness of its own.
-RequestQueue::RequestQueue(int niceness) : niceness_(getpriority(PRIO_PROCESS, 0) + niceness) {
-  sem_init(&untaken_, 0, 0);
-}
+RequestQueue::RequestQueue(int niceness, const RequestLimit& limit)
+    : niceness_(getpriority(PRIO_PROCESS, 0) + niceness), limit_(limit) {}
 
 RequestQueue::~RequestQueue() {
   waiting_.disable();
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    const Lock lock(mutex_);
     is_stopping_ = true;
   }
-  for (std::size_t i = 0; i < threads_.size(); ++i) sem_post(&untaken_);
+  wake_.notify_all();
   for (std::thread& thread : threads_) thread.join();
-  sem_destroy(&untaken_);
 }
 
 void RequestQueue::addCallback(const ros::CallbackInterfacePtr& callback, std::uint64_t owner_id) {
   waiting_.addCallback(callback, owner_id);
-  if (++unfinished_count_ > thread_count_) startThread();
-  sem_post(&untaken_);
+  const Lock lock(mutex_);
+  ++untaken_count_;
+  wakeThreadIfNeeded();
 }
 
-void RequestQueue::startThread() {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  const bool has_enough = threads_.size() >= std::min(unfinished_count_.load(), kMaxThreads);
-  if (is_stopping_ || has_enough) return;
-  threads_.emplace_back([this] { work(); });
-  thread_count_ = threads_.size();
+/// One thread that wakes up suffices: it calls this again when it begins a request.
+void RequestQueue::wakeThreadIfNeeded() {
+  if (is_stopping_ || untaken_count_ == 0 || (is_watched_ && !mayBegin())) return;
+  if (idle_count_ > 0) {
+    wake_.notify_one();
+  } else if (threads_.size() < kMaxThreads) {
+    ++idle_count_;
+    threads_.emplace_back([this] { work(); });
+  }
 }
 
 void RequestQueue::work() {
   // Every user may raise the niceness. It is set as an absolute value, because a thread of this queue may start another
-  // one (when it reads the next request of a connection), and that one inherits the raised niceness.
+  // one, and that one inherits the raised niceness.
   setpriority(PRIO_PROCESS, 0, niceness_);
-  while (true) {
-    if (sem_wait(&untaken_) != 0) continue;  // a signal interrupted it
-    if (is_stopping_) return;
-    waiting_.callOne();  // does nothing if the callback was removed
-    --unfinished_count_;
+  Lock lock(mutex_);
+  while (!is_stopping_) {
+    if (untaken_count_ > 0 && mayBegin()) {
+      runNext(lock);
+    } else if (untaken_count_ > 0 && !is_watched_) {
+      is_watched_ = true;
+      wake_.wait_until(lock, *counting_.begin() + limit_.counts_for);
+      is_watched_ = false;
+    } else {
+      wake_.wait(lock);
+    }
   }
+}
+
+void RequestQueue::runNext(Lock& lock) {
+  running = {this, Clock::now()};
+  --untaken_count_;
+  --idle_count_;
+  counting_.insert(running.begin);
+  wakeThreadIfNeeded();
+  lock.unlock();
+  waiting_.callOne();  // does nothing if the callback was removed
+  lock.lock();
+  stopCounting(running.begin);
+  ++idle_count_;
+  running = {};
+}
+
+/// Forgets the requests that do not count any more.
+bool RequestQueue::mayBegin() {
+  counting_.erase(counting_.begin(), counting_.upper_bound(Clock::now() - limit_.counts_for));
+  return counting_.size() < limit_.at_once;
+}
+
+void RequestQueue::stopCounting(Clock::time_point begin) {
+  const auto found = counting_.find(begin);  // not there if it has run for so long that it does not count
+  if (found != counting_.end()) counting_.erase(found);
+}
+
+RequestWait::RequestWait() {
+  if (!running.queue) return;
+  const RequestQueue::Lock lock(running.queue->mutex_);
+  running.queue->stopCounting(running.begin);
+  running.queue->wakeThreadIfNeeded();
+}
+
+RequestWait::~RequestWait() {
+  if (!running.queue) return;
+  const RequestQueue::Lock lock(running.queue->mutex_);
+  running.begin = RequestQueue::Clock::now();
+  running.queue->counting_.insert(running.begin);
 }
 
 ros::CallbackInterfacePtr callbackOf(std::function<void()> function) {

@@ -2,28 +2,45 @@
 
 #include <ros/callback_queue.h>
 #include <ros/node_handle.h>
-#include <semaphore.h>
 
-#include <atomic>
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <vector>
 
 namespace proximity_server::node {
 
-/// Runs the callbacks of services in threads of its own. It has as many threads as there have been unfinished requests
-/// at the same time, so that a request that takes long, or waits for tf, delays no other. It is not suited for topics:
-/// the callback of a subscriber that is busy asks to be called again later, and no thread of this queue does that.
+/// How many requests of a queue may compute at the same time.
+struct RequestLimit {
+  /// By default one processor less than there are, and at least 1: the others are for transforms and levels.
+  std::size_t at_once = std::max(2U, std::thread::hardware_concurrency()) - 1;
+  /// A request that runs for longer does not count any more, so that it delays no other one by more than this.
+  std::chrono::steady_clock::duration counts_for = std::chrono::milliseconds(10);
+};
+
+/// Runs the callbacks of services in threads of its own, in the order in which they come.
+///
+/// 1. A request begins as soon as fewer than RequestLimit::at_once others count: they run, do not wait (RequestWait),
+///    and began not longer ago than RequestLimit::counts_for. So many clients that ask without pause do not make many
+///    threads compete for the processors with the monitor, and yet no request waits for one that takes long.
+/// 2. A thread that has finished a request takes the next one. While requests wait, another thread watches: it begins
+///    one when a request stops to count.
+///
+/// It is not suited for topics: the callback of a subscriber that is busy asks to be called again later, and no thread
+/// of this queue does that.
 class RequestQueue : public ros::CallbackQueueInterface {
  public:
   /// The queue never has more threads than this; further requests wait.
   static constexpr std::size_t kMaxThreads = 64;
 
   /// The threads of this queue have the niceness of the calling thread plus `niceness`, see nice(2).
-  explicit RequestQueue(int niceness);
+  explicit RequestQueue(int niceness, const RequestLimit& limit = {});
   /// All services that use the queue must be destroyed before it.
   ~RequestQueue() override;
 
@@ -31,20 +48,37 @@ class RequestQueue : public ros::CallbackQueueInterface {
   void removeByID(std::uint64_t owner_id) override { waiting_.removeByID(owner_id); }
 
  private:
-  void startThread();
+  friend class RequestWait;
+  using Clock = std::chrono::steady_clock;
+  using Lock = std::unique_lock<std::mutex>;
+
   void work();
+  void runNext(Lock& lock);
+  bool mayBegin();
+  void wakeThreadIfNeeded();
+  void stopCounting(Clock::time_point begin);
 
   const int niceness_;
+  const RequestLimit limit_;
   ros::CallbackQueue waiting_;
-  // addCallback() runs in the thread that receives transforms and publishes levels. So it shares no lock with the
-  // threads of requests: one that has lost its processor would hold up that thread. And this is no condition variable:
-  // before glibc 2.41, to notify one may wait until a thread that was woken earlier gets a processor.
-  sem_t untaken_;  // counts callbacks that no thread has taken yet
-  std::atomic<bool> is_stopping_{false};
-  std::atomic<std::size_t> unfinished_count_{0};  // callbacks that wait or run
-  std::atomic<std::size_t> thread_count_{0};      // size of threads_
-  std::mutex mutex_;                              // guards threads_, whose size changes in startThread() only
+  std::mutex mutex_;  // guards the members below; no thread holds it while it runs a request
+  std::condition_variable wake_;
+  bool is_stopping_ = false;
+  bool is_watched_ = false;                    // true if a thread waits until a request stops to count
+  std::size_t untaken_count_ = 0;              // callbacks that no thread has taken yet
+  std::size_t idle_count_ = 0;                 // threads that run no request
+  std::multiset<Clock::time_point> counting_;  // beginnings of the requests that count
   std::vector<std::thread> threads_;
+};
+
+/// While it exists, the request that this thread runs does not count, because it waits for something and computes
+/// nothing. Without effect in a thread that is not of a RequestQueue.
+class RequestWait {
+ public:
+  RequestWait();
+  ~RequestWait();
+  RequestWait(const RequestWait&) = delete;
+  RequestWait& operator=(const RequestWait&) = delete;
 };
 
 /// Wraps a function as a callback for a callback queue.

@@ -1,10 +1,13 @@
 #include "node/tf/tf_poses.h"
 
 #include "node/asked_robot.h"
+#include "node/threads/request_queue.h"
 #include "proximity_server/QueryStatus.h"
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
 #include <optional>
 #include <string>
 #include <vector>
@@ -108,6 +111,21 @@ TEST_F(Poses, ComeWithACallOfTheListenerForEachMessage) {
   moveTo({0.5, 0.0, 0.0});
   gantry_.publish({Gantry::post({0.0, 0.0, 0.0})}, ros::Time(), TfTree::Kind::Static);
   EXPECT_EQ(calls, 2);
+}
+
+TEST_F(Poses, ForWhichARequestWaitsDelayNoOtherRequest) {
+  Config config = gantry_.robot().config();
+  config.tf_timeout = 20.0;  // [s] much longer than the other request needs
+  const Robot patient(robotText("gantry.urdf"), robotText("gantry.srdf"), config);
+  std::promise<int> status;
+  RequestQueue queue(0, {/*at_once=*/1, std::chrono::hours(1)});
+  queue.addCallback(callbackOf([&] {
+                      const PoseSnapshot found = gantry_.tf().await(patient, patient.candidateBodies(), {});
+                      status.set_value(found.status.code);
+                    }),
+                    1);
+  queue.addCallback(callbackOf([&] { moveTo({0.5, 0.0, 0.0}); }), 1);
+  EXPECT_EQ(status.get_future().get(), QueryStatus::OK);
 }
 
 // ---- frames that carry objects
