@@ -2,6 +2,7 @@
 
 #include "node/answers/conversions.h"
 #include "node/robot/load_config.h"
+#include "node/threads/real_time.h"
 #include "system/process.h"
 
 #include <ros/console.h>
@@ -64,6 +65,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       reload_srv_(advertise("reload", long_requests_, &ProximityNode::onReload)),
       enable_monitor_srv_(advertise("enable_monitor", requests_, &ProximityNode::onEnableMonitor)),
       save_record_srv_(advertise("save_record", long_requests_, &ProximityNode::onSaveRecord)) {
+  if (service_port_.isSeparate()) runPollThreadInRealTime(robot_->config().realtime_priority);
   recorder_.know(objects_.current());
   tf_.watch(*robot_);
   announce(*robot_);

@@ -91,7 +91,7 @@ struct Config {
   int max_batch = 10000;            ///< largest number of pairs, or of points, of one request
   double max_request_time = 30.0;   ///< [s] of wall time, for one request
   double motion_time_budget = 1.0;  ///< [s] of wall time, for one search along a motion
-  int realtime_priority = 0;        ///< SCHED_FIFO priority of the threads of monitor and tf; 0: none
+  int realtime_priority = 0;        ///< SCHED_FIFO priority of the threads between tf and ~clearance; 0: none
   scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked;
   scene::ObjectFile objects;                   ///< the objects at the start of the node
   std::string objects_file;                    ///< an absolute path; "": objects are not kept for the next start

@@ -148,8 +148,9 @@ std::vector<Parameter> parameterTable(Config& config) {
 
   heading = "The system.";
   add("realtime_priority", &config.realtime_priority, {0, 99}, "", kStart,
-      "SCHED_FIFO priority of the threads of monitor and tf: they run before every program that is not real-time. 0: "
-      "no real-time priority. If the system refuses it (`ulimit -r`), the node warns. It helps if the processors are "
+      "SCHED_FIFO priority of the threads of monitor and tf, and of the thread that receives transforms and sends "
+      "levels (unless `__tcpros_server_port` is set): they run before every program that is not real-time. 0: no "
+      "real-time priority. If the system refuses it (`ulimit -r`), the node warns. It helps if the processors are "
       "busy; but then a monitor that takes longer than its period occupies one processor completely.");
 
   heading = "The monitor.";

@@ -1,10 +1,13 @@
 #include "node/threads/real_time.h"
 
 #include <ros/console.h>
+#include <ros/poll_manager.h>
 #include <sched.h>
 
 #include <cerrno>
 #include <cstring>
+#include <memory>
+#include <mutex>
 
 namespace proximity_server::node {
 
@@ -16,6 +19,12 @@ void runInRealTime(int priority) {
   ROS_WARN_STREAM_ONCE("realtime_priority "
                        << priority << " is not granted (" << std::strerror(errno)
                        << "): the monitor runs like any other thread. The limit is that of ulimit -r");
+}
+
+void runPollThreadInRealTime(int priority) {
+  // The poll thread calls it again and again.
+  ros::PollManager::instance()->addPollThreadListener(
+      [priority, once = std::make_shared<std::once_flag>()] { std::call_once(*once, runInRealTime, priority); });
 }
 
 }  // namespace proximity_server::node

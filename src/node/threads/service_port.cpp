@@ -9,14 +9,13 @@
 
 namespace proximity_server::node {
 
-ServicePort::ServicePort() {
-  const std::uint32_t port = open() ? static_cast<std::uint32_t>(listener_->getServerPort())
-                                    : ros::ConnectionManager::instance()->getTCPPort();
+ServicePort::ServicePort() : is_separate_(open()) {
+  const std::uint32_t port = is_separate_ ? static_cast<std::uint32_t>(listener_->getServerPort())
+                                          : ros::ConnectionManager::instance()->getTCPPort();
   address_ = "rosrpc://" + ros::network::getHost() + ":" + std::to_string(port);
   thread_ = std::thread([this] { run(); });
 }
 
-/// Returns false if roscpp's port is to be used.
 bool ServicePort::open() {
   if (ros::network::getTCPROSPort() != 0) return false;
   constexpr int kAnyPort = 0;

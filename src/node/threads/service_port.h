@@ -34,6 +34,9 @@ class ServicePort {
   /// The address for the ROS master: "rosrpc://HOST:PORT".
   const std::string& address() const { return address_; }
 
+  /// False if it is roscpp's port.
+  bool isSeparate() const { return is_separate_; }
+
  private:
   bool open();
   void run();
@@ -42,6 +45,7 @@ class ServicePort {
 
   ros::PollSet poll_set_;
   ros::TransportTCPPtr listener_;
+  bool is_separate_;
   std::string address_;
   std::set<ros::ConnectionPtr> connections_;  // only thread_ uses it
   std::mutex mutex_;                          // guards the next member
