@@ -1,7 +1,8 @@
 // The node under load: clients in processes of their own call each service while tf streams at 1 kHz and the monitor
 // runs, beside a service that does nothing but send as many bytes; a batch of 1000 pairs beside its own computation;
-// how long a changed object needs to its level; and how regularly the monitor runs on larger robots. Has its own ROS
-// master. ./dev bench node runs it.
+// how long a changed object needs to its level; and how regularly the monitor runs on larger robots. Where the system
+// grants it, what sends transforms and objects and what receives levels is real-time, so that the times are the node's.
+// An echo that is not shows what any other process needs. Has its own ROS master. ./dev bench node runs it.
 #include <proximity_server/FirstContact.h>
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/PenetrationDepth.h>
@@ -10,6 +11,7 @@
 #include <proximity_server/QueryTrajectory.h>
 #include <proximity_server/SeparationAxis.h>
 #include "benchmark/benchmark_main.h"
+#include "benchmark/echo_times.h"
 #include "benchmark/object_levels.h"
 #include "benchmark/timing.h"
 #include "node/faults/tf_faults.h"
@@ -20,6 +22,7 @@
 #include "node/threads/grants_real_time.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/process.h"
 
 #include <ros/ros.h>
 #include <nlohmann/json.hpp>
@@ -44,8 +47,10 @@ constexpr std::size_t kBatch = 1000;    // pairs
 constexpr std::size_t kClientsBesideTheMonitor = 16;
 constexpr double kChangesPerSecond = 1000.0;
 constexpr int kRealtimePriority = 50;
-constexpr double kPatience = 120.0;  // [s] for a node that reads its meshes
+constexpr int kMeasuringPriority = 90;  // of what sends to the node and receives from it
+constexpr double kPatience = 120.0;     // [s] for a node that reads its meshes
 const std::string kPadding = "/padding";
+const std::vector<std::pair<const char*, double>> kDelayShares = {{"median", 0.5}, {"p99", 0.99}, {"worst", 1.0}};
 
 struct BenchmarkOptions {
   double seconds = 0.4;           // of one measurement of one server, twice
@@ -149,6 +154,7 @@ json figures(const MonitorTiming& timing) {
   json figures = {{"rate", timing.rate}, {"cycles", timing.cycles}, {"missed", timing.missed}};
   addQuantiles(figures, "jitter_", timing.jitter, {{"median", 0.5}, {"p99", 0.99}, {"p999", 0.999}});
   addQuantiles(figures, "computation_", timing.computation, {{"median", 0.5}, {"p999", 0.999}});
+  addQuantiles(figures, "age_", timing.age, kDelayShares);
   addQuantiles(figures, "reaction_", timing.reaction, {{"median", 0.5}, {"p999", 0.999}, {"worst", 1.0}});
   return figures;
 }
@@ -199,6 +205,7 @@ class NodeBenchmark {
   NodeBenchmark(const BenchmarkOptions& options, Wanted wanted)
       : options_(options), wanted_(std::move(wanted)), watch_(ros::NodeHandle()) {
     padding_ = startOurselves({"--padding"});
+    echo_ = startOurselves({"--echo"});
     if (!awaitService(kPadding, kPatience)) throw std::runtime_error("the empty service does not start");
   }
 
@@ -364,8 +371,10 @@ class NodeBenchmark {
         ClientProcesses& callers = clients(kClientsBesideTheMonitor);
         ObjectLevels levels{ros::NodeHandle()};
         const double seconds = 10.0 * options_.seconds;
+        EchoTimes echo{ros::NodeHandle()};
         watch_.start(kMonitorRate);
         std::future<Calls> calls = std::async(std::launch::async, [&] { return callers.call(tasks, seconds); });
+        auto echoes = std::async(std::launch::async, [&] { return echo.measure(seconds); });
         const std::vector<double> times = levels.measure(seconds, changes);
         const Calls done = calls.get();
         json figures = {{"clients", count},
@@ -374,7 +383,8 @@ class NodeBenchmark {
                         {"calls", benchmark::figures(done, seconds)},
                         {"monitor", benchmark::figures(watch_.timing())},
                         {"memory_mb", stage.megabytes()}};
-        addQuantiles(figures, "to_level_", times, {{"median", 0.5}, {"p99", 0.99}, {"worst", 1.0}});
+        addQuantiles(figures, "to_level_", times, kDelayShares);
+        addQuantiles(figures, "echo_", echoes.get(), kDelayShares);
         objects_.push_back(figures);
       }
     }
@@ -390,23 +400,27 @@ class NodeBenchmark {
       const std::vector<Calling> tasks = everythingFrom(count, *robot.model);
       ClientProcesses& callers = clients(kClientsBesideTheMonitor);
       const BareBeat bare(rate, realtime_priority);
+      EchoTimes echo{ros::NodeHandle()};
       watch_.start(rate);
+      auto echoes = std::async(std::launch::async, [&] { return echo.measure(options_.monitor_seconds); });
       if (tasks.empty()) std::this_thread::sleep_for(std::chrono::duration<double>(options_.monitor_seconds));
       const Calls calls = callers.call(tasks, options_.monitor_seconds);
-      monitors_.push_back({{"robot", robot.name},
-                           {"realtime_priority", realtime_priority},
-                           {"bare_missed", bare.missed()},
-                           {"clients", count},
-                           {"calls", figures(calls, options_.monitor_seconds)},
-                           {"monitor", figures(watch_.timing())},
-                           {"memory_mb", stage.megabytes()}});
+      json row_figures = {{"robot", robot.name},
+                          {"realtime_priority", realtime_priority},
+                          {"bare_missed", bare.missed()},
+                          {"clients", count},
+                          {"calls", figures(calls, options_.monitor_seconds)},
+                          {"monitor", figures(watch_.timing())},
+                          {"memory_mb", stage.megabytes()}};
+      addQuantiles(row_figures, "echo_", echoes.get(), kDelayShares);
+      monitors_.push_back(row_figures);
     }
   }
 
   BenchmarkOptions options_;
   Wanted wanted_;
   MonitorWatch watch_;
-  std::unique_ptr<ChildProcess> padding_;
+  std::unique_ptr<ChildProcess> padding_, echo_;
   std::unique_ptr<ClientProcesses> clients_;
   std::unique_ptr<Scene> scene_;
   json services_ = json::array(), batches_ = json::array(), objects_ = json::array(), monitors_ = json::array();
@@ -436,6 +450,8 @@ void stream() {
 
 int playPart(int argc, char** argv) {
   const std::string part = argv[1];
+  if (part == "--stream") takeRealTimePriority(kMeasuringPriority);
+  if (part == "--echo") system::requestShortTimeSlices();
   ros::init(argc, argv, "part_of_benchmark", ros::init_options::AnonymousName);
   if (part == "--client") {
     const ros::NodeHandle keeps_ros_running;
@@ -443,6 +459,7 @@ int playPart(int argc, char** argv) {
   }
   if (part == "--padding") servePadding();
   if (part == "--stream") stream();
+  if (part == "--echo") serveEcho();
   return 0;
 }
 
@@ -450,10 +467,12 @@ json measure(int argc, char** argv, const BenchmarkOptions& options, const Wante
   const int port = freePort();
   useMasterAt(port);
   const std::unique_ptr<ChildProcess> master = startMasterAt(port);
+  takeRealTimePriority(kMeasuringPriority);  // for the threads of roscpp, which inherit it
   ros::init(argc, argv, "node_benchmark", ros::init_options::NoSigintHandler);
   const ros::NodeHandle keeps_ros_running;
   ros::AsyncSpinner spinner(1);
   spinner.start();
+  giveUpRealTimePriority();  // so that neither the node nor its clients inherit it
   NodeBenchmark benchmark(options, wanted);
   benchmark.run();
   spinner.stop();
@@ -467,7 +486,8 @@ json measure(int argc, char** argv, const BenchmarkOptions& options, const Wante
 int main(int argc, char** argv) {
   using namespace proximity_server::benchmark;
   const std::string first = argc > 1 ? argv[1] : "";
-  if (first == "--client" || first == "--padding" || first == "--stream") return playPart(argc, argv);
+  for (const char* const part : {"--client", "--padding", "--stream", "--echo"})
+    if (first == part) return playPart(argc, argv);
   BenchmarkOptions options;
   proximity_server::tools::ProgramOptions program("node_benchmark", "The node under load");
   addPositive(program, "--seconds", options.seconds, "of one measurement");

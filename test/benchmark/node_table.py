@@ -19,6 +19,19 @@ def more(value, base):
     return f"{value / base - 1:+.0%}" if base else "-"
 
 
+def spread(figures, name):
+    return " / ".join(time(figures[f"{name}_{key}_us"]) for key in ("median", "p99", "worst"))
+
+
+def delays(row):
+    """The age of a level as it arrives, and the echo beside it; nothing in results of before they were measured."""
+    return [spread(row["monitor"], "age"), spread(row, "echo")] if "echo_median_us" in row else []
+
+
+def delay_heads(rows):
+    return ["age of a level: median / 99 % / worst", "echo"] if delays(rows[0]) else []
+
+
 def missed(monitor):
     due = monitor["cycles"] + monitor["missed"]
     return f"{monitor['missed']} of {due} ({monitor['missed'] / max(1, due):.2%})"
@@ -45,8 +58,7 @@ def objects(rows):
     for row in rows:
         monitor = row["monitor"]
         yield [number(row["changes_per_second"]), str(row["clients"]), number(row["calls"]["per_second"]), str(row["messages"]),
-               " / ".join(time(row[f"to_level_{key}_us"]) for key in ("median", "p99", "worst")),
-               f"{monitor['rate']:.0f} Hz", missed(monitor),
+               spread(row, "to_level"), *delays(row), f"{monitor['rate']:.0f} Hz", missed(monitor),
                " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")), f"{row['memory_mb']:.0f}"]
 
 
@@ -57,7 +69,8 @@ def monitors(rows):
                number(row["calls"]["per_second"]), missed(monitor), f"{row['bare_missed']:.2%}",
                " / ".join(time(monitor[f"jitter_{key}_us"]) for key in ("median", "p99", "p999")),
                " / ".join(time(monitor[f"computation_{key}_us"]) for key in ("median", "p999")),
-               " / ".join(time(monitor[f"reaction_{key}_us"]) for key in ("median", "p999", "worst")), f"{row['memory_mb']:.0f}"]
+               " / ".join(time(monitor[f"reaction_{key}_us"]) for key in ("median", "p999", "worst")),
+               *delays(row), f"{row['memory_mb']:.0f}"]
 
 
 def tables(result):
@@ -74,13 +87,14 @@ def tables(result):
             batches(result["batches"]))
     if result.get("objects"):  # not in results of before there were objects
         found["objects"] = (
-            ["other changes/s", "clients", "calls/s", "messages", "message to level: median / 99 % / worst", "monitor",
-             "cycles missed", "cycle: median / 99.9 %", "MB"],
+            ["other changes/s", "clients", "calls/s", "messages", "message to level: median / 99 % / worst",
+             *delay_heads(result["objects"]), "monitor", "cycles missed", "cycle: median / 99.9 %", "MB"],
             objects(result["objects"]))
     if result["monitors"]:
         found["monitors"] = (
             ["monitor", "rate", "real-time", "clients", "calls/s", "cycles missed", "bare thread",
-             "jitter: median / 99 % / 99.9 %", "cycle: median / 99.9 %", "reaction: median / 99.9 % / worst", "MB"],
+             "jitter: median / 99 % / 99.9 %", "cycle: median / 99.9 %", "reaction: median / 99.9 % / worst",
+             *delay_heads(result["monitors"]), "MB"],
             monitors(result["monitors"]))
     return found
 
@@ -89,4 +103,6 @@ def note(result):
     return (f"TF at {result['tf_rate']:.0f} Hz, {result['cores']} cores. empty: a service of as many bytes that does nothing, on\n"
             "the same machine at the same time; jitter: of the time between two cycles; missed: a period without a cycle;\n"
             "bare thread: what one that does nothing misses at that rate and priority, at the same time;\n"
-            "reaction: from a transform that just missed a cycle to the level of the next one, in another process.")
+            "reaction: from a transform that just missed a cycle to the level of the next one, in another process;\n"
+            "age: from the stamp of the transforms to their level, in another process; echo: a message through a process that\n"
+            "only sends it back. What sends transforms and receives levels and echoes is real-time where the system grants it.")

@@ -11,8 +11,6 @@
 namespace proximity_server::benchmark {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kFar = 100.0;  // [m] from the robot, which is smaller
 constexpr int kOthers = 100;    // balls of the stream, all of them farther away
 constexpr std::chrono::seconds kPatience{20};
@@ -56,8 +54,13 @@ ObjectLevels::~ObjectLevels() {
 }
 
 void ObjectLevels::onClearance(const Clearance& clearance) {
+  const double distance = clearance.object_minimum.distance;
+  if (std::isnan(distance)) return;  // there is no object
+  const Place place = distance > 0.5 * kFar ? Place::FarAway : Place::InTheRobot;
   const std::lock_guard<std::mutex> lock(mutex_);
-  distance_ = clearance.object_minimum.distance;  // NaN if there is no object
+  if (place_ == place) return;
+  place_ = place;
+  placed_ = Clock::now();
   arrived_.notify_all();
 }
 
@@ -66,10 +69,9 @@ double ObjectLevels::timeToLevelAt(Place place) {
   const Clock::time_point start = Clock::now();
   publisher_.publish(message);
   std::unique_lock<std::mutex> lock(mutex_);
-  const bool came = arrived_.wait_for(
-      lock, kPatience, [&] { return !std::isnan(distance_) && (distance_ > 0.5 * kFar) == (place == Place::FarAway); });
-  if (!came) throw std::runtime_error("a changed object has no level");
-  return std::chrono::duration<double>(Clock::now() - start).count();
+  if (!arrived_.wait_for(lock, kPatience, [&] { return place_ == place; }))
+    throw std::runtime_error("a changed object has no level");
+  return std::chrono::duration<double>(placed_ - start).count();
 }
 
 std::vector<double> ObjectLevels::measure(double seconds, double stream) {

@@ -5,8 +5,10 @@
 
 #include <ros/node_handle.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -29,9 +31,12 @@ class ObjectLevels {
   /// Returns the time [s]; throws std::runtime_error if the level does not come.
   double timeToLevelAt(Place place);
 
-  std::mutex mutex_;  // guards the next two
+  using Clock = std::chrono::steady_clock;
+
+  std::mutex mutex_;  // guards the next three
   std::condition_variable arrived_;
-  double distance_ = 0.0;  ///< [m] of the nearest object
+  std::optional<Place> place_;  // of the ball, in the latest message
+  Clock::time_point placed_;    // when the first message with this place arrived
   ros::Publisher publisher_;
   ros::Subscriber subscriber_;
 };

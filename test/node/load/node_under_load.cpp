@@ -105,7 +105,9 @@ void MonitorWatch::onClearance(const Clearance& message) {
         static_cast<std::uint64_t>(std::max(0.0, std::round(elapsed * timing_.rate) - static_cast<double>(cycles)));
     if (cycles == 1) timing_.jitter.push_back(std::abs(elapsed - 1.0 / timing_.rate));
     timing_.computation.push_back(message.computation_time.toSec());
-    timing_.reaction.push_back((ros::Time::now() - last_stamp_).toSec());
+    const ros::Time now = ros::Time::now();
+    timing_.age.push_back((now - message.header.stamp).toSec());
+    timing_.reaction.push_back((now - last_stamp_).toSec());
   }
   last_cycle_ = message.cycle;
   last_begin_ = begin;

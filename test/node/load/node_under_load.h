@@ -59,6 +59,7 @@ struct MonitorTiming {
   std::uint64_t missed = 0;         ///< periods in which none began
   std::vector<double> jitter;       ///< [s] by which the time from one cycle to the next differs from the period
   std::vector<double> computation;  ///< [s]
+  std::vector<double> age;          ///< [s] from the stamp of the poses to when their level is here
   /// [s] from the stamp of one cycle's poses to when the next cycle's message is here: what a transform that just
   /// missed the first waits for its level.
   std::vector<double> reaction;

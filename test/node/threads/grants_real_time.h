@@ -13,6 +13,11 @@ inline bool takeRealTimePriority(int priority) {
   return sched_setscheduler(0, SCHED_FIFO, &parameter) == 0;
 }
 
+inline void giveUpRealTimePriority() {
+  const sched_param none{};
+  sched_setscheduler(0, SCHED_OTHER, &none);
+}
+
 /// Whether the system would grant one.
 inline bool grantsRealTime() {
   bool granted = false;
