@@ -18,8 +18,10 @@ namespace proximity_server::node {
 
 /// How many requests of a queue may compute at the same time.
 struct RequestLimit {
-  /// By default one processor less than there are, and at least 1: the others are for transforms and levels.
-  std::size_t at_once = std::max(2U, std::thread::hardware_concurrency()) - 1;
+  /// By default the number of processors. Evidence for 2 of them, with 16 clients that ask without pause, where 99 % of
+  /// the levels are at most 3.5 ms old: with one request fewer it is 3.2 ms, but those that take long are half as many;
+  /// without a limit it is 8.8 ms (2026-11).
+  std::size_t at_once = std::max(1U, std::thread::hardware_concurrency());
   /// A request that runs for longer does not count any more, so that it delays no other one by more than this.
   std::chrono::steady_clock::duration counts_for = std::chrono::milliseconds(10);
 };
