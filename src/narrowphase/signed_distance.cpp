@@ -528,6 +528,14 @@ bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_sta
   return warm_start.simplex_size > 0 && a.isPolytope() && b.isPolytope() && !areBoxes(a, b);
 }
 
+/// True if the farthest vertex of the CSO along the last normal is one of the last simplex, as it is if the shapes have
+/// moved little. Otherwise its features are hardly the nearest ones again.
+bool isOfLastSimplex(const CsoVertex& farthest, const WarmStart& last) {
+  for (int i = 0; i < std::clamp(last.simplex_size, 0, 3); ++i)
+    if (last.simplex[i].a == farthest.numbers.a && last.simplex[i].b == farthest.numbers.b) return true;
+  return false;
+}
+
 /// The answer about two polytopes whose nearest features are those with which the last query ended. Otherwise nullopt.
 [[gnu::noinline]] std::optional<SignedDistance> byRecalledFeatures(const Shape& a, const Shape& b,
                                                                    const Isometry3d& a_T_b, const Options& options,
@@ -550,9 +558,11 @@ bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_sta
   constexpr int kSurelyEnough = 100;  // iterations: no search about polytopes is known that takes half as many
   const double surely_above = options.stop_above + usableTolerance(options.distance_tolerance);
   if (surely_above < std::numeric_limits<double>::infinity() && hasDirection(warm_start.axis)) {
-    const double gap = -warm_start.axis.dot(Cso(a, b, a_T_b, rounding, warm_start).vertex(warm_start.axis).point);
+    const CsoVertex farthest = Cso(a, b, a_T_b, rounding, warm_start).vertex(warm_start.axis);
+    const double gap = -warm_start.axis.dot(farthest.point);
     const double lower_bound = boundByPlanes(a, b, gap, warm_start.axis.norm(), rounding);
     if (lower_bound > surely_above) return separatedAlong(warm_start.axis.normalized(), lower_bound);
+    if (!isOfLastSimplex(farthest, warm_start)) return std::nullopt;
   }
   if (!mayRecallFeatures(a, b, warm_start) || options.max_iterations < kSurelyEnough) return std::nullopt;
   const auto result = byRecalledFeatures(a, b, a_T_b, options, rounding, warm_start);
@@ -590,7 +600,7 @@ template <typename Observer>
       return overlapAlong(warm_start.axis, lower_bound - margins, upper_bound - margins);
     }
   }
-  if (mayRecallFeatures(a, b, warm_start)) {
+  if (isOfLastSimplex(first, warm_start) && mayRecallFeatures(a, b, warm_start)) {
     observer.reaches(Algorithm::RecalledFeatures);
     if (const auto recalled = byRecalledFeatures(a, b, a_T_b, options, rounding, warm_start)) return *recalled;
   }

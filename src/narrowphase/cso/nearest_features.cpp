@@ -1,6 +1,7 @@
 #include "narrowphase/cso/nearest_features.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -8,18 +9,79 @@ namespace proximity_server::narrowphase {
 namespace {
 
 using Eigen::Vector3d;
-using Vertices = NearestFeatures::Vertices;
 
-/// The number of a vertex, as vertexOf() understands it. A box without width along an axis has two numbers for each of
-/// its points; the lower one is taken.
-int numberOf(const Shape& polytope, int number) {
-  if (polytope.kind() == Shape::Kind::Hull) return number >= 0 && number < polytope.hull().size() ? number : 0;
-  number &= 7;
-  const Vector3d& half = polytope.halfExtents();
-  for (int axis = 0; axis < 3; ++axis)
-    if (half[axis] == 0.0) number &= ~(1 << axis);
-  return number;
-}
+/// The vertices of a feature, by their numbers.
+struct Vertices {
+  std::array<int, 3> numbers{};  ///< ascending
+  int count = 0;
+
+  bool has(int number) const {
+    return (count > 0 && numbers[0] == number) || (count > 1 && numbers[1] == number) ||
+           (count > 2 && numbers[2] == number);
+  }
+  void add(int number) {
+    if (has(number)) return;
+    int place = count++;
+    for (; place > 0 && numbers[place - 1] > number; --place) numbers[place] = numbers[place - 1];
+    numbers[place] = number;
+  }
+};
+
+/// The vertices of a core: a hull, or a box, a segment or a point, which are boxes without width.
+class Corners {
+ public:
+  explicit Corners(const Shape& core)
+      : hull_(core.kind() == Shape::Kind::Hull ? &core.hull() : nullptr), half_(core.halfExtents()) {}
+
+  /// The vertex that a number stands for, as vertexOf() understands it. A box without width along an axis has two numbers
+  /// for each of its points; the lower one is taken.
+  int numberOf(int number) const {
+    if (hull_ != nullptr) return number >= 0 && number < hull_->size() ? number : 0;
+    number &= 7;
+    for (int axis = 0; axis < 3; ++axis)
+      if (half_[axis] == 0.0) number &= ~(1 << axis);
+    return number;
+  }
+  Vector3d operator[](int number) const {
+    return hull_ != nullptr ? hull_->vertices()[static_cast<std::size_t>(number)] : support::corner(half_, number);
+  }
+  /// True if all vertices beside those of the feature are farther than `behind` [m] behind its support plane along the
+  /// direction.
+  bool areOthersBehind(const Vertices& feature, const Vector3d& direction, double behind) const {
+    return hull_ != nullptr ? areOthersOfHullBehind(feature, direction, behind)
+                            : areOthersOfBoxBehind(feature, direction, behind);
+  }
+
+ private:
+  bool areOthersOfHullBehind(const Vertices& feature, const Vector3d& direction, double behind) const {
+    const Vector3d* const vertices = hull_->vertices().data();
+    const double x = direction.x(), y = direction.y(), z = direction.z();
+    const auto height = [&](int number) {
+      const double* const v = vertices[number].data();
+      return v[0] * x + v[1] * y + v[2] * z;
+    };
+    const double limit = height(feature.numbers[0]) - behind;
+    for (int i = 0; i < feature.count; ++i)
+      for (const int other : hull_->neighbours(feature.numbers[i]))
+        if (!(height(other) < limit) && !feature.has(other)) return false;
+    return true;
+  }
+
+  /// From each corner of a box the direction falls along the edges.
+  bool areOthersOfBoxBehind(const Vertices& feature, const Vector3d& direction, double behind) const {
+    const Vector3d fall = 2.0 * half_.cwiseProduct(direction);
+    for (int i = 0; i < feature.count; ++i)
+      for (int axis = 0; axis < 3; ++axis) {
+        const int bit = 1 << axis, corner = feature.numbers[i];
+        const bool is_behind = ((corner & bit) != 0 ? -fall[axis] : fall[axis]) > behind;
+        if (half_[axis] > 0.0 && !is_behind && !feature.has(corner ^ bit)) return false;
+      }
+    return true;
+  }
+
+  const ConvexHull* hull_;
+  const Vector3d& half_;
+};
 
 /// How near the features of two cores at a distance d [m] may be to others, so that every search tells them apart. A
 /// search ends when its bounds differ by no more than four roundings r. Its point on the CSO, at a height of at most
@@ -124,64 +186,19 @@ bool knowsNeighbours(const Shape& polytope) {
   return polytope.kind() == Shape::Kind::Hull || polytope.kind() <= Shape::Kind::Box;
 }
 
-/// True if all vertices of the polytope beside those of the feature are farther than `behind` [m] behind its support
-/// plane along the direction.
-bool areOthersBehind(const Shape& polytope, const Vertices& feature, const Vector3d& direction, double behind) {
-  if (polytope.kind() == Shape::Kind::Hull) {
-    const ConvexHull& hull = polytope.hull();
-    const Vector3d* const vertices = hull.vertices().data();
-    const double limit = vertices[feature.numbers[0]].dot(direction) - behind;
-    for (int i = 0; i < feature.count; ++i)
-      for (const int other : hull.neighbours(feature.numbers[i]))
-        if (!(vertices[other].dot(direction) < limit) && !feature.has(other)) return false;
-    return true;
-  }
-  // a box: from each of its corners the direction falls along the edges
-  const Vector3d fall = 2.0 * polytope.halfExtents().cwiseProduct(direction);
-  for (int i = 0; i < feature.count; ++i)
-    for (int axis = 0; axis < 3; ++axis) {
-      const int bit = 1 << axis, corner = feature.numbers[i];
-      const bool is_behind = ((corner & bit) != 0 ? -fall[axis] : fall[axis]) > behind;
-      if (polytope.halfExtents()[axis] > 0.0 && !is_behind && !feature.has(corner ^ bit)) return false;
-    }
-  return true;
-}
-
 }  // namespace
 
-bool NearestFeatures::Vertices::has(int number) const {
-  for (int i = 0; i < count; ++i)
-    if (numbers[i] == number) return true;
-  return false;
-}
-
-void NearestFeatures::Vertices::add(int number) {
-  if (has(number)) return;
-  int place = count++;
-  for (; place > 0 && numbers[place - 1] > number; --place) numbers[place] = numbers[place - 1];
-  numbers[place] = number;
-}
-
-NearestFeatures::NearestFeatures(const Cso& cso, const Simplex& simplex) {
-  for (int place = 0; place < 4; ++place)
-    if (simplex.has(place)) add(cso, simplex[place].numbers);
-}
-
-NearestFeatures::NearestFeatures(const Cso& cso, const WarmStart& warm_start) {
-  for (int i = 0; i < std::clamp(warm_start.simplex_size, 0, 3); ++i) add(cso, warm_start.simplex[i]);
-}
-
-void NearestFeatures::add(const Cso& cso, const WarmStart::Pair& numbers) {
-  a.add(numberOf(cso.a(), numbers.a));
-  b.add(numberOf(cso.b(), numbers.b));
-}
-
-std::optional<DistanceOfFeatures> distanceOf(const NearestFeatures& features, const Cso& cso, double tolerance) {
+std::optional<DistanceOfFeatures> distanceOfFeatures(const Cso& cso, const WarmStart& last, double tolerance) {
   if (!knowsNeighbours(cso.a()) || !knowsNeighbours(cso.b())) return std::nullopt;
-  const Vertices &of_a = features.a, &of_b = features.b;
+  const Corners corners_a(cso.a()), corners_b(cso.b());
+  Vertices of_a, of_b;
+  for (int i = 0; i < std::clamp(last.simplex_size, 0, 3); ++i) {
+    of_a.add(corners_a.numberOf(last.simplex[i].a));
+    of_b.add(corners_b.numberOf(last.simplex[i].b));
+  }
   Points a, b;
-  for (int i = 0; i < of_a.count; ++i) a[i] = vertexOf(cso.a(), of_a.numbers[i]);
-  for (int i = 0; i < of_b.count; ++i) b[i] = cso.bAxes() * vertexOf(cso.b(), of_b.numbers[i]) + cso.bOrigin();
+  for (int i = 0; i < of_a.count; ++i) a[i] = corners_a[of_a.numbers[i]];
+  for (int i = 0; i < of_b.count; ++i) b[i] = cso.bAxes() * corners_b[of_b.numbers[i]] + cso.bOrigin();
   const double rounding = cso.rounding();
   const bool in_order = of_a.count <= of_b.count;
   const std::optional<Foot> foot =
@@ -189,15 +206,15 @@ std::optional<DistanceOfFeatures> distanceOf(const NearestFeatures& features, co
   if (!foot || !foot->is_inside || !(foot->distance > Separation::least(rounding))) return std::nullopt;
   const Vector3d normal = in_order ? foot->normal : Vector3d(-foot->normal);
   const double behind = Separation::behind(foot->distance, rounding, tolerance);
-  if (!areOthersBehind(cso.a(), of_a, normal, behind) ||
-      !areOthersBehind(cso.b(), of_b, -(cso.bAxes().transpose() * normal), behind))
+  if (!corners_a.areOthersBehind(of_a, normal, behind) ||
+      !corners_b.areOthersBehind(of_b, -(cso.bAxes().transpose() * normal), behind))
     return std::nullopt;
   double highest = normal.dot(a[0]), lowest = normal.dot(b[0]);
   for (int i = 1; i < of_a.count; ++i) highest = std::max(highest, normal.dot(a[i]));
   for (int i = 1; i < of_b.count; ++i) lowest = std::min(lowest, normal.dot(b[i]));
-  const WitnessPoints points =
-      in_order ? WitnessPoints{foot->first, foot->second} : WitnessPoints{foot->second, foot->first};
-  return DistanceOfFeatures{foot->distance, lowest - highest - rounding, normal, points};
+  return DistanceOfFeatures{
+      foot->distance, lowest - highest - rounding, normal,
+      in_order ? WitnessPoints{foot->first, foot->second} : WitnessPoints{foot->second, foot->first}};
 }
 
 }  // namespace proximity_server::narrowphase

@@ -109,11 +109,10 @@ void remember(Cso& cso, const Simplex& simplex) {
     if (simplex.has(place)) warm_start.simplex[warm_start.simplex_size++] = simplex[place].numbers;
 }
 
-/// Sets the answer of two polytopes to that of these features. Returns false, and changes nothing, if it is not, or if the
-/// bounds do not meet the tolerance.
-[[gnu::noinline]] bool takeFeatures(const NearestFeatures& features, const Cso& cso, const Options& options,
-                                    GjkResult& result) {
-  const std::optional<DistanceOfFeatures> exact = distanceOf(features, cso, options.distance_tolerance);
+/// Sets the answer of two polytopes to that of the nearest features with which the last query ended. Returns false, and
+/// changes nothing, if it is not, or if the bounds do not meet the tolerance.
+[[gnu::noinline]] bool takeFeatures(const Cso& cso, const WarmStart& last, const Options& options, GjkResult& result) {
+  const std::optional<DistanceOfFeatures> exact = distanceOfFeatures(cso, last, options.distance_tolerance);
   if (!exact || !(exact->distance + cso.rounding() - exact->lower_bound <= options.distance_tolerance)) return false;
   result.outcome = Outcome::Apart;
   result.status = Status::Converged;
@@ -141,7 +140,7 @@ void finish(Cso& cso, const Nearest& nearest, const Options& options, const Endi
   if (cso.isPolytope() && ending.outcome != Outcome::Threshold) remember(cso, result.simplex);
   if (ending.outcome != Outcome::Apart) return;
   if (options.repeatability != Repeatability::WithinTolerance && cso.isPolytope() &&
-      result.status == Status::Converged && takeFeatures(NearestFeatures(cso, result.simplex), cso, options, result))
+      result.status == Status::Converged && takeFeatures(cso, cso.warmStart(), options, result))
     return;
   result.points = witnessPoints(result.simplex);
 }
@@ -217,7 +216,7 @@ GjkResult gjk(Cso& cso, const Vector3d& normal_guess, const CsoVertex& first, co
 
 std::optional<GjkResult> recalledFeatures(const Cso& cso, const WarmStart& warm_start, const Options& options) {
   std::optional<GjkResult> result(std::in_place);
-  if (!takeFeatures(NearestFeatures(cso, warm_start), cso, options, *result)) result.reset();
+  if (!takeFeatures(cso, warm_start, options, *result)) result.reset();
   return result;
 }
 

@@ -50,7 +50,7 @@ std::optional<DistanceOfFeatures> ask(const Shape& a, const Shape& b, const Isom
   for (const Vertices& pair : vertices)
     warm_start.simplex[warm_start.simplex_size++] = {numberOf(a, pair.of_a), numberOf(b, pair.of_b)};
   const Cso cso(a, b, a_T_b, csoRounding(a, b, a_T_b), warm_start);
-  return distanceOf(NearestFeatures(cso, warm_start), cso, kTolerance);
+  return distanceOfFeatures(cso, warm_start, kTolerance);
 }
 
 void expectDistance(const std::optional<DistanceOfFeatures>& found, double distance, const Vector3d& on_a,
@@ -121,7 +121,7 @@ TEST(NearestFeatures, ANumberOutOfRangeIsThatOfSomeVertex) {
   const Shape a = pyramid(), b = Box{{1, 1, 1}};
   const Isometry3d pose = facing({5, 0, 0});
   const Cso cso(a, b, pose, csoRounding(a, b, pose), warm_start);
-  EXPECT_FALSE(distanceOf(NearestFeatures(cso, warm_start), cso, kTolerance));
+  EXPECT_FALSE(distanceOfFeatures(cso, warm_start, kTolerance));
 }
 
 TEST(NearestFeatures, FeaturesNearlyAsNearAreNotTaken) {
