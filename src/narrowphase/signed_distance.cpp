@@ -550,8 +550,8 @@ bool isOfLastSimplex(const CsoVertex& farthest, const WarmStart& last) {
   return result;
 }
 
-/// What Repeatability::Always may take from a warm start: a bound above stop_above, or nearest features. Otherwise nullopt.
-/// Bounds that another search finds are within the tolerance of these.
+/// What Repeatability::Always may take from a warm start: a bound above stop_above, or nearest features. Otherwise
+/// nullopt. Bounds that another search finds are within the tolerance of these.
 [[gnu::noinline]] std::optional<SignedDistance> byRecalledBounds(const Shape& a, const Shape& b,
                                                                  const Isometry3d& a_T_b, const Options& options,
                                                                  double rounding, WarmStart& warm_start) {

@@ -190,7 +190,7 @@ std::optional<Failure> failureOfRecalled(const StressPair& p, const SignedDistan
   return Failure{"begun with the last polytope, " + failure->sentence, failure->pair};
 }
 
-/// A pair that has moved a little, and asks for the bits of a cold search, has them from the warm start of its first query.
+/// A pair that has moved a little, and asks for the bits of a cold search, has them with its first warm start, too.
 std::optional<Failure> failureOfRepeated(const StressPair& p, Chance& chance) {
   StressPair begun = p;
   begun.options.repeatability = Repeatability::Always;

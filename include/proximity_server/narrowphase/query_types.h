@@ -26,11 +26,11 @@ enum class Status : unsigned char {
 /// How far the digits of an answer may depend on the warm start.
 enum class Repeatability : unsigned char {
   WithinTolerance,
-  /// Two polytopes apart whose nearest features (vertex, edge, triangle) are nearer than all others by more than rounding
+  /// Two polytopes apart whose nearest features (vertices, edges, faces) are nearer than all others beyond rounding
   /// have the same answer to the last bit. A search without a warm start takes up to a sixth longer.
   OfClearFeatures,
   /// Every answer is the same to the last bit, but for iterations, and for the bound that proves a distance above
-  /// stop_above by more than the tolerance. A warm start is used only to find such a bound, and where OfClearFeatures makes
+  /// stop_above by more than the tolerance. A warm start serves only to find such a bound, or where OfClearFeatures makes
   /// the same promise.
   Always
 };

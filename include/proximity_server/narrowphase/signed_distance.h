@@ -16,8 +16,8 @@ namespace proximity_server::narrowphase {
 ///    it does not decide the threshold, see whether the balls inside of both cores do: the cores are not farther from
 ///    each other than these. Two boxes are tested by their fifteen axes if their support planes along this direction
 ///    leave open whether they overlap, and answered by their nearest points if they are apart (boxes.h).
-/// 4. Otherwise find the distance by GJK (gjk.h), and if the cores overlap, the depth by EPA (epa.h). Two polytopes with
-///    a warm start need no GJK while their nearest features stay the same (nearest_features.h). If it has a WarmPolytope,
+/// 4. Otherwise find the distance by GJK (gjk.h), if the cores overlap, the depth by EPA (epa.h). Two polytopes with
+///    a warm start need no GJK while their nearest features stay (nearest_features.h). If it has a WarmPolytope,
 ///    they begin with EPA while that proves an overlap.
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a

@@ -33,8 +33,8 @@ class Corners {
   explicit Corners(const Shape& core)
       : hull_(core.kind() == Shape::Kind::Hull ? &core.hull() : nullptr), half_(core.halfExtents()) {}
 
-  /// The vertex that a number stands for, as vertexOf() understands it. A box without width along an axis has two numbers
-  /// for each of its points; the lower one is taken.
+  /// The vertex that a number stands for, see vertexOf(). A box without width along an axis has two numbers for each of
+  /// its points; the lower one is taken.
   int numberOf(int number) const {
     if (hull_ != nullptr) return number >= 0 && number < hull_->size() ? number : 0;
     number &= 7;
@@ -86,11 +86,11 @@ class Corners {
 /// How near the features of two cores at a distance d [m] may be to others, so that every search tells them apart. A
 /// search ends when its bounds differ by no more than four roundings r. Its point on the CSO, at a height of at most
 /// d + 4 r over the support plane of the nearest point, then is
-///  - no farther from the nearest point than the root of 2 d 4 r + (4 r)^2: if the nearest point is farther than this from
-///    the ends of its features, both points lie on the same ones; and
+///  - no farther from the nearest point than the root of 2 d 4 r + (4 r)^2: if the nearest point is farther than this
+///    from the ends of its features, both points lie on the same ones; and
 ///  - a mean of vertices, in which one that lies farther behind the plane has a weight of at most 4 r / behind. Such a
-///    vertex brings no progress. The subalgorithm sees this by the sign of a product of d and `behind`, the rounding error
-///    of which is at most a few r times the size of the CSO.
+///    vertex brings no progress. The subalgorithm sees this by the sign of a product of d and `behind`, the rounding
+///    error of which is at most a few r times the size of the CSO.
 struct Separation {
   /// [m] Cores that are nearer may count as touching.
   static double least(double rounding) { return 100.0 * rounding; }

@@ -6,16 +6,16 @@
 
 namespace proximity_server::narrowphase {
 
-/// The distance of two polytopes apart by their nearest features: the vertex, edge or triangle of each that contains its
-/// nearest point.
+/// The distance of two polytopes apart by their nearest features: the vertex, edge or triangle of each that contains
+/// its nearest point.
 struct DistanceOfFeatures {
   double distance, lower_bound;  ///< [m]; lower_bound <= true distance
   Eigen::Vector3d normal;        ///< unit, a towards b
   WitnessPoints points;
 };
 
-/// The distance of two cores, if their nearest features are those of the simplex with which the last query ended, and no
-/// other features are nearly as near. Otherwise nullopt.
+/// The distance of two cores, if their nearest features are those of the simplex with which the last query ended, and
+/// no other features are nearly as near. Otherwise nullopt.
 ///
 /// 1. The nearest points of a vertex and a vertex, an edge or a triangle, or of two edges, by a closed form. They must
 ///    lie inside of the features, away from their ends.
@@ -23,9 +23,9 @@ struct DistanceOfFeatures {
 ///    neighbours of the features are tested: a vertex of a convex polytope that is farther than its neighbours along a
 ///    direction is farther than all others.
 ///
-/// The answer is a function of the cores and the pose alone. As no other features are nearly as near, every search that
-/// converges ends at these features: so a search that is completed by this function has the same answer to the last bit,
-/// with whichever simplex it began.
+/// The answer is a function of the cores and the pose alone. As no other features are nearly as near, every search
+/// that converges ends at these features: so a search that is completed by this function has the same answer to the
+/// last bit, with whichever simplex it began.
 ///
 /// Error:  the bounds differ by little more than two roundings of the CSO, see csoRounding(), if no feature is narrow.
 /// Source: Lin, Canny, A Fast Algorithm for Incremental Distance Calculation, 1991 (the nearest features of two convex

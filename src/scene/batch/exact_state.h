@@ -19,14 +19,14 @@ namespace proximity_server::scene {
 bool areNear(const States& states, Eigen::Index a, Eigen::Index b);
 
 /// Answers questions about one state after the other exactly: bit for bit as a Scene that has seen nothing before, but
-/// for the iterations, and for the bound that proves a pair beyond a threshold. It does only the work that the asked pairs
-/// need:
+/// for the iterations, and for the bound that proves a pair beyond a threshold. It does only the work that the asked
+/// pairs need:
 ///
 /// 1. place() stores where the positions are in memory.
 /// 2. A question places the two bodies of its pair and the bodies that carry them, unless an earlier question about
 ///    this state has placed them. The poses are those of forwardKinematics().
-/// 3. PairMeasurement answers. If the state is near the last one, as along an edge, it computes the pieces first that were
-///    the closest there, and begins where the searches ended there. No answer depends on that.
+/// 3. PairMeasurement answers. If the state is near the last one, as along an edge, it computes the pieces first that
+///    were the closest there, and begins where the searches ended there. No answer depends on that.
 ///
 /// Pairs are numbers among BatchModel::pairs. After construction nothing is allocated, except if the search of
 /// pieces needs a longer queue than ever before.

@@ -22,8 +22,8 @@ inline bool areSameBits(const Eigen::Vector3d& x, const Eigen::Vector3d& y) {
   return areSameBits(x[0], y[0]) && areSameBits(x[1], y[1]) && areSameBits(x[2], y[2]);
 }
 
-/// Whether all that a sweep writes about a pair is the same to the last bit. Iterations are not written: they tell how an
-/// answer was found, which a warm start changes.
+/// Whether all that a sweep writes about a pair is the same to the last bit. Iterations are not written: they tell how
+/// an answer was found, which a warm start changes.
 inline bool areSame(const PairProximity& p, const PairProximity& q) {
   const narrowphase::SignedDistance &x = p.result, &y = q.result;
   return p.asked.a == q.asked.a && p.asked.b == q.asked.b && p.collision_a == q.collision_a &&
