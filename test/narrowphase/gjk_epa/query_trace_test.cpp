@@ -117,7 +117,7 @@ class RandomShapes {
 TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
   RandomShapes shapes(18);
   int apart = 0, overlaps = 0, undecided = 0;
-  std::array<int, 14> algorithms{};
+  std::array<int, static_cast<std::size_t>(Algorithm::EpaEllipsoid) + 1> algorithms{};
   for (int pair = 0; pair < 6000; ++pair) {
     const Shape a = shapes.any(), b = shapes.any();
     const Options options = shapes.options();
@@ -139,8 +139,8 @@ TEST(QueryTrace, AWatchedQueryGivesTheBitsOfAnUnwatchedOne) {
   EXPECT_GT(overlaps, 4000);
   for (const Algorithm algorithm :
        {Algorithm::PointsAndSegments, Algorithm::FirstDirection, Algorithm::InnerBalls, Algorithm::BoxAxes,
-        Algorithm::BoxPoints, Algorithm::Gjk, Algorithm::GjkNewton, Algorithm::EnclosedBall, Algorithm::Epa,
-        Algorithm::EpaNewton, Algorithm::EpaEllipsoid})
+        Algorithm::BoxPoints, Algorithm::RecalledFeatures, Algorithm::Gjk, Algorithm::GjkNewton,
+        Algorithm::EnclosedBall, Algorithm::Epa, Algorithm::EpaNewton, Algorithm::EpaEllipsoid})
     EXPECT_GT(algorithms[static_cast<std::size_t>(algorithm)], 20) << "algorithm " << static_cast<int>(algorithm);
 }
 
