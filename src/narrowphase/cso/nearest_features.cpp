@@ -92,7 +92,7 @@ class Corners {
 ///    vertex brings no progress. The subalgorithm sees this by the sign of a product of d and `behind`, the rounding
 ///    error of which is at most a few r times the size of the CSO.
 struct Separation {
-  /// [m] Cores that are nearer may count as touching.
+  /// [m] GJK takes cores that are nearer than some roundings for touching ones, and EPA answers. With a reserve.
   static double least(double rounding) { return 100.0 * rounding; }
 
   /// [m^2] The square of the distance between the point and the ends of the features.

@@ -88,7 +88,8 @@ bool MovingPair::isRigid() const { return isRigidChain(a_motion_) && isRigidChai
 SignedDistance MovingPair::distance(const Poses& poses, const Options& options) {
   Options inner = options;
   inner.distance_tolerance = std::max(0.0, options.distance_tolerance - 2.0 * rounding_);
-  // Where the distance rests, its last digits do, too: the first of equal minima is found.
+  // The first query of a motion has no warm start, the others have one. If their digits differed, a constant distance
+  // would seem to change, and a later time could be taken for its minimum.
   inner.repeatability = Repeatability::OfClearFeatures;
   Isometry3d a_T_b = Isometry3d::Identity();
   a_T_b.linear() = poses.a.rotation.transpose() * poses.b.rotation;

@@ -85,10 +85,11 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
   };
-  const bool is_remembered = memory_ == Memory::OfAnswers || likely.areLeaves();
+  // A guess is given along edges, where warm starts save time; the options keep answers from depending on them.
+  const Memory start_from = likely.areLeaves() ? Memory::OfAnswers : memory_;
   const auto distanceOf = [&](const LeafPair& leaves) {
     const auto options = optionsFor(question, current_limit(), pair.padding, memory_);
-    return distanceInBodyA(leaves, pair, a_T_b, options, is_remembered);
+    return distanceInBodyA(leaves, pair, a_T_b, options, start_from);
   };
   narrowphase::SignedDistance of_likely;
   const auto compute = [&](const LeafPair& leaves) {
@@ -124,7 +125,7 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
   b_ = robot_[pair.b];
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
   const auto isBeyondIt = [&](const LeafPair& leaves) {
-    return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options, memory_ == Memory::OfAnswers), limit);
+    return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options, memory_), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({a_.root, b_.root});
   for (begin(pair, a_T_b, limit); !queue_.empty() && !(lowestBound() > limit);) {
@@ -139,10 +140,10 @@ bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double
 
 narrowphase::SignedDistance PieceSearch::distanceInBodyA(const LeafPair& leaves, const Visit& pair,
                                                          const RelativePose& a_T_b, const narrowphase::Options& options,
-                                                         bool is_remembered) {
+                                                         Memory start_from) {
   narrowphase::WarmStart cold;
   const Leaf a(a_, leaves.a), b(b_, leaves.b);
-  narrowphase::WarmStart& start = is_remembered ? warm_starts_.of(a.number, b.number) : cold;
+  narrowphase::WarmStart& start = start_from == Memory::None ? cold : warm_starts_.of(a.number, b.number);
   return padded(PlacedRobot::distanceInBodyA(a, b, a_T_b, options, start), pair.padding);
 }
 

@@ -62,7 +62,7 @@ struct ClosestPieces {
 /// The data that a search keeps from earlier answers.
 enum class Memory : unsigned char {
   OfAnswers,  ///< the last answer about a pair, and the pieces at which its search ended
-  None        ///< nothing: every question is answered like the first one
+  None        ///< no answer: every question is answered like the first one. Where searches ended is kept along edges
 };
 
 /// Finds the closest pieces of two parts. It walks the hierarchies of both at the same time, the closest volumes first;
@@ -105,7 +105,7 @@ class PieceSearch {
   void begin(const Visit& pair, const RelativePose& a_T_b, double limit);
   bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
   narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
-                                              const narrowphase::Options& options, bool is_remembered);
+                                              const narrowphase::Options& options, Memory start_from);
   double boundAbove(double limit, const Volume& a, const Volume& b, const RelativePose& a_T_b);
   void split(const VolumePair& whole, const RelativePose& a_T_b, double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }

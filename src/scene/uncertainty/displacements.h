@@ -29,7 +29,7 @@ struct Displacement {
 
   bool turns() const { return kind == Kind::Turn || kind == Kind::Tilt; }
 
-  /// Of a turn or a slide: the velocity of a point [m] for one unit of the position, without the multiplier.
+  /// The velocity [m] at which a turn or a slide moves a point, for one unit of the position, without the multiplier.
   Eigen::Vector3d velocityAt(const Eigen::Vector3d& point) const {
     return kind == Kind::Slide ? axis : Eigen::Vector3d(axis.cross(point - origin));
   }

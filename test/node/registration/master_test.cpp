@@ -83,7 +83,7 @@ std::set<std::string> registrations() {
   return result;
 }
 
-/// What the master answers to a question about the node, or "" if it does not know.
+/// Asks the master for an address by a method such as lookupService. Returns "" if it does not know the name.
 std::string lookUp(const std::string& method, const std::string& name) {
   XmlRpc::XmlRpcValue request, response, found;
   request[0] = ros::this_node::getName();

@@ -77,8 +77,8 @@ double smallestOfSearch(const RobotModel& robot, Chance& chance, const Distance&
   return smallest;
 }
 
-/// What the guaranteed distance of the closest pair loses in some states, over what the worst state loses that a search
-/// finds: a factor for each state, sorted. A micrometre is added to both losses.
+/// Returns for some states the loss of the guaranteed distance of the closest pair, divided by the loss of the worst state
+/// that a search finds. The quotients are sorted. A micrometre is added to both losses.
 std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, double size, int count, Chance& chance) {
   constexpr double kLittle = 1e-6;  // [m]
   Scene scene(model), within(model);
