@@ -3,8 +3,8 @@
 #include "node/services/joint_requests.h"
 #include "node/services/trajectory_requests.h"
 #include "proximity_server/QueryTrajectoryRequest.h"
-#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/posed_position.h"
 
 #include <ros/console.h>
 
@@ -42,13 +42,11 @@ bool contains(const std::vector<int>& joints, int joint) {
 
 /// The position of a joint at the poses, on the turn that joint_states tell; without its pose that of joint_states.
 std::optional<double> positionOf(const scene::RobotModel& robot, const scene::BodyPoses& poses,
-                                 const VelocitySnapshot& velocities, int index) {
-  const scene::Joint& joint = robot.joints[index];
-  const int body = robot.links[joint.child_link].body, parent = robot.bodies[body].parent;
-  const std::optional<double>& stated = velocities.positions[index];
-  if (!poses[body] || !poses[parent]) return stated;
-  const double position = scene::jointPosition(robot, joint, poses[parent]->inverse() * *poses[body]);
-  return stated && turns(joint) ? *stated + std::remainder(position - *stated, kWholeTurn) : position;
+                                 const VelocitySnapshot& velocities, int joint) {
+  const std::optional<scene::PosedPosition> position = scene::posedPosition(robot, poses, joint);
+  const std::optional<double>& stated = velocities.positions[joint];
+  if (!position) return stated;
+  return stated && position->spacing > 0.0 ? position->nearestTo(*stated) : position->value;
 }
 
 /// The segment of a time, and this time on the segment: before 0 or after 1 if it belongs to none.
