@@ -1,10 +1,10 @@
 #include "chance.h"
+#include "narrowphase/same_bits.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <string>
 #include <vector>
 
@@ -14,20 +14,6 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 namespace {
-
-bool areSameBits(const void* x, const void* y, std::size_t size) { return std::memcmp(x, y, size) == 0; }
-
-/// All but the iterations.
-bool areSame(const SignedDistance& x, const SignedDistance& y) {
-  constexpr std::size_t kVector = 3 * sizeof(double);
-  return x.status == y.status && x.has_points == y.has_points && x.unique == y.unique &&
-         areSameBits(&x.distance, &y.distance, sizeof(double)) &&
-         areSameBits(&x.lower_bound, &y.lower_bound, sizeof(double)) &&
-         areSameBits(&x.upper_bound, &y.upper_bound, sizeof(double)) &&
-         areSameBits(x.point_a.data(), y.point_a.data(), kVector) &&
-         areSameBits(x.point_b.data(), y.point_b.data(), kVector) &&
-         areSameBits(x.normal.data(), y.normal.data(), kVector);
-}
 
 /// Round and flat hulls, prisms with many equal faces, points of a grid, which are often coplanar; and all other shapes.
 std::vector<Shape> shapes(Chance& random) {
@@ -90,7 +76,7 @@ TEST(Repeatability, AlwaysGivesTheBitsOfASearchWithoutAWarmStart) {
       if (cold.lower_bound > options.stop_above)
         ASSERT_GT(warm.lower_bound, options.stop_above);
       else
-        ASSERT_TRUE(areSame(warm, cold)) << describe({"path " + std::to_string(i), a, b, a_T_b});
+        ASSERT_TRUE(areSameBits(warm, cold)) << describe({"path " + std::to_string(i), a, b, a_T_b});
     }
   }
   EXPECT_GT(by_features, searched / 5) << "warm starts were hardly used";
@@ -114,7 +100,7 @@ TEST(Repeatability, ClearFeaturesGiveTheSameBitsFromAnyWarmStart) {
     other.axis = random.direction();
     other.simplex = {{{random.below(8), random.below(8)}, {random.below(8), random.below(8)}, {0, 0}}};
     other.simplex_size = random.below(4);
-    same += areSame(signedDistance(a, b, a_T_b, options, other), cold) ? 1 : 0;
+    same += areSameBits(signedDistance(a, b, a_T_b, options, other), cold) ? 1 : 0;
   }
   EXPECT_EQ(same, clear);
   EXPECT_GT(clear, kPaths / 10);

@@ -6,6 +6,7 @@
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
+#include "scene/query/same_pair.h"
 #include "scene/small_robots.h"
 #include "scene/two_arms.h"
 
@@ -236,14 +237,8 @@ std::vector<ConditionalPair> randomProofs(const std::shared_ptr<const SceneModel
   return pairs;
 }
 
-bool sameBits(const std::vector<PairProximity>& some, const std::vector<PairProximity>& others) {
-  return std::equal(
-      some.begin(), some.end(), others.begin(), others.end(), [](const PairProximity& one, const PairProximity& other) {
-        return one.asked.isSameAs(other.asked) && one.result.status == other.result.status &&
-               one.result.distance == other.result.distance && one.result.lower_bound == other.result.lower_bound &&
-               one.result.upper_bound == other.result.upper_bound && one.result.point_a == other.result.point_a &&
-               one.result.normal == other.result.normal;
-      });
+bool areSameLists(const std::vector<PairProximity>& some, const std::vector<PairProximity>& others) {
+  return std::equal(some.begin(), some.end(), others.begin(), others.end(), areSame);
 }
 
 /// Asks both models all kinds of questions in random states, with new scenes, so that warm starts are the same. Returns
@@ -263,16 +258,16 @@ long expectSameAnswers(const std::shared_ptr<const SceneModel>& plain, const std
       const Candidates& list = without.candidates();
       Question question;
       question.threshold = threshold;
-      EXPECT_TRUE(sameBits(without.closest(list, 3, question), with_proofs.closest(list, 3, question)));
+      EXPECT_TRUE(areSameLists(without.closest(list, 3, question), with_proofs.closest(list, 3, question)));
       by_proof += with_proofs.counts().by_proof;
-      EXPECT_TRUE(sameBits(without.below(list, question), with_proofs.below(list, question)));
+      EXPECT_TRUE(areSameLists(without.below(list, question), with_proofs.below(list, question)));
       const PairsBelow below = without.closestBelow(list, 2, question);
       const PairsBelow also_below = with_proofs.closestBelow(list, 2, question);
       EXPECT_EQ(below.count, also_below.count);
-      EXPECT_TRUE(sameBits(below.closest, also_below.closest));
+      EXPECT_TRUE(areSameLists(below.closest, also_below.closest));
       const PairProximity *any = without.first(list, question), *also_any = with_proofs.first(list, question);
       EXPECT_EQ(any == nullptr, also_any == nullptr);
-      EXPECT_TRUE(!any || !also_any || sameBits({*any}, {*also_any}));
+      EXPECT_TRUE(!any || !also_any || areSameLists({*any}, {*also_any}));
       by_proof += with_proofs.counts().by_proof;
       if (testing::Test::HasFailure()) return by_proof;
     }

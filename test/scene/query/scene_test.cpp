@@ -6,6 +6,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 #include "scene/query/all_pairs.h"
+#include "scene/query/same_pair.h"
 
 #include <gtest/gtest.h>
 #include <Eigen/SVD>
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -127,18 +127,9 @@ void expectIdentity(const SignedDistance& result, double reach) {
   EXPECT_LE((result.point_a + result.distance * result.normal - result.point_b).norm(), 4.0 * kEpsilon * reach);
 }
 
-bool sameBits(const Vector3d& a, const Vector3d& b) { return std::memcmp(a.data(), b.data(), sizeof(Vector3d)) == 0; }
-bool sameBits(double a, double b) { return std::memcmp(&a, &b, sizeof(double)) == 0; }
-
 bool sameNumbers(const SignedDistance& a, const SignedDistance& b) {
-  return a.status == b.status && sameBits(a.distance, b.distance) && sameBits(a.lower_bound, b.lower_bound) &&
-         sameBits(a.upper_bound, b.upper_bound) && sameBits(a.normal, b.normal) && a.iterations == b.iterations;
-}
-
-bool sameBits(const PairProximity& a, const PairProximity& b) {
-  return a.asked.a.link() == b.asked.a.link() && a.asked.b.link() == b.asked.b.link() &&
-         a.collision_a == b.collision_a && a.collision_b == b.collision_b && sameNumbers(a.result, b.result) &&
-         sameBits(a.result.point_a, b.result.point_a) && sameBits(a.result.point_b, b.result.point_b);
+  return a.status == b.status && areSameBits(a.distance, b.distance) && areSameBits(a.lower_bound, b.lower_bound) &&
+         areSameBits(a.upper_bound, b.upper_bound) && areSameBits(a.normal, b.normal) && a.iterations == b.iterations;
 }
 
 // --- geometry on paper
@@ -745,7 +736,7 @@ TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
       const SignedDistance there = scene.proximity(pair).result, back = mirror.proximity({pair.b, pair.a}).result;
       EXPECT_NEAR(there.distance, back.distance, kAgreement);
       if (there.distance == back.distance) {
-        EXPECT_TRUE(sameBits(there.normal, -back.normal));
+        EXPECT_TRUE(narrowphase::areSameBits(there.normal, -back.normal));
       }
     }
   }
@@ -810,7 +801,9 @@ TEST_P(RandomScene, ScenesInParallelGiveTheSameBits) {
   for (std::thread& thread : threads) thread.join();
   for (const auto& answer : answers)
     EXPECT_TRUE(std::equal(answer.begin(), answer.end(), alone.begin(), alone.end(),
-                           [](const PairProximity& a, const PairProximity& b) { return sameBits(a, b); }));
+                           [](const PairProximity& a, const PairProximity& b) {
+                             return areSame(a, b) && a.result.iterations == b.result.iterations;
+                           }));
 }
 
 void askEverything(Scene& scene, const std::vector<ShapeRefPair>& pairs, const BodyPoses& poses) {
