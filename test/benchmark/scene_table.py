@@ -97,6 +97,12 @@ def constraint_rows(entries):
                f"{entry['gradient_us']:.2f}" if "gradient_us" in entry else "-"]
 
 
+def guaranteed(entries):
+    for entry in entries:
+        yield [entry["row"].replace(", guaranteed", ""), f"{entry['uncertainty']:g}", number(entry["distances_us"]), time(entry),
+               f"{entry['ratio']:.2f}", f"{1e3 * entry['median_loss']:.2g} / {1e3 * entry['p99_loss']:.2g}"]
+
+
 def facts(result):
     ratios = {row: fcl_over_ours(libraries) for row, libraries in by_row(result.get("cells", [])).items()}
     slower = [f"{row} ({ratio:.2f})" for row, ratio in ratios.items() if ratio and ratio < 1.0]
@@ -121,6 +127,8 @@ def tables(result):
     found["constraint_rows"] = (["us a state, median / 99 %", "within", "rows used, mean", "distances alone", "constraint rows",
                                  "rows by FCL hulls", "FCL / ours", "gradient of a pair, us"],
                                 constraint_rows(result.get("constraint_rows", [])))
+    found["guaranteed"] = (["us a state, median / 99 %", "uncertainty of a joint, rad or m", "distances alone", "with the guaranteed one",
+                            "ratio", "below the distance by, mm"], guaranteed(result.get("guaranteed", [])))
     if arms:
         names = list(dict.fromkeys(entry["library"] for entry in result["scaling"]))
         found["scaling"] = (["arms side by side", "pairs", "boxes in reach", "computed", *names], scaling(arms, names))
