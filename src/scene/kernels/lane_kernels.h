@@ -89,7 +89,7 @@ struct Cores {
 /// The numbers of a leaf, each in a row of its own: the centre of its sphere and of its box, the half edges of the box,
 /// its axes, which are the columns of a matrix, and the radius of the sphere.
 constexpr int kLeafCentre = 0, kLeafHalf = 3, kLeafAxes = 6, kLeafRadius = 15, kLeafRows = 16;
-constexpr int kMostLeaves = 32;
+constexpr int kMostLeaves = 64;
 constexpr int kMostLanes = 16;
 
 /// The leaves of a link or <collision>, in the frame of their body. The number of leaf i in a row is
