@@ -45,6 +45,7 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
     if (const LaneModel::Pair& shapes = batch_->lanes->pairs[pair]; shapes.hasGeometry())
       on_edge_.push_back({pair, shapes.a, shapes.b, -kInfinity});
   was_found_.assign(batch_->pairs.size(), 0);
+  upper_bounds_.resize(batch_->pairs.size());
   measured_.reserve(pairs());
   answers_.reserve(pairs());
   found_.reserve(pairs() + 1);
@@ -270,6 +271,7 @@ void NearestPairs::enter(int state) {
     visit.lower_bound = kept.lower_bound;
     visit.threshold = thresholdOf(kept.pair);
     if (was_found_[kept.pair] || visit.excess() > limit()) continue;
+    upper_bounds_[kept.pair] = kept.upper_bound;
     // The boxes of whole links hardly ever improve a bound of the lanes.
     if (kept.lower_bound > -kFloatInfinity) visit.bound = Visit::Bound::Box;
     queue_.push(visit);
@@ -311,6 +313,7 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
   if (k_ == 0) return sorted();
   first_limit_ = limits_[state];
   queue_.clear();
+  std::fill(upper_bounds_.begin(), upper_bounds_.end(), kFloatInfinity);
   if (!exact.isNearLast()) forgetFound();
   measureLikely(exact);
   if (is_on_edge_[state])
@@ -347,7 +350,8 @@ void NearestPairs::keepFound() {
 }
 
 void NearestPairs::measure(ExactState& exact, const Visit& visit) {
-  const double limit_of_pair = limit() + visit.threshold;
+  const double upper_bound = static_cast<double>(upper_bounds_[visit.number]) + kSettledFor;
+  const double limit_of_pair = std::min(limit() + visit.threshold, upper_bound);
   PairProximity proximity = exact.measure(visit, limit_of_pair + (exact.isNearLast() ? kSpare : 0.0));
   if (proximity.result.lower_bound > limit_of_pair) return exact.keepBound(visit, proximity.result.lower_bound);
   if (proximity.result.status != narrowphase::Status::Converged) proximity = exact.measure(visit, kInfinity);

@@ -23,7 +23,8 @@ namespace proximity_server::scene {
 ///    in these states in lanes. This may lower the limit.
 /// 3. For each state: put the kept pairs whose lower bound is within the limit into a queue, the smallest bound first.
 /// 4. Take the first pair of the queue and compute it. The k-th smallest distance so far is the next limit. A pair
-///    without a bound of the lanes gets one from an earlier state or from its boxes first.
+///    without a bound of the lanes gets one from an earlier state or from its boxes first. Pieces beyond the upper
+///    bound of the lanes are left out.
 /// 5. End when the smallest bound in the queue is above the limit.
 ///
 /// Along an edge, the pairs that were the closest in the last state mostly are again. They are computed first, and give
@@ -151,6 +152,7 @@ class NearestPairs {
 
   double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;
+  std::vector<float> upper_bounds_;       ///< [m] for each pair: that of the lanes in the current state
   std::vector<int> last_found_;           ///< the pairs found in the last state
   std::vector<unsigned char> was_found_;  ///< for each pair: 1 if it is one of these
   std::vector<PairProximity> measured_, answers_;
