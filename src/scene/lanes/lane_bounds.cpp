@@ -189,7 +189,6 @@ void LaneBounds::boundPieces(int pair, const int* states, int count, const doubl
   for (int first = 0; first < count; first += PieceBounds::kMostItems) {
     const int items = std::min(PieceBounds::kMostItems, count - first);
     kernels_->relativePoses(posesOf(shapes), states + first, items, shapes.shapes, *items_);
-    kernels_->boundByOutlines(shapes.shapes, coarseSearch(shapes), {kNever, kNever}, items, *items_);
     pieces_.narrow(shapes, *items_, limits + first, accuracy, items, lower + first, upper + first);
   }
 }
