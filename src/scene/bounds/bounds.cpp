@@ -6,8 +6,6 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
-#include <cstdint>
-#include <cstring>
 
 namespace proximity_server::scene {
 namespace {
@@ -78,30 +76,6 @@ inline double distanceFromBox(const Vector3d& offset, const Vector3d& half) {
   return largest > 0.0 ? gaps.cwiseMax(0.0).norm() : largest;
 }
 
-/// Compares the bits without a branch for each number: most matrices of a hierarchy are the same.
-inline bool haveSameBits(const Matrix3d& a, const Matrix3d& b) {
-  std::uint64_t different = 0;
-  for (int k = 0; k < 9; ++k) {
-    std::uint64_t bits_a, bits_b;
-    std::memcpy(&bits_a, a.data() + k, sizeof bits_a);
-    std::memcpy(&bits_b, b.data() + k, sizeof bits_b);
-    different |= bits_a ^ bits_b;
-  }
-  return different == 0;
-}
-
-/// boxGap(), with the absolute cosines of the axes of a (rows) and b (columns).
-double gapOfBoxes(const CentreOffset& offset, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
-                  const Matrix3d& axes_b, const Matrix3d& cosines) {
-  const Vector3d in_a = axes_a.transpose() * offset.vector, in_b = axes_b.transpose() * offset.vector;
-  const double from_a = distanceFromBox(in_a, a.half + cosines * b.half);
-  const double from_b = distanceFromBox(in_b, b.half + cosines.transpose() * a.half);
-  const double distance = offset.length;
-  const double widths = a.half.dot(in_a.cwiseAbs()) + b.half.dot(in_b.cwiseAbs());
-  const double along_line = distance > 0.0 ? distance - widths / distance : from_a;
-  return std::max({from_a, from_b, along_line}) - kPoseRounding * distance;
-}
-
 }  // namespace
 
 Bounds boundsOf(const Piece& piece) {
@@ -137,22 +111,19 @@ Bounds boundsOf(const Eigen::AlignedBox3d& box) {
 }
 
 double boxGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return boxGap(centreOffset(a, b, a_T_b).vector, a, a.axes, b, a_T_b.rotation * b.axes);
+  return boxGap(centreOffset(a, b, a_T_b), a, a.axes, b, a_T_b.rotation * b.axes);
 }
 
 double boxGap(const Vector3d& between, const Bounds& a, const Matrix3d& axes_a, const Bounds& b,
               const Matrix3d& axes_b) {
-  return gapOfBoxes({between, between.norm()}, a, axes_a, b, axes_b, (axes_a.transpose() * axes_b).cwiseAbs());
-}
-
-double BoxGaps::between(const Bounds& a, const Bounds& b, const CentreOffset& offset) {
-  if (!haveSameBits(a.axes, axes_a_) || !haveSameBits(b.axes, axes_b_)) {
-    axes_a_ = a.axes;
-    axes_b_ = b.axes;
-    b_in_a_ = a_T_b_.rotation * b.axes;
-    cosines_ = (a.axes.transpose() * b_in_a_).cwiseAbs();
-  }
-  return gapOfBoxes(offset, a, a.axes, b, b_in_a_, cosines_);
+  const Matrix3d cosines = (axes_a.transpose() * axes_b).cwiseAbs();
+  const Vector3d in_a = axes_a.transpose() * between, in_b = axes_b.transpose() * between;
+  const double from_a = distanceFromBox(in_a, a.half + cosines * b.half);
+  const double from_b = distanceFromBox(in_b, b.half + cosines.transpose() * a.half);
+  const double distance = between.norm();
+  const double widths = a.half.dot(in_a.cwiseAbs()) + b.half.dot(in_b.cwiseAbs());
+  const double along_line = distance > 0.0 ? distance - widths / distance : from_a;
+  return std::max({from_a, from_b, along_line}) - kPoseRounding * distance;
 }
 
 }  // namespace proximity_server::scene

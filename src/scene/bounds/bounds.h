@@ -42,42 +42,18 @@ struct RelativePose {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 };
 
-/// The centre of b minus the centre of a, in the frame of a, and its length.
-struct CentreOffset {
-  Eigen::Vector3d vector;
-  double length;
-};
-inline CentreOffset centreOffset(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  const Eigen::Vector3d vector = a_T_b.translation + (a_T_b.rotation * b.centre - a.centre);
-  return {vector, vector.norm()};
+/// The centre of b minus the centre of a, in the frame of a.
+inline Eigen::Vector3d centreOffset(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
+  return a_T_b.translation + (a_T_b.rotation * b.centre - a.centre);
 }
 
 /// [m] A lower bound of the signed distance between the contents of the spheres of two bodies.
-inline double sphereGap(const Bounds& a, const Bounds& b, const CentreOffset& offset) {
-  return (1.0 - kPoseRounding) * offset.length - (a.radius + b.radius);
-}
 inline double sphereGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b) {
-  return sphereGap(a, b, centreOffset(a, b, a_T_b));
+  return (1.0 - kPoseRounding) * centreOffset(a, b, a_T_b).norm() - (a.radius + b.radius);
 }
 
 /// [m] A lower bound of the signed distance between the contents of the boxes of two bodies.
 double boxGap(const Bounds& a, const Bounds& b, const RelativePose& a_T_b);
-
-/// boxGap() of many boxes of two bodies in one pose. It keeps the cosines of their axes: most boxes of a hierarchy of
-/// aligned pieces have the same axes.
-class BoxGaps {
- public:
-  void begin(const RelativePose& a_T_b) {
-    a_T_b_ = a_T_b;
-    axes_a_.setZero();  // no axes
-  }
-  double between(const Bounds& a, const Bounds& b, const CentreOffset& offset);
-
- private:
-  RelativePose a_T_b_;
-  Eigen::Matrix3d axes_a_ = Eigen::Matrix3d::Zero(), axes_b_;  ///< of the last boxes, each in the frame of its body
-  Eigen::Matrix3d b_in_a_, cosines_;
-};
 
 /// [m] A lower bound like that of the other boxGap(), for boxes whose axes are given in another frame. `between` is the
 /// centre of b minus the centre of a, in that frame.

@@ -4,24 +4,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {
 
-void collect(const std::vector<Volume>& volumes, int volume, std::vector<int>& leaves) {
-  const Volume& here = volumes[volume];
-  if (here.isEmpty() || static_cast<int>(leaves.size()) > LeafBoxes::kMostLeaves) return;
-  if (here.isLeaf())
-    leaves.push_back(volume);
-  else
-    for (const int part : here.parts) collect(volumes, part, leaves);
+/// The volumes that are the most levels below a root, if there are at most kMostLeaves.
+std::vector<int> partsBelow(const std::vector<Volume>& volumes, int root) {
+  std::vector<int> parts{root}, next;
+  while (true) {
+    next.clear();
+    for (const int part : parts) {
+      if (volumes[part].isLeaf())
+        next.push_back(part);
+      else
+        next.insert(next.end(), volumes[part].parts.begin(), volumes[part].parts.end());
+    }
+    if (next.size() == parts.size() || next.size() > LeafBoxes::kMostLeaves) return parts;
+    parts.swap(next);
+  }
 }
 
 }  // namespace
 
-LeafBoxes::LeafBoxes(const std::vector<Volume>& volumes, int root) {
-  collect(volumes, root, leaves_);
-  if (static_cast<int>(leaves_.size()) > kMostLeaves) leaves_.clear();
+LeafBoxes::LeafBoxes(const std::vector<Volume>& volumes, std::vector<int> leaves) : leaves_(std::move(leaves)) {
   values_.assign(lanes::kLeafRows * leaves_.size() + lanes::kMostLanes, 0.0f);
   Eigen::AlignedBox3d whole;
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
@@ -37,11 +43,20 @@ LeafBoxes::LeafBoxes(const std::vector<Volume>& volumes, int root) {
     whole.extend(Eigen::AlignedBox3d(bounds.centre - half, bounds.centre + half));
     reach_ = std::max(reach_, bounds.centre.norm() + std::max(bounds.radius, bounds.half.norm()));
   }
-  if (leaves_.empty()) return;
   for (int k = 0; k < 3; ++k) {
     low_[k] = roundedDown(whole.min()[k]);
     high_[k] = roundedUp(whole.max()[k]);
   }
+}
+
+void addWideVolumes(std::vector<Volume>& volumes, int root, std::vector<WideVolume>& wide) {
+  if (volumes[root].isEmpty()) return;
+  const std::vector<int> parts = partsBelow(volumes, root);
+  const bool are_leaves = std::all_of(parts.begin(), parts.end(), [&](int part) { return volumes[part].isLeaf(); });
+  volumes[root].wide = static_cast<int>(wide.size());
+  wide.push_back({LeafBoxes(volumes, {root}), LeafBoxes(volumes, parts), are_leaves});
+  if (are_leaves) return;
+  for (const int part : parts) addWideVolumes(volumes, part, wide);
 }
 
 LeafGaps::LeafGaps(const lanes::Kernels& kernels)

@@ -9,11 +9,11 @@
 
 namespace proximity_server::scene {
 
-/// The spheres and boxes of the leaves of a link or <collision>, see Bounds, in float and side by side.
+/// The spheres and boxes of some volumes of a body, see Bounds, in float and side by side.
 class LeafBoxes {
  public:
-  /// The boxes of all leaves below a root; none if there are more than kMostLeaves.
-  LeafBoxes(const std::vector<Volume>& volumes, int root);
+  /// The boxes of at most kMostLeaves of the volumes, by their numbers.
+  LeafBoxes(const std::vector<Volume>& volumes, std::vector<int> leaves);
   static constexpr int kMostLeaves = lanes::kMostLeaves;
 
   const std::vector<int>& leaves() const { return leaves_; }  ///< the numbers of the volumes
@@ -31,11 +31,23 @@ class LeafBoxes {
   double reach_ = 0.0;
 };
 
-/// Lower bounds of the distances of all pairs of leaves of two links, several at a time. If the links have few pieces,
-/// this is less work than walking their hierarchies.
+/// A volume whose parts are the volumes some levels below it, so that a search bounds all of them at once.
 ///
-/// Bounds:  those of sphereGap() and boxGap(). Leaves whose spheres are far from the bounding box of the other link are
-///          left out before.
+/// Source: Dammertz, Hanika, Keller, Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays,
+///         2008.
+struct WideVolume {
+  LeafBoxes whole;  ///< of the volume itself
+  LeafBoxes parts;  ///< of all its leaves; if they are too many, of the parts that are wide volumes again
+  bool has_leaves;
+};
+
+/// Appends the wide volumes of a hierarchy, and tells its volumes their numbers.
+void addWideVolumes(std::vector<Volume>& volumes, int root, std::vector<WideVolume>& wide);
+
+/// Lower bounds of the distances of all pairs of two lists of volumes, several at a time.
+///
+/// Bounds:  those of sphereGap() and boxGap(). Leaves whose spheres are far from the bounding box of the other list
+///          are left out before.
 /// Error:   let u be 2^-24. The error is 4 u of the lengths for each centre and 12 u for each cosine of two axes. So it
 ///          is 40 u for the width of a box along an axis and 64 u for a gap, and at most 1.8 times that for the root of
 ///          three squares: less than kError of the lengths, which is subtracted from every bound. An error in the
@@ -45,15 +57,10 @@ class LeafGaps {
  public:
   static constexpr double kError = 0x1p-17;  // 128 u
 
-  /// [m] The squares of shorter vectors are finite in float.
+  /// [m] The squares of lengths that are a few times as long are finite in float.
   static constexpr double kMostReach = 1e15;
 
   explicit LeafGaps(const lanes::Kernels& kernels = lanes::kernels());
-
-  /// True if both have leaves that between() can process.
-  static bool areFew(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b) {
-    return !a.leaves().empty() && !b.leaves().empty() && reachOf(a, b, a_T_b) < kMostReach;
-  }
 
   struct Gap {
     double lower_bound;  ///< [m] of the distance minus the padding

@@ -16,6 +16,7 @@ struct Volume {
   bool has_closed_form = false;                           ///< true for a single sphere or capsule
   bool has_interior = false;                              ///< true if one of its pieces has an interior
   bool has_representative = false;                        ///< true if one of its pieces is a representative
+  int wide = -1;                                          ///< the number of its WideVolume; -1: it has none
   Bounds bounds;
 
   bool isLeaf() const { return piece >= 0; }

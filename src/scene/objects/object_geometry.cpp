@@ -35,6 +35,7 @@ ObjectGeometry::ObjectGeometry(std::shared_ptr<const ObjectSource> source, std::
       volumes_(volumesOf(pieces_, shapes_)),
       source_(std::move(source)) {
   if (!volumes_.front().isEmpty()) addChainLengths(volumes_.front());
+  addWideVolumes(volumes_, 0, wide_volumes_);
   for (const PlacedHalfSpace& half_space : half_spaces_) {
     Bounds& bounds = volumes_.front().bounds;
     bounds.reach = std::max(bounds.reach, half_space.chain_length);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/objects/object_shape.h"
+#include "scene/bounds/leaf_boxes.h"
 #include "scene/bounds/volume_tree.h"
 
 #include <Eigen/Geometry>
@@ -51,6 +52,7 @@ class ObjectGeometry {
   /// representation and its reach are those of the whole object.
   const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& root() const { return volumes_.front(); }
+  const std::vector<WideVolume>& wideVolumes() const { return wide_volumes_; }
 
   /// [m] An upper bound of the rounding of a chain of transforms that the reach of the result does not include.
   double excessRounding() const { return kPoseRounding * excess_; }
@@ -64,6 +66,7 @@ class ObjectGeometry {
   std::vector<ObjectShapeInfo> shapes_;
   std::vector<std::string> warnings_;
   std::vector<Volume> volumes_;
+  std::vector<WideVolume> wide_volumes_;
   double excess_ = 0.0;                         ///< [m] how much a chain length exceeds the reach
   std::shared_ptr<const ObjectSource> source_;  ///< shared by the geometry in all frames
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/robot_model.h"
+#include "scene/bounds/leaf_boxes.h"
 #include "scene/bounds/volume_tree.h"
 #include "scene/objects/placed_object.h"
 
@@ -22,10 +23,12 @@ struct Part {
   /// The body that carries it. An object that no link holds has a body of its own, whose number depends on the owner of
   /// the part.
   int body = -1;
-  const PlacedObject* object = nullptr;  ///< nullptr if it belongs to the robot
-  int first_piece = 0;                   ///< the number of the first of `pieces` in WarmStarts
+  const PlacedObject* object = nullptr;      ///< nullptr if it belongs to the robot
+  const WideVolume* wide_volumes = nullptr;  ///< an array, by Volume::wide
+  int first_piece = 0;                       ///< the number of the first of `pieces` in WarmStarts
 
   const Volume& operator[](int volume) const { return volumes[volume]; }
+  const WideVolume& wide(int volume) const { return wide_volumes[volumes[volume].wide]; }
   const Volume& whole() const { return volumes[root]; }
 
   /// True if it has half-spaces. Then its bounds are infinite, and it must be the second part of a pair.
@@ -41,7 +44,7 @@ struct Part {
 
 inline Part partOf(const PlacedObject& object) {
   const ObjectGeometry& geometry = *object.geometry;
-  return {geometry.volumes().data(), geometry.pieces().data(), 0, object.body, &object};
+  return {geometry.volumes().data(), geometry.pieces().data(), 0, object.body, &object, geometry.wideVolumes().data()};
 }
 
 }  // namespace proximity_server::scene

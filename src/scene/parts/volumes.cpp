@@ -28,8 +28,7 @@ Volumes::Volumes(const RobotModel& model)
   };
   for (int link = 0; link < link_count_; ++link) add(model.links[link], model.piecesOf(link));
   for (const Collision& collision : model.collisions) add(model.links[collision.link], collision.pieces);
-  leaves_.reserve(root_count_);
-  for (int root = 0; root < root_count_; ++root) leaves_.emplace_back(volumes_, root);
+  for (int root = 0; root < root_count_; ++root) addWideVolumes(volumes_, root, wide_volumes_);
 }
 
 /// The number of an object or a <collision>; throws for all that does not exist.

@@ -2,7 +2,6 @@
 
 #include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
-#include "scene/bounds/leaf_boxes.h"
 #include "scene/parts/part.h"
 
 #include <vector>
@@ -25,21 +24,20 @@ class Volumes {
 
   /// The number of parts of the robot. Their root volumes are the first of its volumes.
   int rootCount() const { return root_count_; }
-  Part part(int number) const { return {volumes_.data(), model_.pieces.data(), number, bodies_[number]}; }
+  Part part(int number) const {
+    return {volumes_.data(), model_.pieces.data(), number, bodies_[number], nullptr, wide_volumes_.data()};
+  }
 
   /// The part that a reference names. Throws std::invalid_argument as of() does, and for an object that does not exist.
   Part part(const ShapeRef& ref, const Objects* objects) const;
-
-  /// The leaves of the volume of a part of the robot.
-  const LeafBoxes& leavesOf(int root) const { return leaves_[root]; }
 
  private:
   int ofOther(const ShapeRef& ref) const;
 
   const RobotModel& model_;
   std::vector<Volume> volumes_;
-  std::vector<int> bodies_;        ///< by root
-  std::vector<LeafBoxes> leaves_;  ///< index: the root
+  std::vector<WideVolume> wide_volumes_;
+  std::vector<int> bodies_;  ///< by root
   int link_count_;
   int root_count_;
 };

@@ -7,6 +7,7 @@
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/visit_queue.h"
 
+#include <cstdint>
 #include <limits>
 
 namespace proximity_server::scene {
@@ -65,9 +66,8 @@ enum class Memory : unsigned char {
   None        ///< no answer: every question is answered like the first one. Where searches ended is kept along edges
 };
 
-/// Finds the closest pieces of two parts. It walks the hierarchies of both at the same time, the closest volumes first;
-/// if the two have few pieces, it bounds all pairs of pieces at once. It serves components, convex parts and triangles,
-/// in any mixture.
+/// Finds the closest pieces of two parts. It walks the hierarchies of both at the same time, the closest volumes first,
+/// and bounds all parts of a WideVolume at once. It serves components, convex parts and triangles, in any mixture.
 ///
 /// Source: Larsen, Gottschalk, Lin, Manocha, Fast Proximity Queries with Swept Sphere Volumes, 1999 (two hierarchies,
 ///         the closest parts first). Unlike there, the volumes are spheres, then boxes, and GJK measures the leaves.
@@ -93,8 +93,8 @@ class PieceSearch {
   /// Two volumes, one of each part, in the queue of a search. It is half as large as a Visit, and a search moves
   /// hundreds of them.
   struct VolumePair {
-    double lower_bound;  ///< [m] of their signed distance minus the padding
-    int number;          ///< decides between equal bounds
+    double lower_bound;   ///< [m] of their signed distance minus the padding
+    std::int64_t number;  ///< decides between equal bounds
     int a, b;
 
     bool operator<(const VolumePair& other) const {
@@ -106,8 +106,9 @@ class PieceSearch {
   bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
   narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
                                               const narrowphase::Options& options, Memory start_from);
-  double boundAbove(double limit, const Volume& a, const Volume& b, const RelativePose& a_T_b);
-  void split(const VolumePair& whole, const RelativePose& a_T_b, double limit);
+  void open(const VolumePair& whole, const RelativePose& a_T_b, double limit);
+  void pushPairs(const LeafBoxes& a, const LeafBoxes& b, const VolumePair& whole, const RelativePose& a_T_b,
+                 double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
 
   const PlacedRobot& robot_;
@@ -116,11 +117,11 @@ class PieceSearch {
   const Memory memory_;
   WarmStarts warm_starts_;
   LeafGaps gaps_;
-  BoxGaps box_gaps_;
+  bool uses_bounds_ = true;
   SearchHeap<VolumePair> queue_;
-  int pushed_ = 0;         ///< the number of pairs that the search has made so far
-  double padding_ = 0.0;   ///< [m]
-  double left_out_ = 0.0;  ///< [m] the smallest lower bound of all pairs that were not put into the queue
+  std::int64_t pushed_ = 0;  ///< the number of pairs that the search has made so far
+  double padding_ = 0.0;     ///< [m]
+  double left_out_ = 0.0;    ///< [m] the smallest lower bound of all pairs that were not put into the queue
 };
 
 }  // namespace proximity_server::scene

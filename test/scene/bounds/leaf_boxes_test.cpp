@@ -37,7 +37,13 @@ class Boxes {
     const Volume root = builder.over(numbers, volumes_);
     volumes_.push_back(root);
   }
-  LeafBoxes leaves() const { return {volumes_, static_cast<int>(volumes_.size()) - 1}; }
+  /// All of them, if they are few.
+  LeafBoxes leaves() {
+    std::vector<WideVolume> wide;
+    addWideVolumes(volumes_, static_cast<int>(volumes_.size()) - 1, wide);
+    return wide.front().parts;
+  }
+  const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& at(int leaf) const { return volumes_[leaf]; }
   const Piece& pieceOf(int leaf) const { return pieces_[at(leaf).piece]; }
 
@@ -58,7 +64,7 @@ TEST(LeafGaps, AreLowerBoundsOfTheDistances) {
   for (const double reach : {0.3, 3.0, 1000.0}) {
     for (int i = 0; i < repeats(200); ++i) {
       const int count = 1 + i % 9;
-      const Boxes boxes_a(random, count, 0.3), boxes_b(random, 10 - count, 0.3);
+      Boxes boxes_a(random, count, 0.3), boxes_b(random, 10 - count, 0.3);
       const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
       const Isometry3d pose = randomPose(random, reach);
       const RelativePose a_T_b = relativePose(pose);
@@ -84,7 +90,7 @@ TEST(LeafGaps, LeaveOutOnlyWhatIsBeyondTheLimit) {
   std::uniform_real_distribution<double> some(-0.1, 1.0);
   int left_out = 0, kept = 0;
   for (int i = 0; i < repeats(300); ++i) {
-    const Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 7, 0.5);
+    Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 7, 0.5);
     const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
     const Isometry3d pose = randomPose(random, 1.0);
     const RelativePose a_T_b = relativePose(pose);
@@ -118,7 +124,7 @@ TEST(LeafGaps, AreTheSameOnEveryKindOfProcessor) {
   std::uniform_real_distribution<double> some(-0.1, 0.5);
   int found = 0, others = 0;
   for (int i = 0; i < repeats(300); ++i) {
-    const Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 23, 0.5);
+    Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 23, 0.5);
     const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
     const RelativePose a_T_b = relativePose(randomPose(random, 1.0));
     const double limit = i % 5 == 0 ? kInfinity : some(random);
@@ -149,15 +155,33 @@ TEST(LeafGaps, AreTheSameOnEveryKindOfProcessor) {
   EXPECT_GT(others, found / 10);
 }
 
-TEST(LeafBoxes, OfManyPiecesAreNone) {
+TEST(WideVolume, ReachesEachLeafOnce) {
   std::mt19937 random(3);
-  EXPECT_EQ(Boxes(random, LeafBoxes::kMostLeaves, 1.0).leaves().leaves().size(), LeafBoxes::kMostLeaves);
-  EXPECT_TRUE(Boxes(random, LeafBoxes::kMostLeaves + 1, 1.0).leaves().leaves().empty());
-  const LeafBoxes few = Boxes(random, 2, 1.0).leaves();
-  EXPECT_TRUE(LeafGaps::areFew(few, few, {}));
-  RelativePose far;
-  far.translation.x() = 1e20;
-  EXPECT_FALSE(LeafGaps::areFew(few, few, far));
+  constexpr int kMost = LeafBoxes::kMostLeaves;
+  for (const int count : {1, 2, kMost, kMost + 1, 10 * kMost + 1}) {
+    SCOPED_TRACE(count);
+    Boxes boxes(random, count, 1.0);
+    std::vector<Volume> volumes = boxes.volumes();
+    std::vector<WideVolume> wide;
+    addWideVolumes(volumes, static_cast<int>(volumes.size()) - 1, wide);
+    EXPECT_EQ(wide.front().has_leaves, count <= kMost);
+    std::vector<int> reached, open{volumes.back().wide};
+    while (!open.empty()) {
+      const WideVolume& here = wide[open.back()];
+      open.pop_back();
+      ASSERT_EQ(here.whole.leaves().size(), 1u);
+      ASSERT_LE(here.parts.leaves().size(), static_cast<std::size_t>(kMost));
+      for (const int part : here.parts.leaves()) {
+        if (here.has_leaves)
+          reached.push_back(volumes[part].piece);
+        else
+          open.push_back(volumes[part].wide);
+      }
+    }
+    std::sort(reached.begin(), reached.end());
+    ASSERT_EQ(reached.size(), static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) EXPECT_EQ(reached[i], i);
+  }
 }
 
 }  // namespace proximity_server::scene::leaf_boxes_test
