@@ -116,14 +116,11 @@ class FarthestVertices {
   std::vector<Heights> heights_;  // of the vertices that are compared
 };
 
-/// The vertex with the greatest height so far.
-struct Best {
-  int vertex = 0;
-  double height = -std::numeric_limits<double>::infinity();
-};
+/// The state before a vertex is offered.
+constexpr HullSupport::Farthest kNone{0, -std::numeric_limits<double>::infinity()};
 
 /// Offers one more vertex.
-void offer(int vertex, double height, Best& best) {
+void offer(int vertex, double height, HullSupport::Farthest& best) {
   const bool is_higher = height > best.height;
   best.vertex = is_higher ? vertex : best.vertex;
   best.height = is_higher ? height : best.height;
@@ -190,26 +187,27 @@ HullSupport::Candidates HullSupport::storeCandidates(const std::vector<int>& ver
   return {kCrowded, static_cast<std::uint16_t>(place >> 16), static_cast<std::uint16_t>(place), 0};
 }
 
-int HullSupport::farthestVertex(const Vector3d& direction) const {
+HullSupport::Farthest HullSupport::farthest(const Vector3d& direction) const {
   if (cells_ == 0) return scan(direction);
   const Candidates& candidates = table_[cellOf(direction, cells_)];
   if (candidates[0] == kCrowded) return searchCrowded(direction, candidates);
   const Vector3d* const vertices = hull_.vertices().data();
   const auto height = [&](std::size_t i) { return vertices[candidates[i]].dot(direction); };
-  return candidates[greatest(height(0), height(1), height(2), height(3))];
+  const double h0 = height(0), h1 = height(1), h2 = height(2), h3 = height(3);
+  return {candidates[greatest(h0, h1, h2, h3)], std::max(std::max(h3, h2), std::max(h1, h0))};
 }
 
-int HullSupport::searchCrowded(const Vector3d& direction, const Candidates& cell) const {
+HullSupport::Farthest HullSupport::searchCrowded(const Vector3d& direction, const Candidates& cell) const {
   const int first = (cell[1] << 16 | cell[2]) + 1, end = first + crowded_[first - 1];
-  Best best;
+  Farthest best = kNone;
   for (int i = first; i < end; ++i) offer(crowded_[i], hull_.vertices()[crowded_[i]].dot(direction), best);
-  return best.vertex;
+  return best;
 }
 
-int HullSupport::scan(const Vector3d& direction) const {
-  Best best;
+HullSupport::Farthest HullSupport::scan(const Vector3d& direction) const {
+  Farthest best = kNone;
   for (int vertex = 0; vertex < hull_.size(); ++vertex) offer(vertex, hull_.vertices()[vertex].dot(direction), best);
-  return best.vertex;
+  return best;
 }
 
 }  // namespace proximity_server::narrowphase

@@ -38,8 +38,15 @@ class HullSupport {
 
   const ConvexHull& hull() const { return hull_; }
 
-  /// Number of the vertex farthest along `direction`; some vertex if its largest entry is not finite or below 1e-300.
-  int farthestVertex(const Eigen::Vector3d& direction) const;
+  /// A vertex and its height along a direction: the dot product with it.
+  struct Farthest {
+    int vertex;
+    double height;
+  };
+
+  /// The vertex farthest along `direction`; some vertex if its largest entry is not finite or below 1e-300.
+  Farthest farthest(const Eigen::Vector3d& direction) const;
+  int farthestVertex(const Eigen::Vector3d& direction) const { return farthest(direction).vertex; }
 
  private:
   using Candidates = std::array<std::uint16_t, 4>;  // may contain a number more than once
@@ -47,11 +54,11 @@ class HullSupport {
   /// and the lower half of the index in crowded_ at which the list begins.
   static constexpr std::uint16_t kCrowded = 0xffff;
 
-  int scan(const Eigen::Vector3d& direction) const;
+  Farthest scan(const Eigen::Vector3d& direction) const;
   /// Fills the table. Returns false, and leaves it unfinished, if the lists of the crowded cells are too long.
   bool fillTable();
   Candidates storeCandidates(const std::vector<int>& vertices);
-  int searchCrowded(const Eigen::Vector3d& direction, const Candidates& cell) const;
+  Farthest searchCrowded(const Eigen::Vector3d& direction, const Candidates& cell) const;
 
   ConvexHull hull_;
   int cells_ = 0;  // along an edge of the cube; 0: the hull is scanned
