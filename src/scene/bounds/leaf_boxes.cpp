@@ -30,22 +30,27 @@ std::vector<int> partsBelow(const std::vector<Volume>& volumes, int root) {
 LeafBoxes::LeafBoxes(const std::vector<Volume>& volumes, std::vector<int> leaves) : leaves_(std::move(leaves)) {
   values_.assign(lanes::kLeafRows * leaves_.size() + lanes::kMostLanes, 0.0f);
   Eigen::AlignedBox3d whole;
+  for (const int leaf : leaves_) {
+    const Bounds& bounds = volumes[leaf].bounds;
+    const Eigen::Vector3d half = bounds.axes.cwiseAbs() * bounds.half;
+    whole.extend(Eigen::AlignedBox3d(bounds.centre - half, bounds.centre + half));
+  }
+  centre_ = whole.center();
   for (std::size_t i = 0; i < leaves_.size(); ++i) {
     const Bounds& bounds = volumes[leaves_[i]].bounds;
     const auto row = [&](int number) -> float& { return values_[number * leaves_.size() + i]; };
+    const Eigen::Vector3d centre = bounds.centre - centre_;
     for (int k = 0; k < 3; ++k) {
-      row(lanes::kLeafCentre + k) = static_cast<float>(bounds.centre[k]);
+      row(lanes::kLeafCentre + k) = static_cast<float>(centre[k]);
       row(lanes::kLeafHalf + k) = roundedUp(bounds.half[k]);
     }
     for (int k = 0; k < 9; ++k) row(lanes::kLeafAxes + k) = static_cast<float>(bounds.axes(k / 3, k % 3));
     row(lanes::kLeafRadius) = roundedUp(bounds.radius);
-    const Eigen::Vector3d half = bounds.axes.cwiseAbs() * bounds.half;
-    whole.extend(Eigen::AlignedBox3d(bounds.centre - half, bounds.centre + half));
-    reach_ = std::max(reach_, bounds.centre.norm() + std::max(bounds.radius, bounds.half.norm()));
+    reach_ = std::max(reach_, centre.norm() + std::max(bounds.radius, bounds.half.norm()));
   }
   for (int k = 0; k < 3; ++k) {
-    low_[k] = roundedDown(whole.min()[k]);
-    high_[k] = roundedUp(whole.max()[k]);
+    low_[k] = roundedDown(whole.min()[k] - centre_[k]);
+    high_[k] = roundedUp(whole.max()[k] - centre_[k]);
   }
 }
 
@@ -66,10 +71,13 @@ LeafGaps::LeafGaps(const lanes::Kernels& kernels)
 
 const std::vector<LeafGaps::Gap>& LeafGaps::between(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b,
                                                     double padding, double limit) {
-  const double less = kError * reachOf(a, b, a_T_b) + padding;
+  const Eigen::Vector3d moved_centre = a_T_b.rotation * b.centre();
+  const Eigen::Vector3d between = a_T_b.translation + moved_centre - a.centre();
+  const double rounding = kPoseRounding * (a_T_b.translation.norm() + a.centre().norm() + moved_centre.norm());
+  const double less = kError * (between.norm() + a.reach() + b.reach()) + rounding + padding;
   float pose[lanes::kPoseRows];
   for (int k = 0; k < 9; ++k) pose[k] = static_cast<float>(a_T_b.rotation(k / 3, k % 3));
-  for (int k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(a_T_b.translation[k]);
+  for (int k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(between[k]);
   const auto found = kernels_.leafGaps(a.lanes(), b.lanes(), pose, roundedUp(limit + less), found_.data());
   const int count_b = b.lanes().count;
   gaps_.clear();

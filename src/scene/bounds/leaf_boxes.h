@@ -21,12 +21,16 @@ class LeafBoxes {
     const int count = static_cast<int>(leaves_.size());
     return {count, count, values_.data(), {low_[0], low_[1], low_[2]}, {high_[0], high_[1], high_[2]}};
   }
-  /// [m] upper bound of the distance of any point of the boxes and spheres from the origin of the body
+  /// [m] in the frame of the body. The numbers in float are relative to it, so that they are exact enough far from the
+  /// origin of the body, too.
+  const Eigen::Vector3d& centre() const { return centre_; }
+  /// [m] upper bound of the distance of any point of the boxes and spheres from the centre
   double reach() const { return reach_; }
 
  private:
   std::vector<int> leaves_;
   std::vector<float> values_;
+  Eigen::Vector3d centre_;
   float low_[3] = {}, high_[3] = {};
   double reach_ = 0.0;
 };
@@ -50,7 +54,8 @@ void addWideVolumes(std::vector<Volume>& volumes, int root, std::vector<WideVolu
 ///          are left out before.
 /// Error:   let u be 2^-24. The error is 4 u of the lengths for each centre and 12 u for each cosine of two axes. So it
 ///          is 40 u for the width of a box along an axis and 64 u for a gap, and at most 1.8 times that for the root of
-///          three squares: less than kError of the lengths, which is subtracted from every bound. An error in the
+///          three squares: less than kError of the lengths, which is subtracted from every bound. The lengths are those
+///          of the lists and of the offset between their centres; the offset is computed in double. An error in the
 ///          direction of the centres does no harm, because the gap along any direction is a bound. No product is fused
 ///          with a sum, so that the bits are the same on every processor.
 class LeafGaps {
@@ -77,10 +82,6 @@ class LeafGaps {
   double smallestOfOthers() const { return smallest_of_others_; }
 
  private:
-  static double reachOf(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b) {
-    return a_T_b.translation.norm() + a.reach() + b.reach();
-  }
-
   const lanes::Kernels& kernels_;
   std::vector<lanes::LeafGap> found_;
   std::vector<Gap> gaps_;

@@ -22,15 +22,16 @@ using narrowphase::randomPose;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Boxes, each a piece of one link, at most so far from the origin of their body.
+/// Boxes, each a piece of one link, at most so far from a point of their body.
 class Boxes {
  public:
-  Boxes(std::mt19937& random, int count, double reach) {
+  Boxes(std::mt19937& random, int count, double reach, const Vector3d& point = Vector3d::Zero()) {
     std::uniform_real_distribution<double> length(0.001, 0.5);
     std::vector<int> numbers;
     for (int i = 0; i < count; ++i) {
-      pieces_.push_back(
-          {narrowphase::Box{Vector3d(length(random), length(random), length(random))}, randomPose(random, reach), 0});
+      Isometry3d pose = randomPose(random, reach);
+      pose.pretranslate(point);
+      pieces_.push_back({narrowphase::Box{Vector3d(length(random), length(random), length(random))}, pose, 0});
       numbers.push_back(i);
     }
     const VolumeBuilder builder(pieces_, std::vector<Representation>(pieces_.size(), Representation::Exact));
@@ -77,10 +78,30 @@ TEST(LeafGaps, AreLowerBoundsOfTheDistances) {
         const Isometry3d pieces = piece_a.body_T_piece.inverse() * pose * piece_b.body_T_piece;
         ASSERT_LE(gap.lower_bound, signedDistance(piece_a.shape, piece_b.shape, pieces).upper_bound);
         const double in_double = boundOf(boxes_a.at(gap.a), boxes_b.at(gap.b), a_T_b);
-        const double allowed = 2.0 * LeafGaps::kError * (pose.translation().norm() + a.reach() + b.reach());
+        const double lengths =
+            pose.translation().norm() + a.centre().norm() + b.centre().norm() + a.reach() + b.reach();
         ASSERT_LE(gap.lower_bound, in_double);
-        ASSERT_LE(in_double - gap.lower_bound, allowed);
+        ASSERT_LE(in_double - gap.lower_bound, 2.0 * LeafGaps::kError * lengths);
       }
+    }
+  }
+}
+
+TEST(LeafGaps, AreTightFarFromTheOriginsOfTheBodies) {
+  std::mt19937 random(5);
+  const Vector3d point(4e5, -5e6, 100.0);  // as in a map of a country
+  for (int i = 0; i < repeats(200); ++i) {
+    Boxes boxes_a(random, 4, 0.3, point), boxes_b(random, 4, 0.3);
+    const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
+    Isometry3d pose = randomPose(random, 1.0);
+    pose.pretranslate(point);
+    LeafGaps gaps;
+    for (const LeafGaps::Gap& gap : gaps.between(a, b, relativePose(pose), 0.0, kInfinity)) {
+      const double in_double = boundOf(boxes_a.at(gap.a), boxes_b.at(gap.b), relativePose(pose));
+      ASSERT_NEAR(gap.lower_bound, in_double, 1e-4);
+      const Piece &piece_a = boxes_a.pieceOf(gap.a), &piece_b = boxes_b.pieceOf(gap.b);
+      const Isometry3d pieces = piece_a.body_T_piece.inverse() * pose * piece_b.body_T_piece;
+      ASSERT_LE(gap.lower_bound, signedDistance(piece_a.shape, piece_b.shape, pieces).upper_bound);
     }
   }
 }
