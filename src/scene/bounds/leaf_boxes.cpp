@@ -72,12 +72,12 @@ LeafGaps::LeafGaps(const lanes::Kernels& kernels)
 const std::vector<LeafGaps::Gap>& LeafGaps::between(const LeafBoxes& a, const LeafBoxes& b, const RelativePose& a_T_b,
                                                     double padding, double limit) {
   const Eigen::Vector3d moved_centre = a_T_b.rotation * b.centre();
-  const Eigen::Vector3d between = a_T_b.translation + moved_centre - a.centre();
+  const Eigen::Vector3d offset = a_T_b.translation + moved_centre - a.centre();
   const double rounding = kPoseRounding * (a_T_b.translation.norm() + a.centre().norm() + moved_centre.norm());
-  const double less = kError * (between.norm() + a.reach() + b.reach()) + rounding + padding;
+  const double less = kError * (offset.norm() + a.reach() + b.reach()) + rounding + padding;
   float pose[lanes::kPoseRows];
   for (int k = 0; k < 9; ++k) pose[k] = static_cast<float>(a_T_b.rotation(k / 3, k % 3));
-  for (int k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(between[k]);
+  for (int k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(offset[k]);
   const auto found = kernels_.leafGaps(a.lanes(), b.lanes(), pose, roundedUp(limit + less), found_.data());
   const int count_b = b.lanes().count;
   gaps_.clear();
