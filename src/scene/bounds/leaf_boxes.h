@@ -9,7 +9,8 @@
 
 namespace proximity_server::scene {
 
-/// The spheres and boxes of some volumes of a body, see Bounds, in float and side by side.
+/// The spheres and boxes of some volumes of a body, see Bounds, in float and side by side. The volumes are called leaves,
+/// as most of them are.
 class LeafBoxes {
  public:
   /// The boxes of at most kMostLeaves of the volumes, by their numbers.

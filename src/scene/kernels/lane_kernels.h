@@ -92,8 +92,8 @@ constexpr int kLeafCentre = 0, kLeafHalf = 3, kLeafAxes = 6, kLeafRadius = 15, k
 constexpr int kMostLeaves = 64;
 constexpr int kMostLanes = 16;
 
-/// The leaves of a link or <collision>, in the frame of their body. The number of leaf i in a row is
-/// values[row * stride + i]. kMostLanes numbers behind the last one are read without effect.
+/// The leaves of a part of a scene, in a frame with the axes of their body and its origin near them. The number of leaf i
+/// in a row is values[row * stride + i]. kMostLanes numbers behind the last one are read without effect.
 struct Leaves {
   int count, stride;
   const float* values;
@@ -196,7 +196,7 @@ struct Kernels {
   /// Lowers the upper bounds by inner balls near the last points of the search.
   void (*boundByInnerBalls)(const PairShapes& shapes, int count, Items& items);
 
-  /// Bounds the distances of all pairs of leaves of two links by spheres, then by boxes. `a_T_b` are the numbers of a
+  /// Bounds the distances of all pairs of leaves of two parts by spheres, then by boxes. `a_T_b` are the numbers of a
   /// pose. Writes the pairs whose bound is not above the limit [m], in any order. LeafGaps derives the rounding error.
   FoundLeafGaps (*leafGaps)(const Leaves& a, const Leaves& b, const float* a_T_b, float limit, LeafGap* gaps);
 };

@@ -1,8 +1,8 @@
-// Bounds of the distances of all pairs of leaves of two links, see Kernels::leafGaps.
+// Bounds of the distances of all pairs of leaves of two parts, see Kernels::leafGaps.
 //
-// 1. Exclude the leaves of each link whose spheres are far from the bounding box of the other link.
-// 2. Bound the pairs of the others by their spheres, then by their boxes. One leaf of one link is in all lanes, and the
-//    leaves of the other link are side by side.
+// 1. Exclude the leaves of each part whose spheres are far from the bounding box of the other part.
+// 2. Bound the pairs of the others by their spheres, then by their boxes. One leaf of one part is in all lanes, and the
+//    leaves of the other part are side by side.
 //
 // Few links fill 16 lanes: with them PR2 takes as long as with 8, and UR5 a third longer (AMD EPYC, 2026-11).
 
@@ -90,7 +90,7 @@ Leaves placed(const Leaves& leaves, const Pose& a_T_b, LeafValues& values) {
   return values.leaves(leaves.count);
 }
 
-/// Some of the leaves of a link.
+/// Some of the leaves of a part.
 struct LeafList {
   int count = 0;
   int columns[kMostLeaves];
@@ -120,8 +120,8 @@ struct LeafSearch {
     return bits(is_given & ~is_far);
   }
 
-  /// Lists the leaves whose spheres may be near the bounding box of another link. `in_other` places points in the frame
-  /// of that link.
+  /// Lists the leaves whose spheres may be near the bounding box of another part. `in_other` places points in the frame
+  /// of that part.
   template <typename Placing>
   void addNear(const Leaves& other, const Leaves& leaves, const Placing& in_other, LeafList& list) {
     for (int first = 0; first < leaves.count; first += kLanes) {
@@ -151,7 +151,7 @@ struct LeafSearch {
     }
   }
 
-  /// Bounds the pairs of the listed leaves, which are in one frame. The leaves of the link that fills more lanes are
+  /// Bounds the pairs of the listed leaves, which are in one frame. The leaves of the part that fills more lanes are
   /// side by side.
   void boundAll(const Leaves& a, const LeafList& list_a, const Leaves& b, const LeafList& list_b) {
     const auto packs = [](const LeafList& list) { return (list.count + kLanes - 1) / kLanes; };
