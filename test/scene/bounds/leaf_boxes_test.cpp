@@ -98,7 +98,9 @@ TEST(LeafGaps, AreTightFarFromTheOriginsOfTheBodies) {
     LeafGaps gaps;
     for (const LeafGaps::Gap& gap : gaps.between(a, b, relativePose(pose), 0.0, kInfinity)) {
       const double in_double = boundOf(boxes_a.at(gap.a), boxes_b.at(gap.b), relativePose(pose));
-      ASSERT_NEAR(gap.lower_bound, in_double, 1e-4);
+      const double lengths = (pose * b.centre() - a.centre()).norm() + a.reach() + b.reach();
+      const double allowed = 2.0 * LeafGaps::kError * lengths + 4.0 * kPoseRounding * point.norm();
+      ASSERT_NEAR(gap.lower_bound, in_double, allowed);
       const Piece &piece_a = boxes_a.pieceOf(gap.a), &piece_b = boxes_b.pieceOf(gap.b);
       const Isometry3d pieces = piece_a.body_T_piece.inverse() * pose * piece_b.body_T_piece;
       ASSERT_LE(gap.lower_bound, signedDistance(piece_a.shape, piece_b.shape, pieces).upper_bound);
@@ -111,7 +113,7 @@ TEST(LeafGaps, LeaveOutOnlyWhatIsBeyondTheLimit) {
   std::uniform_real_distribution<double> some(-0.1, 1.0);
   int left_out = 0, kept = 0;
   for (int i = 0; i < repeats(300); ++i) {
-    Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 7, 0.5);
+    Boxes boxes_a(random, 1 + i % LeafBoxes::kMostLeaves, 0.5), boxes_b(random, 1 + i % 7, 0.5);
     const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
     const Isometry3d pose = randomPose(random, 1.0);
     const RelativePose a_T_b = relativePose(pose);
@@ -145,7 +147,7 @@ TEST(LeafGaps, AreTheSameOnEveryKindOfProcessor) {
   std::uniform_real_distribution<double> some(-0.1, 0.5);
   int found = 0, others = 0;
   for (int i = 0; i < repeats(300); ++i) {
-    Boxes boxes_a(random, 1 + i % 32, 0.5), boxes_b(random, 1 + i % 23, 0.5);
+    Boxes boxes_a(random, 1 + i % LeafBoxes::kMostLeaves, 0.5), boxes_b(random, 1 + i % 23, 0.5);
     const LeafBoxes a = boxes_a.leaves(), b = boxes_b.leaves();
     const RelativePose a_T_b = relativePose(randomPose(random, 1.0));
     const double limit = i % 5 == 0 ? kInfinity : some(random);
