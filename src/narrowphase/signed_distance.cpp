@@ -536,7 +536,8 @@ bool isOfLastSimplex(const CsoVertex& farthest, const WarmStart& last) {
   return false;
 }
 
-/// The answer about two polytopes whose nearest features are those with which the last query ended. Otherwise nullopt.
+/// The answer about two polytopes whose nearest features are those with which the last query ended. Otherwise, or if that
+/// leaves the answer open, nullopt.
 [[gnu::noinline]] std::optional<SignedDistance> byRecalledFeatures(const Shape& a, const Shape& b,
                                                                    const Isometry3d& a_T_b, const Options& options,
                                                                    double rounding, WarmStart& warm_start) {
@@ -546,6 +547,8 @@ bool isOfLastSimplex(const CsoVertex& farthest, const WarmStart& last) {
   if (!recalled) return std::nullopt;
   SignedDistance result = withMargins(fromGjk(cso, *recalled), a.margin(), b.margin());
   result.status = statusByBounds(result, options);
+  // A search from another start may find bounds that meet a tolerance near to rounding.
+  if (isOpen(result.status)) return std::nullopt;
   warm_start.axis = result.normal;
   return result;
 }
