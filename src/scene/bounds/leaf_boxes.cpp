@@ -54,13 +54,19 @@ LeafBoxes::LeafBoxes(const std::vector<Volume>& volumes, std::vector<int> leaves
   }
 }
 
+WideVolume::WideVolume(const std::vector<Volume>& volumes, int volume, const std::vector<int>& parts)
+    : has_leaves_(std::all_of(parts.begin(), parts.end(), [&](int part) { return volumes[part].isLeaf(); })) {
+  boxes_.reserve(volumes[volume].isLeaf() ? 1 : 2);
+  boxes_.emplace_back(volumes, std::vector<int>{volume});
+  if (!volumes[volume].isLeaf()) boxes_.emplace_back(volumes, parts);
+}
+
 void addWideVolumes(std::vector<Volume>& volumes, int root, std::vector<WideVolume>& wide) {
   if (volumes[root].isEmpty()) return;
   const std::vector<int> parts = partsBelow(volumes, root);
-  const bool are_leaves = std::all_of(parts.begin(), parts.end(), [&](int part) { return volumes[part].isLeaf(); });
   volumes[root].wide = static_cast<int>(wide.size());
-  wide.push_back({LeafBoxes(volumes, {root}), LeafBoxes(volumes, parts), are_leaves});
-  if (are_leaves) return;
+  wide.emplace_back(volumes, root, parts);
+  if (wide.back().hasLeaves()) return;
   for (const int part : parts) addWideVolumes(volumes, part, wide);
 }
 

@@ -40,10 +40,18 @@ class LeafBoxes {
 ///
 /// Source: Dammertz, Hanika, Keller, Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays,
 ///         2008.
-struct WideVolume {
-  LeafBoxes whole;  ///< of the volume itself
-  LeafBoxes parts;  ///< of all its leaves; if they are too many, of the parts that are wide volumes again
-  bool has_leaves;
+class WideVolume {
+ public:
+  /// `parts`: all leaves of the volume; if they are too many, parts that are wide volumes again.
+  WideVolume(const std::vector<Volume>& volumes, int volume, const std::vector<int>& parts);
+
+  const LeafBoxes& whole() const { return boxes_.front(); }  ///< of the volume itself
+  const LeafBoxes& parts() const { return boxes_.back(); }
+  bool hasLeaves() const { return has_leaves_; }
+
+ private:
+  std::vector<LeafBoxes> boxes_;  ///< one list for both, if the volume is a leaf
+  bool has_leaves_;
 };
 
 /// Appends the wide volumes of a hierarchy, and tells its volumes their numbers.

@@ -164,12 +164,12 @@ void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double lim
 void PieceSearch::open(const VolumePair& whole, const RelativePose& a_T_b, double limit) {
   const WideVolume &a = a_.wide(whole.a), &b = b_.wide(whole.b);
   const bool is_a_larger = a_[whole.a].bounds.radius >= b_[whole.b].bounds.radius;
-  if (a.has_leaves && b.has_leaves)
-    pushPairs(a.parts, b.parts, whole, a_T_b, limit);
-  else if (b.has_leaves || (!a.has_leaves && is_a_larger))
-    pushPairs(a.parts, b.whole, whole, a_T_b, limit);
+  if (a.hasLeaves() && b.hasLeaves())
+    pushPairs(a.parts(), b.parts(), whole, a_T_b, limit);
+  else if (b.hasLeaves() || (!a.hasLeaves() && is_a_larger))
+    pushPairs(a.parts(), b.whole(), whole, a_T_b, limit);
   else
-    pushPairs(a.whole, b.parts, whole, a_T_b, limit);
+    pushPairs(a.whole(), b.parts(), whole, a_T_b, limit);
 }
 
 /// Puts the pairs of two volumes' parts into the queue. Pairs beyond the limit [m] are left out.

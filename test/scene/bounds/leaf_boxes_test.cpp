@@ -42,7 +42,7 @@ class Boxes {
   LeafBoxes leaves() {
     std::vector<WideVolume> wide;
     addWideVolumes(volumes_, static_cast<int>(volumes_.size()) - 1, wide);
-    return wide.front().parts;
+    return wide.front().parts();
   }
   const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& at(int leaf) const { return volumes_[leaf]; }
@@ -187,15 +187,15 @@ TEST(WideVolume, ReachesEachLeafOnce) {
     std::vector<Volume> volumes = boxes.volumes();
     std::vector<WideVolume> wide;
     addWideVolumes(volumes, static_cast<int>(volumes.size()) - 1, wide);
-    EXPECT_EQ(wide.front().has_leaves, count <= kMost);
+    EXPECT_EQ(wide.front().hasLeaves(), count <= kMost);
     std::vector<int> reached, open{volumes.back().wide};
     while (!open.empty()) {
       const WideVolume& here = wide[open.back()];
       open.pop_back();
-      ASSERT_EQ(here.whole.leaves().size(), 1u);
-      ASSERT_LE(here.parts.leaves().size(), static_cast<std::size_t>(kMost));
-      for (const int part : here.parts.leaves()) {
-        if (here.has_leaves)
+      ASSERT_EQ(here.whole().leaves().size(), 1u);
+      ASSERT_LE(here.parts().leaves().size(), static_cast<std::size_t>(kMost));
+      for (const int part : here.parts().leaves()) {
+        if (here.hasLeaves())
           reached.push_back(volumes[part].piece);
         else
           open.push_back(volumes[part].wide);

@@ -274,6 +274,20 @@ TEST(PieceSearch, FindsTheSameAsAllPairsOneByOne) {
   EXPECT_GT(overlapping, 50);
 }
 
+// In float, in which the bounds are computed, the squares of the longer ones would overflow.
+TEST(PieceSearch, FindsTheClosestHoweverFarTheyAre) {
+  const TwoCompounds compounds(ballsAlongX(5), mixture(6, 1.1));
+  for (const double far : {1e6, 1e12, 1e14, 1e16, 1e20, 1e25, 1e29}) {
+    const RelativePose a_T_b = shifted(far, -0.5 * far, 0.25 * far);
+    const double truth = compounds.smallestDistance(a_T_b), rounding = 1e-14 * far;
+    const ClosestPieces closest = compounds.closest(a_T_b, 1.5 * truth);
+    ASSERT_FALSE(closest.empty()) << far;
+    EXPECT_NEAR(closest.result.distance, truth, rounding) << far;
+    EXPECT_LE(closest.lower_bound, truth + rounding) << far;
+    EXPECT_GE(closest.upper_bound, truth - rounding) << far;
+  }
+}
+
 TEST(PieceSearch, FindsTheSameWhateverIsLikely) {
   const TwoCompounds compounds(mixture(5, 0.3), mixture(4, 1.1));
   const Isometry3d pose = turned(0.5, {1, 2, 3}, {1.5, 1.0, 0.5});
