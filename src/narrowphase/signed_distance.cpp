@@ -307,6 +307,14 @@ bool isDecided(const SignedDistance& result, const Options& options) {
   return result.lower_bound > options.stop_above || result.upper_bound <= options.stop_below;
 }
 
+/// True if a threshold lies between the bounds.
+bool holdsThreshold(const SignedDistance& result, const Options& options) {
+  const auto holds = [&](double threshold) {
+    return result.lower_bound <= threshold && threshold < result.upper_bound;
+  };
+  return holds(options.stop_above) || holds(options.stop_below);
+}
+
 /// The status of a search that ended with these bounds and this status. Only here is it set to Converged or Threshold
 /// for good: margins, points and rounding may have moved the bounds to either side of the tolerance.
 Status statusByBounds(const SignedDistance& result, const Options& options) {
@@ -434,9 +442,9 @@ template <typename Observer>
                   a.margin(), b.margin());
   const bool is_threshold = result.status == Status::Threshold;
   result.status = statusByBounds(result, options);
-  if (search.begun_with && (is_threshold || isOpen(result.status)) && !isDecided(result, options)) {
-    // The points have widened the bounds that decided the threshold, or the search has met its limit: the whole search,
-    // which begins with the nearest features of the last one, may decide it.
+  if (search.begun_with && !isDecided(result, options) && (is_threshold || holdsThreshold(result, options))) {
+    // The points have widened the bounds that decided the threshold, or a limit or rounding has kept them wide. The
+    // whole search, which begins with the nearest features of the last one, may decide it.
     warm_start = *search.begun_with;
     result = ask(a, b, a_T_b, withoutThresholds(options), warm_start, observer);
     result.status = statusByBounds(result, options);

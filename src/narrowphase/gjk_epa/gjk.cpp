@@ -5,6 +5,7 @@
 #include "proximity_server/narrowphase/assertion.h"
 
 #include <algorithm>
+#include <bitset>
 #include <limits>
 #include <optional>
 
@@ -54,11 +55,15 @@ Outcome outcomeWithoutProgress(const Cso& cso, double upper_bound, const Options
   return upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance ? Outcome::Overlap : Outcome::Apart;
 }
 
-/// True if a step adds a vertex to the simplex while the distance changes by no more than rounding. A face at the edge
-/// nearest to the origin is not nearer than the edge, but its normal is more accurate.
+bool isTriangle(unsigned members) { return std::bitset<4>(members).count() == 3; }
+
+/// True if a step leads to another face while the distance changes by no more than rounding. A face at the edge nearest
+/// to the origin is not nearer than the edge, but its normal is more accurate. If the nearest point of a triangle is on
+/// an edge within rounding, the triangle on the other side of the edge may have the normal that is needed.
 bool isSideways(const Nearest& nearest, const Nearest& next, double rounding) {
-  const bool has_all = (next.members & nearest.members) == nearest.members && next.members != nearest.members;
-  return has_all && next.distance <= nearest.distance + rounding;
+  const bool has_all = (next.members & nearest.members) == nearest.members;
+  return (has_all || isTriangle(next.members)) && next.members != nearest.members &&
+         next.distance <= nearest.distance + rounding;
 }
 
 /// Improves the lower bound by the normals of the triangles at the newest vertex. If two parallel faces nearly touch,
