@@ -428,6 +428,49 @@ std::optional<SignedDistance> nearOrigins(const Shape& a, const Shape& b, const 
   return movedBack(ask(near.a(), near.b(), near.pose(), inner, warm_start, observer), near, options);
 }
 
+bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_start) {
+  return warm_start.simplex_size > 0 && a.isPolytope() && b.isPolytope() && !areBoxes(a, b);
+}
+
+/// The answer about two polytopes whose nearest features are those with which the last query ended. Otherwise, or if that
+/// leaves the answer open, nullopt.
+[[gnu::noinline]] std::optional<SignedDistance> byRecalledFeatures(const Shape& a, const Shape& b,
+                                                                   const Isometry3d& a_T_b, const Options& options,
+                                                                   double rounding, WarmStart& warm_start) {
+  const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
+  const Cso cso(a, b, a_T_b, rounding, warm_start);
+  const std::optional<GjkResult> recalled = recalledFeatures(cso, warm_start, core_options);
+  if (!recalled) return std::nullopt;
+  SignedDistance result = withMargins(fromGjk(cso, *recalled), a.margin(), b.margin());
+  result.status = statusByBounds(result, options);
+  // A search from another start may find bounds that meet a tolerance near to rounding.
+  if (isOpen(result.status)) return std::nullopt;
+  warm_start.axis = result.normal;
+  return result;
+}
+
+/// The answer of a search without the threshold that `searched`, with the status of its search, has left undecided. Both
+/// begin with the same warm start. Returns nullopt where the search without it could not decide the threshold either.
+template <typename Observer>
+[[gnu::noinline]] std::optional<SignedDistance> byWholeSearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
+                                                              const Options& options, double rounding,
+                                                              const SignedDistance& searched, WarmStart& begun_with,
+                                                              Observer observer) {
+  if (searched.status != Status::Threshold) {
+    if (!holdsThreshold(searched, options)) return std::nullopt;
+    if (!isOpen(statusByBounds(searched, options))) {
+      // It has converged. The nearest features of the last query may have bounds that are narrower by a rounding.
+      if (!mayRecallFeatures(a, b, begun_with)) return std::nullopt;
+      const auto recalled = byRecalledFeatures(a, b, a_T_b, options, rounding, begun_with);
+      return recalled && isDecided(*recalled, options) ? recalled : std::nullopt;
+    }
+  }
+  // Points have widened the bounds that decided the threshold, or a limit or rounding has kept them wide.
+  SignedDistance whole = ask(a, b, a_T_b, withoutThresholds(options), begun_with, observer);
+  whole.status = statusByBounds(whole, options);
+  return whole;
+}
+
 /// The answer about shapes without a closed form, and steps 6 to 8 of signedDistance(). `known_first`: the first vertex
 /// of the CSO, or nullptr.
 template <typename Observer>
@@ -440,16 +483,13 @@ template <typename Observer>
   SignedDistance result =
       withMargins(coreDistance(a, b, a_T_b, core_options, rounding, known_first, warm_start, search, observer),
                   a.margin(), b.margin());
-  const bool is_threshold = result.status == Status::Threshold;
-  result.status = statusByBounds(result, options);
-  if (search.begun_with && !isDecided(result, options) && (is_threshold || holdsThreshold(result, options))) {
-    // The points have widened the bounds that decided the threshold, or a limit or rounding has kept them wide. The
-    // whole search, which begins with the nearest features of the last one, may decide it.
-    warm_start = *search.begun_with;
-    result = ask(a, b, a_T_b, withoutThresholds(options), warm_start, observer);
-    result.status = statusByBounds(result, options);
-    return result;
+  if (search.begun_with && !isDecided(result, options)) {
+    if (const auto whole = byWholeSearch(a, b, a_T_b, options, rounding, result, *search.begun_with, observer)) {
+      warm_start = *search.begun_with;
+      return *whole;
+    }
   }
+  result.status = statusByBounds(result, options);
   warm_start.axis = result.normal;
   if (result.status == Status::Converged && result.unique && !search.is_by_features)
     result.unique = meetInOnePoint(a, b, a_T_b, result, options.distance_tolerance, search.newest);
@@ -534,33 +574,12 @@ template <typename Observer>
   return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
 }
 
-bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_start) {
-  return warm_start.simplex_size > 0 && a.isPolytope() && b.isPolytope() && !areBoxes(a, b);
-}
-
 /// True if the farthest vertex of the CSO along the last normal is one of the last simplex, as it is if the shapes have
 /// moved little. Otherwise its features are hardly the nearest ones again.
 bool isOfLastSimplex(const CsoVertex& farthest, const WarmStart& last) {
   for (int i = 0; i < std::clamp(last.simplex_size, 0, 3); ++i)
     if (last.simplex[i].a == farthest.numbers.a && last.simplex[i].b == farthest.numbers.b) return true;
   return false;
-}
-
-/// The answer about two polytopes whose nearest features are those with which the last query ended. Otherwise, or if that
-/// leaves the answer open, nullopt.
-[[gnu::noinline]] std::optional<SignedDistance> byRecalledFeatures(const Shape& a, const Shape& b,
-                                                                   const Isometry3d& a_T_b, const Options& options,
-                                                                   double rounding, WarmStart& warm_start) {
-  const Options core_options = optionsOfCores(options, a.margin() + b.margin(), rounding);
-  const Cso cso(a, b, a_T_b, rounding, warm_start);
-  const std::optional<GjkResult> recalled = recalledFeatures(cso, warm_start, core_options);
-  if (!recalled) return std::nullopt;
-  SignedDistance result = withMargins(fromGjk(cso, *recalled), a.margin(), b.margin());
-  result.status = statusByBounds(result, options);
-  // A search from another start may find bounds that meet a tolerance near to rounding.
-  if (isOpen(result.status)) return std::nullopt;
-  warm_start.axis = result.normal;
-  return result;
 }
 
 /// The answer that the last normal gives, if it proves a distance surely above stop_above, or the one that the last

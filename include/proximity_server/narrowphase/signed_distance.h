@@ -21,7 +21,8 @@ namespace proximity_server::narrowphase {
 ///    they begin with EPA while that proves an overlap.
 /// 5. Move both points outwards along the normal by the margins.
 /// 6. Set the status by the final bounds: here only is it decided whether they meet the tolerance or a threshold. If a
-///    threshold ended the search, and the final bounds do not decide it, search again without the threshold.
+///    threshold ended the search, or lies between bounds that are wider than the tolerance, and the final bounds do not
+///    decide it, search again without the threshold.
 /// 7. If that leaves the answer open, and a hull lies thousands of its sizes away from the origin of its frame, search
 ///    again with the hull moved to that origin (Shape::nearOrigin()): its place, which fills the bounds with rounding,
 ///    is taken out exactly.
