@@ -528,6 +528,11 @@ template <typename Observer>
       result.unique =
           boxesMeetInOnePoint(a.halfExtents(), b.halfExtents(), a_T_b, result.normal, options.distance_tolerance);
     if (result.has_points || isDecided(result, options)) {
+      if (isOpen(result.status) && hasDirection(warm_start.axis)) {
+        // With a tolerance near to rounding, the bounds that begin with another direction may meet it.
+        warm_start = coldStart(warm_start);
+        return byBoxes(a, b, a_T_b, options, rounding, warm_start, observer);
+      }
       warm_start.axis = result.normal;
       if (result.lower_bound > options.stop_above) return separatedAlong(result.normal, result.lower_bound, 0);
       return result.upper_bound <= options.stop_below
