@@ -450,7 +450,8 @@ bool mayRecallFeatures(const Shape& a, const Shape& b, const WarmStart& warm_sta
 }
 
 /// The answer of a search without the threshold that `searched`, with the status of its search, has left undecided. Both
-/// begin with the same warm start. Returns nullopt where the search without it could not decide the threshold either.
+/// begin with the same warm start, `begun_with`, which becomes that of the next query. Returns nullopt where the search
+/// without the threshold could not decide it either.
 template <typename Observer>
 [[gnu::noinline]] std::optional<SignedDistance> byWholeSearch(const Shape& a, const Shape& b, const Isometry3d& a_T_b,
                                                               const Options& options, double rounding,

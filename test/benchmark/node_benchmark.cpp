@@ -352,7 +352,6 @@ class NodeBenchmark {
                     {"computation_us", 1e6 * medianOf(computations)},
                     {"empty_us", 1e6 * medianOf(empties)}};
     addQuantiles(figures, "round_trip_", round_trips, {{"p99", 0.99}});
-    addQuantiles(figures, "empty_", empties, {{"p99", 0.99}});
     batches_.push_back(figures);
   }
 

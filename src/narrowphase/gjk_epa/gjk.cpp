@@ -21,7 +21,7 @@ using Outcome = GjkResult::Outcome;
 // The rows "cylinder, apart" of ./dev bench narrowphase repeat it for cylinders.
 constexpr int kFirstRefinement = 3;
 
-// The search may change from an edge to the face on either side of it, but must not cycle.
+// The search may change from an edge or a face to another face at the same distance, but must not cycle.
 constexpr int kMaxSideways = 4;
 
 /// Lower bound of the distance between the origin and the CSO, by the support plane at w, the vertex farthest along

@@ -279,7 +279,8 @@ TEST(PieceSearch, FindsTheClosestHoweverFarTheyAre) {
   const TwoCompounds compounds(ballsAlongX(5), mixture(6, 1.1));
   for (const double far : {1e6, 1e12, 1e14, 1e16, 1e20, 1e25, 1e29}) {
     const RelativePose a_T_b = shifted(far, -0.5 * far, 0.25 * far);
-    const double truth = compounds.smallestDistance(a_T_b), rounding = 1e-14 * far;
+    const double truth = compounds.smallestDistance(a_T_b),
+                 rounding = 32.0 * std::numeric_limits<double>::epsilon() * far;
     const ClosestPieces closest = compounds.closest(a_T_b, 1.5 * truth);
     ASSERT_FALSE(closest.empty()) << far;
     EXPECT_NEAR(closest.result.distance, truth, rounding) << far;
