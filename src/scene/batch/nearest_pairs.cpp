@@ -109,7 +109,7 @@ void NearestPairs::takeBounds(double limit) {
   int in_lanes = 0, on_edge = 0;
   for (int state = 0; state < lanes_->count(); ++state) {
     const bool has_bounds = has_limit && lanes_->isPlaced(state);
-    is_on_edge_[state] &= static_cast<unsigned char>(has_bounds && k_ > 0 && accuracy_ == 0.0);
+    if (!(has_bounds && k_ > 0 && accuracy_ == 0.0)) is_on_edge_[state] = 0;
     in_lanes += has_bounds && !is_on_edge_[state];
     on_edge += is_on_edge_[state];
     if (has_bounds && !is_on_edge_[state]) continue;

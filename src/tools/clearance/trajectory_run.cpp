@@ -41,7 +41,8 @@ scene::SplineQuestion withFrames(scene::SplineQuestion question, const Trajector
 // These ask along a straight motion or along a spline.
 scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
                                const scene::SplineQuestion& question, scene::MovingScene& scene) {
-  return {scene.minimum(pairs, motionOf(segment, scene.model().robot), question.motion), {}};
+  const scene::RobotMinimum minimum = scene.minimum(pairs, motionOf(segment, scene.model().robot), question.motion);
+  return {minimum, {}};  // GCC 9 fails with an internal error where the call stands here
 }
 
 scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
@@ -51,7 +52,8 @@ scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pa
 
 scene::SplineContact contactOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
                                const scene::SplineQuestion& question, scene::MovingScene& scene) {
-  return {scene.timeOfContact(pairs, motionOf(segment, scene.model().robot), question.motion), {}};
+  const auto contact = scene.timeOfContact(pairs, motionOf(segment, scene.model().robot), question.motion);
+  return {contact, {}};
 }
 
 scene::SplineContact contactOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
