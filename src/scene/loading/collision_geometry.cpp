@@ -1,5 +1,6 @@
 #include "scene/loading/collision_geometry.h"
 
+#include "scene/mesh/mesh_file.h"
 #include "system/child_process.h"
 #include "system/pipeline.h"
 #include "system/relay.h"
@@ -104,7 +105,9 @@ GeometryReader::Outcome GeometryReader::outcomeOf(const MeshKey& key, const std:
   if (options.progress)
     telling.progress = [&](const std::string& what) { options.progress("mesh " + uri + ": " + what); };
   CollisionGeometry geometry{"mesh " + uri, {}};
-  geometry.mesh = convexPieces(loadMesh(key.file, {key.scale[0], key.scale[1], key.scale[2]}), telling);
+  const MeshWithUnit file = readMesh(key.file, {key.scale[0], key.scale[1], key.scale[2]});
+  geometry.mesh = convexPieces(file.mesh, telling);
+  geometry.unit_remark = unitRemark(file.unit);
   for (std::string* sentence : {&geometry.mesh.shortfall, &geometry.mesh.openness})
     if (!sentence->empty()) sentence->insert(0, geometry.description + ": ");
   for (narrowphase::ConvexHull& hull : geometry.mesh.hulls) geometry.shapes.emplace_back(std::move(hull));

@@ -24,6 +24,7 @@ struct CollisionGeometry {
   std::vector<narrowphase::Shape> shapes;
   /// the pieces of a mesh without their hulls, which are in `shapes`; its sentences name the mesh
   MeshPieces mesh = {};
+  std::string unit_remark = {};  ///< see unitRemark()
 };
 
 /// A mesh of a link, and the options of its pieces.

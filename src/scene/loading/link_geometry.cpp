@@ -94,7 +94,7 @@ CollisionGeometry readGeometry(const urdf::Geometry& geometry, const Place& plac
   try {
     CollisionGeometry result = reader.read(geometry, meshOptionsOf(place.link, options));
     for (const std::string& warning : result.mesh.warnings) warnings.add(warning);
-    for (const std::string& text : {result.mesh.shortfall, result.mesh.openness})
+    for (const std::string& text : {result.unit_remark, result.mesh.shortfall, result.mesh.openness})
       if (!text.empty()) warnings.add(text, place);
     return result;
   } catch (const std::invalid_argument& error) {

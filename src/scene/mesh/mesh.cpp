@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "scene/mesh/input_limits.h"
+#include "scene/mesh/mesh_file.h"
 #include "scene/mesh/mesh_import.h"
 #include "system/child_process.h"
 
@@ -34,11 +35,14 @@ std::size_t checkFile(const std::string& path) {
   return size;
 }
 
-/// The suffix of a file name in lower case, without the dot.
+std::string inLowerCase(std::string text) {
+  for (char& letter : text) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+  return text;
+}
+
+/// The suffix of a file name in lower case, with the dot.
 std::string extensionOf(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& letter : extension) letter = static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-  return extension;
+  return inLowerCase(std::filesystem::path(path).extension().string());
 }
 
 /// Reads at most `count` bytes.
@@ -53,23 +57,36 @@ std::string bytesOf(const std::string& path, std::size_t begin, std::size_t coun
 
 constexpr std::size_t kStlCount = 80, kStlFacets = 84, kStlFacet = 50;  // positions and size in a binary file [byte]
 
-/// True if an STL file is a text. No binary file below kMaxBytes can declare so many triangles that the count has no
-/// zero byte.
+/// True if an STL file is a text, which may begin with a byte order mark. No binary file below kMaxBytes can declare so
+/// many triangles that the count has no zero byte.
 bool isText(const std::string& stl_header) {
-  const std::size_t first = std::min(stl_header.find_first_not_of(" \t\r\n"), stl_header.size());
-  return stl_header.compare(first, 5, "solid") == 0 && stl_header.find('\0') == std::string::npos;
+  const std::size_t first = std::min(stl_header.find_first_not_of(" \t\r\n\xEF\xBB\xBF"), stl_header.size());
+  return inLowerCase(stl_header.substr(first, 5)) == "solid" && stl_header.find('\0') == std::string::npos;
 }
 
-/// Refuses binary STL files that assimp accepts silently or refuses with an unclear message.
+/// Reads an ASCII STL file in the form that assimp knows: without a byte order mark, and with keywords in lower case.
+/// All other files are "".
+std::string stlText(const std::string& path, std::size_t size) {
+  if (extensionOf(path) != ".stl" || !isText(bytesOf(path, 0, kStlFacets))) return "";
+  const std::string text = inLowerCase(bytesOf(path, 0, size));
+  return text.substr(text.find("solid"));
+}
+
+/// Requires the last line of an ASCII STL file: "endsolid NAME" or "end solid NAME".
+void checkEnd(const std::string& path, std::size_t size) {
+  constexpr std::size_t kLastLine = 4096;
+  std::string end = inLowerCase(bytesOf(path, size - std::min(size, kLastLine), kLastLine));
+  end.erase(std::remove_if(end.begin(), end.end(), [](char c) { return c == ' ' || c == '\t'; }), end.end());
+  // The first of several solids may be complete.
+  const std::size_t last = end.rfind("endsolid"), next_line = end.find('\n', last);
+  if (last == std::string::npos || end.find("facet", next_line) != std::string::npos)
+    throw std::invalid_argument("it is cut off: \"endsolid\" is missing");
+}
+
+/// Refuses STL files that assimp accepts silently or refuses with an unclear message.
 void checkStl(const std::string& path, std::size_t size) {
   const std::string header = bytesOf(path, 0, kStlFacets);
-  if (isText(header)) {
-    constexpr std::size_t kLastLine = 4096;
-    const std::string end = bytesOf(path, size - std::min(size, kLastLine), kLastLine);
-    if (end.find("endsolid") == std::string::npos)
-      throw std::invalid_argument("it is cut off: \"endsolid\" is missing");
-    return;
-  }
+  if (isText(header)) return checkEnd(path, size);
   if (header.size() < kStlFacets) throw std::invalid_argument("it is shorter than the header of a binary STL file");
   std::uint32_t declared = 0;  // little endian, like the machines on which this runs
   std::memcpy(&declared, header.data() + kStlCount, sizeof declared);
@@ -77,6 +94,10 @@ void checkStl(const std::string& path, std::size_t size) {
   if (declared > present) {
     throw std::invalid_argument("its header declares " + std::to_string(declared) + " triangles, but only " +
                                 std::to_string(present) + " are there");
+  }
+  if (const std::size_t end = kStlFacets + kStlFacet * declared; end < size) {
+    throw std::invalid_argument("its header declares " + std::to_string(declared) + " triangles, which end at byte " +
+                                std::to_string(end) + ", but it has " + std::to_string(size) + " bytes");
   }
 }
 
@@ -141,17 +162,29 @@ void checkMesh(const TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) try {
+MeshWithUnit readMesh(const std::string& path, const Vector3d& scale) try {
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
     throw std::invalid_argument("its scale must be finite and not zero");
   }
-  checkFormat(path, checkFile(path));
+  const std::size_t size = checkFile(path);
+  checkFormat(path, size);
   const system::ProcessLimits limits{kMaxReadingMemory, kMaxReadingProcessorTime, kMaxReadingTime, maxBytesOfMesh()};
-  TriangleMesh mesh = meshFromBytes(system::answerOfChild([&] { return toBytes(importMesh(path, scale)); }, limits));
-  checkMesh(mesh);
-  return mesh;
+  const auto bytes = [&] { return toBytes(importMesh(path, stlText(path, size), scale)); };
+  MeshWithUnit read = meshFromBytes(system::answerOfChild(bytes, limits));
+  checkMesh(read.mesh);
+  return read;
 } catch (const std::exception& error) {
   throw std::invalid_argument("mesh " + path + ": " + error.what());
+}
+
+TriangleMesh loadMesh(const std::string& path, const Vector3d& scale) { return readMesh(path, scale).mesh; }
+
+std::string unitRemark(double unit) {
+  if (unit == 1.0) return "";
+  std::ostringstream text;
+  text << "a Collada file with a unit of " << unit << " m, so its lengths are multiplied by " << unit
+       << ", as in RViz; MoveIt takes them as metres. All agree if it is exported in metres";
+  return text.str();
 }
 
 }  // namespace proximity_server::scene

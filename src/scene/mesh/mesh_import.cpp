@@ -3,12 +3,14 @@
 #include "scene/mesh/input_limits.h"
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <Eigen/Geometry>
 #include <assimp/Importer.hpp>
 
+#include <cstdint>
 #include <cstring>
 #include <stdexcept>
 
@@ -18,18 +20,21 @@ namespace {
 using Eigen::Affine3d;
 using Eigen::Vector3d;
 
-/// A file system that has only one file.
+/// A file system that has only one file, with a text in its place if that is not empty.
 class OneFile : public Assimp::DefaultIOSystem {
  public:
-  explicit OneFile(std::string path) : path_(std::move(path)) {}
+  OneFile(std::string path, const std::string& text) : path_(std::move(path)), text_(text) {}
   // assimp opens the file to test this.
   bool Exists(const char* path) const override { return path_ == path && DefaultIOSystem::Exists(path); }
   Assimp::IOStream* Open(const char* path, const char* mode) override {
-    return path_ == path ? DefaultIOSystem::Open(path, mode) : nullptr;
+    if (path_ != path) return nullptr;
+    if (text_.empty()) return DefaultIOSystem::Open(path, mode);
+    return new Assimp::MemoryIOStream(reinterpret_cast<const std::uint8_t*>(text_.data()), text_.size());
   }
 
  private:
   std::string path_;
+  const std::string& text_;
 };
 
 Affine3d toEigen(const aiMatrix4x4& m) {
@@ -70,49 +75,51 @@ void appendNode(const aiScene& scene, const aiNode& node, const Affine3d& parent
   for (unsigned i = 0; i < node.mNumChildren; ++i) appendNode(scene, *node.mChildren[i], placement, mesh);
 }
 
-struct Counts {
+struct Header {
   std::size_t vertices, triangles;
+  double unit;
 };
 constexpr std::size_t kVertex = 3 * sizeof(double), kTriangle = 3 * sizeof(int);  // in bytes
 
-std::size_t sizeOf(const Counts& counts) {
-  return sizeof counts + counts.vertices * kVertex + counts.triangles * kTriangle;
+std::size_t sizeOf(const Header& header) {
+  return sizeof header + header.vertices * kVertex + header.triangles * kTriangle;
 }
 
 }  // namespace
 
-TriangleMesh importMesh(const std::string& path, const Vector3d& scale) {
+MeshWithUnit importMesh(const std::string& path, const std::string& text, const Vector3d& scale) {
   Assimp::Importer importer;
-  importer.SetIOHandler(new OneFile(path));  // the importer deletes it
-  // Without this, the root node turns Z_UP and X_UP to Y_UP; it always has the unit.
+  importer.SetIOHandler(new OneFile(path, text));  // the importer deletes it
+  // Without this, the root node turns Z_UP and X_UP to Y_UP; it always has the unit, and nothing else.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   // Without this, a scene without geometry gets triangles that stand for its nodes.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
-  TriangleMesh mesh;
-  appendNode(*scene, *scene->mRootNode, Affine3d(Eigen::Scaling(scale)), mesh);
-  return mesh;
+  MeshWithUnit read{{}, scene->mRootNode->mTransformation.a1};
+  appendNode(*scene, *scene->mRootNode, Affine3d(Eigen::Scaling(scale)), read.mesh);
+  return read;
 }
 
-std::string toBytes(const TriangleMesh& mesh) {
-  const Counts counts{mesh.vertices.size(), mesh.triangles.size()};
-  std::string bytes(reinterpret_cast<const char*>(&counts), sizeof counts);
-  bytes.reserve(sizeOf(counts));
+std::string toBytes(const MeshWithUnit& read) {
+  const TriangleMesh& mesh = read.mesh;
+  const Header header{mesh.vertices.size(), mesh.triangles.size(), read.unit};
+  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
+  bytes.reserve(sizeOf(header));
   for (const Vector3d& vertex : mesh.vertices) bytes.append(reinterpret_cast<const char*>(vertex.data()), kVertex);
   for (const auto& triangle : mesh.triangles) bytes.append(reinterpret_cast<const char*>(triangle.data()), kTriangle);
   return bytes;
 }
 
-TriangleMesh meshFromBytes(const std::string& bytes) {
-  Counts counts{};
-  if (bytes.size() >= sizeof counts) std::memcpy(&counts, bytes.data(), sizeof counts);
+MeshWithUnit meshFromBytes(const std::string& bytes) {
+  Header header{};
+  if (bytes.size() >= sizeof header) std::memcpy(&header, bytes.data(), sizeof header);
   // The counts are checked first, so that no product of them overflows.
-  if (counts.triangles > kMaxTriangles || counts.vertices > 3 * kMaxTriangles || bytes.size() != sizeOf(counts)) {
+  if (header.triangles > kMaxTriangles || header.vertices > 3 * kMaxTriangles || bytes.size() != sizeOf(header)) {
     throw std::runtime_error("what was read of it is no mesh");
   }
-  TriangleMesh mesh{std::vector<Vector3d>(counts.vertices), std::vector<std::array<int, 3>>(counts.triangles)};
-  const char* next = bytes.data() + sizeof counts;
+  TriangleMesh mesh{std::vector<Vector3d>(header.vertices), std::vector<std::array<int, 3>>(header.triangles)};
+  const char* next = bytes.data() + sizeof header;
   for (Vector3d& vertex : mesh.vertices) {
     std::memcpy(vertex.data(), next, kVertex);
     next += kVertex;
@@ -121,14 +128,14 @@ TriangleMesh meshFromBytes(const std::string& bytes) {
     std::memcpy(triangle.data(), next, kTriangle);
     next += kTriangle;
     for (const int corner : triangle) {
-      if (corner < 0 || static_cast<std::size_t>(corner) >= counts.vertices) {
+      if (corner < 0 || static_cast<std::size_t>(corner) >= header.vertices) {
         throw std::runtime_error("a triangle has a corner that is no vertex");
       }
     }
   }
-  return mesh;
+  return {std::move(mesh), header.unit};
 }
 
-std::size_t maxBytesOfMesh() { return sizeOf({3 * kMaxTriangles, kMaxTriangles}); }
+std::size_t maxBytesOfMesh() { return sizeOf({3 * kMaxTriangles, kMaxTriangles, 1.0}); }
 
 }  // namespace proximity_server::scene

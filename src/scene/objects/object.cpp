@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "scene/mesh/input_limits.h"
+#include "scene/mesh/mesh_file.h"
 #include "scene/model/body_pose.h"
 #include "scene/model/pieces.h"
 #include "scene/objects/object_geometry.h"
@@ -87,7 +88,8 @@ class PartsReader {
 
   ConvexParts operator()(const MeshFile& file) const {
     if (!options_.resolve) throw std::invalid_argument("there is no resolver for mesh " + file.uri);
-    return ofMesh(loadMesh(options_.resolve(file.uri), file.scale), "mesh " + file.uri);
+    const MeshWithUnit read = readMesh(options_.resolve(file.uri), file.scale);
+    return ofMesh(read.mesh, "mesh " + file.uri, unitRemark(read.unit));
   }
 
   ConvexParts operator()(const HalfSpace& half_space) const {
@@ -116,13 +118,13 @@ class PartsReader {
                                       std::to_string(count));
   }
 
-  ConvexParts ofMesh(const TriangleMesh& mesh, const std::string& description) const {
+  ConvexParts ofMesh(const TriangleMesh& mesh, const std::string& description, const std::string& unit = "") const {
     MeshPieces pieces = convexPieces(mesh, options_.meshes);
     if (pieces.hulls.empty()) throw std::invalid_argument(description + " has no geometry");
     ConvexParts parts;
     parts.info = {description, pieces.representation, pieces.deviation, pieces.uncovered, pieces.volume_ratio};
     parts.warnings = pieces.warnings;
-    for (const std::string& text : {pieces.shortfall, pieces.openness})
+    for (const std::string& text : {unit, pieces.shortfall, pieces.openness})
       if (!text.empty()) parts.warnings.push_back(description + ": " + text);
     for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
       parts.parts.push_back({std::move(pieces.hulls[i]), Isometry3d::Identity(), 0, pieces.is_representative[i]});

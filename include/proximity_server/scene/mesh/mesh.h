@@ -9,8 +9,8 @@ namespace proximity_server::scene {
 /// Reads all triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj). Instances and node transforms are
 /// applied, then the scale.
 ///
-/// Lengths are read as metres, and axes are not turned, as ROS tools do (a Collada up axis is ignored; a Collada unit
-/// counts).
+/// Lengths are metres, and axes are not turned. Of a Collada file the unit counts, and the up axis is ignored, as in
+/// RViz; MoveIt ignores both.
 /// A mirrored scale (one or three negative factors) turns the triangles so that they still face outwards.
 /// A child process reads the file, so that a malformed file cannot harm this process.
 /// Limit:   at most 256 MiB, 200,000 triangles, and 1e6 m from the origin; 1 GiB of memory, 10 s of processor time and

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "proximity_server/scene/mesh/triangle_mesh.h"
+
+#include <string>
+
+namespace proximity_server::scene {
+
+/// A mesh as its file has it.
+struct MeshWithUnit {
+  TriangleMesh mesh;  ///< in metres
+  double unit = 1.0;  ///< [m] the unit of a Collada file, by which its lengths were multiplied
+};
+
+/// Reads a mesh as loadMesh() does, with its unit.
+MeshWithUnit readMesh(const std::string& path, const Eigen::Vector3d& scale);
+
+/// The sentence for a user about a unit that is not the metre, without a full stop; "" for the metre.
+std::string unitRemark(double unit);
+
+}  // namespace proximity_server::scene
