@@ -1,5 +1,6 @@
 #include "scene/loading/xml_text.h"
 
+#include "proximity_server/scene/loading/xml_declarations.h"
 #include "scene/mesh/input_limits.h"
 
 #include <algorithm>
@@ -28,8 +29,19 @@ void checkLengths(const XMLElement& element) {
 
 }  // namespace
 
-void parseXml(const std::string& text, tinyxml2::XMLDocument& document) {
-  if (text.size() > kMaxBytes) throw std::invalid_argument("it is larger than 256 MiB");
+std::string withoutLateDeclarations(std::string xml) {
+  for (std::size_t begin = xml.find("<?", 1); begin != std::string::npos; begin = xml.find("<?", begin)) {
+    const std::size_t end = xml.find("?>", begin);
+    if (end == std::string::npos) break;  // the parser says so
+    std::replace_if(
+        &xml[begin], &xml[end + 2], [](char c) { return c != '\n'; }, ' ');
+  }
+  return xml;
+}
+
+void parseXml(const std::string& given, tinyxml2::XMLDocument& document) {
+  if (given.size() > kMaxBytes) throw std::invalid_argument("it is larger than 256 MiB");
+  const std::string text = withoutLateDeclarations(given);
   const auto begins = [](char c) { return c == '<' || c == '='; };
   if (std::count_if(text.begin(), text.end(), begins) > kMaxElementsAndAttributes) {
     throw std::invalid_argument("it has more than a million elements and attributes");

@@ -1,6 +1,7 @@
 #include "tools/pair_audit/robot_setup.h"
 
 #include "proximity_server/scene/levels/always_near.h"
+#include "proximity_server/scene/loading/xml_declarations.h"
 #include "tools/robot/robot_files.h"
 #include "tools/text/csv.h"
 #include "tools/text/output_file.h"
@@ -117,7 +118,7 @@ bool makeMeshesAbsolute(tinyxml2::XMLElement& element, const fs::path& folder) {
 std::string urdfText(const std::string& path) {
   const std::string text = readTextFile(path);
   tinyxml2::XMLDocument document;
-  document.Parse(text.c_str(), text.size());
+  document.Parse(scene::withoutLateDeclarations(text).c_str());
   tinyxml2::XMLElement* root = document.RootElement();
   if (!root || !makeMeshesAbsolute(*root, fs::absolute(path).parent_path())) return text;
   tinyxml2::XMLPrinter printer;

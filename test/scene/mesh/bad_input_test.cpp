@@ -319,6 +319,15 @@ TEST_F(Robot, XmlBombsAreDefused) {
   expectSays(errorOfSrdf(robot(numbered("<group name='g#'/>", 2000))), "SRDF: it has 2000 groups");
 }
 
+// XML wants the declaration first. urdfdom reads it behind a comment, too, where a licence often pushes it.
+TEST_F(Robot, ADeclarationMayFollowAComment) {
+  const std::string head = "<!-- licence -->\n<?xml version='1.0'?>\n<?xml-model href='a'?>\n";
+  EXPECT_EQ(loadRobotModel(head + robot("<link name='a'/>"), packageResolver({})).links.at(0).name, "a");
+  EXPECT_EQ(errorOfSrdf(head + robot("<group name='g'/>"), "g"), "");
+  expectSays(errorOfUrdf(head + robot("<link/>")), "line 4");
+  expectSays(errorOfUrdf("<!-- licence --><?xml version='1.0'" + robot("<link name='a'/>")), "URDF");
+}
+
 TEST_F(Robot, GroupsOfGroupsAreAddedOnce) {
   std::string groups = "<group name='g40'/>";
   for (int i = 0; i < 40; ++i) {

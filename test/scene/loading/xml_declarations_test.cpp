@@ -1,0 +1,16 @@
+#include "proximity_server/scene/loading/xml_declarations.h"
+
+#include <gtest/gtest.h>
+
+namespace proximity_server::scene::xml_declarations_test {
+
+TEST(XmlDeclarations, OnlyTheFirstOfATextStays) {
+  EXPECT_EQ(withoutLateDeclarations(""), "");
+  EXPECT_EQ(withoutLateDeclarations("<?xml?><a/>"), "<?xml?><a/>");
+  EXPECT_EQ(withoutLateDeclarations("<!-- b -->\n<?xml?><a/>"), "<!-- b -->\n       <a/>");
+  EXPECT_EQ(withoutLateDeclarations("<?xml?><?b?><a/><?c?>"), "<?xml?>     <a/>     ");
+  EXPECT_EQ(withoutLateDeclarations("<a/><?b\nc?>d"), "<a/>   \n   d") << "lines stay";
+  EXPECT_EQ(withoutLateDeclarations("<a/><?b>"), "<a/><?b>") << "the parser refuses it";
+}
+
+}  // namespace proximity_server::scene::xml_declarations_test
