@@ -47,8 +47,8 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("allow_missing_meshes", &config.model.allow_missing_meshes, {}, "", kReload,
       "false: a mesh that cannot be read stops the node. true: the node only warns, and that geometry is NOT checked.");
   add("allow_broken_mimics", &config.model.allow_broken_mimics, {}, "", kReload,
-      "false: a mimic that makes no sense, as of a joint that does not exist, stops the node. true: the node only "
-      "warns, and the joint has a position of its own: that of tf, as all joints.");
+      "false: a mimic that makes no sense, as of a joint that does not exist or is fixed, stops the node. true: the "
+      "node only warns, and the joint has a position of its own: that of tf, as all joints.");
   add("mesh_tolerance", &config.model.mesh_tolerance, {0, 1}, "m", kReload,
       "How far the convex pieces of a mesh may lie from it. Smaller means more pieces, so slower loading and slower "
       "answers: a mesh is replaced by its hull if that is within the tolerance, else by the hulls of its parts, else "

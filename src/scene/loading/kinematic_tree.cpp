@@ -158,7 +158,8 @@ class MimicReader {
     }
     const int leader = findNamed(model_.joints, mimic->joint_name);
     if (leader < 0 || !hasOnePosition(model_.joints[leader]) || !hasOnePosition(joint)) {
-      return warn(joint, "mimics joint " + quoted(mimic->joint_name) + ": not both of them have a position");
+      return refuse(joint, "mimics joint " + quoted(mimic->joint_name) +
+                               ", but one of the two is fixed, planar or floating, and so has no position");
     }
     joint.mimic = Joint::Mimic{leader, mimic->multiplier, mimic->offset};
   }

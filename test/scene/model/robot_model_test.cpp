@@ -463,12 +463,29 @@ TEST(RobotModel, ACircleOfMimicsWithGeometryThrowsAlsoIfPartOfItMovesNone) {
   expectSays(errorOfLoading(circle), "joint \"jc\" mimics itself in a circle");
 }
 
-TEST(RobotModel, MimicOfAFixedJointIsAWarning) {
-  const RobotModel model =
-      load(link("a", kUnitBox) + link("b", kUnitBox) + link("c", kUnitBox) + joint("weld", "fixed", "a", "b") +
-           joint("j", "continuous", "a", "c", "<mimic joint='weld'/>"));
-  EXPECT_FALSE(model.joints.at(0).mimic);
-  expectWarns(model, "\"weld\"");
+// The same rule as for a joint that does not exist: neither has a position that could be followed.
+TEST(RobotModel, MimicOfAJointWithoutOnePositionThrowsUnlessAllowed) {
+  const auto robot = [](const std::string& leader, const std::string& follower) {
+    return link("a", kUnitBox) + link("b", kUnitBox) + link("c", kUnitBox) + joint("lead", leader, "a", "b") +
+           joint("follow", follower, "a", "c", "<mimic joint='lead'/>");
+  };
+  const std::string fault =
+      "joint \"follow\" mimics joint \"lead\", but one of the two is fixed, planar or floating, and so has no position";
+  ModelOptions allowed;
+  allowed.allow_broken_mimics = true;
+  const std::pair<const char*, const char*> cases[] = {{"fixed", "continuous"},
+                                                       {"planar", "continuous"},
+                                                       {"floating", "continuous"},
+                                                       {"continuous", "planar"},
+                                                       {"continuous", "floating"}};
+  for (const auto& [leader, follower] : cases) {
+    EXPECT_EQ(errorOfLoading(robot(leader, follower)),
+              "URDF: " + fault + "; with allow_broken_mimics it is a joint of its own");
+    const RobotModel model = load(robot(leader, follower), allowed);
+    EXPECT_FALSE(model.joints.at(findNamed(model.joints, "follow")).mimic);
+    expectWarns(model, fault + "; taken as a joint of its own.");
+  }
+  EXPECT_TRUE(load(robot("continuous", "fixed")).warnings.empty()) << "a fixed joint needs no leader";
 }
 
 // --- broken URDFs

@@ -21,8 +21,8 @@ struct ModelOptions {
   /// True: a mesh that cannot be read becomes a warning and has no geometry. False: it is an error.
   bool allow_missing_meshes = false;
 
-  /// True: an invalid mimic (of a joint that does not exist, of the joint itself, or with a number beyond 1e6) becomes
-  /// a warning, and the joint has a position of its own. False: it is an error.
+  /// True: an invalid mimic (of a joint that does not exist or has not one position, of itself, or with a number beyond
+  /// 1e6) becomes a warning, and the joint has a position of its own. False: it is an error.
   bool allow_broken_mimics = false;
 
   /// [m] The value of a link: its own, or the default.
