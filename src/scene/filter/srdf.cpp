@@ -1,5 +1,6 @@
 #include "scene/filter/srdf.h"
 
+#include "proximity_server/scene/filter/srdf_reason.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/xml_text.h"
 #include "scene/mesh/input_limits.h"
@@ -154,6 +155,8 @@ Srdf readSrdf(const std::string& srdf_xml) {
   refuseUrdf(*robot, srdf);
   return srdf;
 }
+
+bool isDecision(const std::string& srdf_reason) { return srdf_reason.compare(0, 6, "User: ") == 0; }
 
 void renameAll(Srdf& srdf, const std::function<std::string(const std::string&)>& rename) {
   const auto each = [&](std::vector<std::string>& names) {

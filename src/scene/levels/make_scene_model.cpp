@@ -1,5 +1,6 @@
 #include "proximity_server/scene/levels/make_scene_model.h"
 
+#include "proximity_server/scene/filter/srdf_reason.h"
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -86,7 +87,8 @@ std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const Pair
   std::vector<Seen> seen;
   for (std::size_t i = 0; i < model.pairs.pairs.size(); ++i) {
     const LinkPair& pair = model.pairs.pairs[i];
-    if (pair.reason == PairReason::SrdfDisabled && !model.robot.areNeighbours(pair.link_a, pair.link_b))
+    if (pair.reason == PairReason::SrdfDisabled && !isDecision(pair.detail) &&
+        !model.robot.areNeighbours(pair.link_a, pair.link_b))
       seen.push_back({static_cast<int>(i), {{pair.link_a}, {pair.link_b}}});
   }
   if (seen.empty()) return {};
@@ -131,8 +133,8 @@ void warnOfNearPairs(SceneModel& model, const LevelThresholds& thresholds) {
   }
   addPairsWarning(
       "Not checked, as the SRDF disables them, although they come within their stop distance in random states; to "
-      "check one, take out its disable_collisions, and give it a pair_stop_distance if it is near by design; to "
-      "silence this warning, add it to exclude_pairs",
+      "check one, take out its disable_collisions, and give it a pair_stop_distance if it is near by design; to leave "
+      "it so, say why in its entry: reason=\"User: ...\"",
       names, model.pairs);
 }
 

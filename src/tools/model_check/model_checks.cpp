@@ -1,6 +1,7 @@
 #include "tools/model_check/model_checks.h"
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "proximity_server/scene/loading/xml_declarations.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/objects/object.h"
@@ -166,7 +167,8 @@ void findNeighbour(const scene::SceneModel& model, const PairEvidence& evidence,
 
 std::vector<Finding> findXacro(const std::string& file, const std::string& urdf_xml) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(urdf_xml.c_str(), urdf_xml.size()) != tinyxml2::XML_SUCCESS || !document.RootElement())
+  if (document.Parse(scene::withoutLateDeclarations(urdf_xml).c_str()) != tinyxml2::XML_SUCCESS ||
+      !document.RootElement())
     return {};  // loading names the fault
   std::vector<Finding> findings;
   addXacroOf(*document.RootElement(), file, findings);
@@ -252,7 +254,7 @@ std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>&
 
 std::string visualAsCollision(const std::string& urdf_xml) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(urdf_xml.c_str(), urdf_xml.size()) != tinyxml2::XML_SUCCESS)
+  if (document.Parse(scene::withoutLateDeclarations(urdf_xml).c_str()) != tinyxml2::XML_SUCCESS)
     throw std::invalid_argument(std::string("URDF: ") + document.ErrorStr());
   tinyxml2::XMLElement* robot = document.FirstChildElement("robot");
   if (!robot) throw std::invalid_argument("URDF: no <robot> element");
@@ -280,8 +282,13 @@ std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& 
                "disabled" + (reason.empty() ? "" : " as \"" + reason + "\"") + ", but " + contactOf(model, evidence),
                touch      ? "They do no more than touch."
                : in_doubt ? "The pieces that stand for meshes may overlap where the meshes do not."
-                          : "Nobody would report it: take the entry out."));
+                          : "Nobody would report it: take the entry out, or say why in it: reason=\"User: ...\"."));
   }
+  for (const int i : faults.disabled_by_decision)
+    findings.push_back(ofPair(Severity::Note, "srdf", model, study.pairs[i],
+                              "disabled by decision, as \"" + entryOf(model, study.pairs[i]).detail + "\", although " +
+                                  contactOf(model, study.pairs[i]),
+                              ""));
   for (const int i : faults.checked_but_always)
     findings.push_back(ofPair(Severity::Error, "srdf", model, study.pairs[i],
                               "checked, but in contact in every state that was tried: an alarm that never ends.",

@@ -1,5 +1,6 @@
 #include "tools/pair_audit/audit_report.h"
 
+#include "proximity_server/scene/filter/srdf_reason.h"
 #include "tools/robot/robot_text.h"
 
 #include <algorithm>
@@ -121,11 +122,12 @@ class Report {
   }
 
   void addSrdfFaults() {
-    text_ << "\nWhat the SRDF gets wrong:\n";
     const SrdfFaults faults = findSrdfFaults(model_, study_);
-    addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, [&](const PairEvidence& evidence) {
-              return reasonText(evidence) + contactText(evidence);
-            }));
+    const auto contactOf = [&](const PairEvidence& evidence) { return reasonText(evidence) + contactText(evidence); };
+    if (!faults.disabled_by_decision.empty())
+      addList("disabled by decision, although they can collide", linesOf(faults.disabled_by_decision, contactOf));
+    text_ << "\nWhat the SRDF gets wrong:\n";
+    addList("disabled, but they can collide", linesOf(faults.disabled_but_touch, contactOf));
     if (study_.near > kContactDistance) {
       addList("disabled, but they come " + nearText(study_.near),
               linesOf(faults.disabled_but_near, [&](const PairEvidence& evidence) {
@@ -222,12 +224,12 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
   SrdfFaults faults;
   for (int i = 0; i < static_cast<int>(study.pairs.size()); ++i) {
     const PairEvidence& evidence = study.pairs[i];
-    const scene::PairReason reason =
-        model.pairs.pairs[model.pairs.find(evidence.pair.a.link(), evidence.pair.b.link())].reason;
+    const scene::LinkPair& pair = model.pairs.pairs[model.pairs.find(evidence.pair.a.link(), evidence.pair.b.link())];
+    const scene::PairReason reason = pair.reason;
     if (reason == scene::PairReason::SrdfDisabled && !evidence.are_neighbours) {  // neighbours have a list of their own
       if (evidence.canCollide()) {
-        faults.disabled_but_touch.push_back(i);
-      } else if (evidence.within && !evidence.alwaysInContact()) {
+        (scene::isDecision(pair.detail) ? faults.disabled_by_decision : faults.disabled_but_touch).push_back(i);
+      } else if (!scene::isDecision(pair.detail) && evidence.within && !evidence.alwaysInContact()) {
         faults.disabled_but_near.push_back(i);
       }
     }

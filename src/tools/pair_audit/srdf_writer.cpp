@@ -1,5 +1,8 @@
 #include "tools/pair_audit/srdf_writer.h"
 
+#include "proximity_server/scene/filter/srdf_reason.h"
+#include "proximity_server/scene/loading/xml_declarations.h"
+
 #include <tinyxml2.h>
 
 #include <algorithm>
@@ -24,13 +27,18 @@ const char* reasonOf(const PairEvidence& evidence) {
   return evidence.nearClass() == NearClass::Never ? "Never" : nullptr;
 }
 
+bool isDecision(const XMLElement& entry) {
+  const char* reason = entry.Attribute("reason");
+  return entry.Name() == std::string(kDisable) && reason && scene::isDecision(reason);
+}
+
 XMLElement& parse(const std::string& srdf_xml, const std::string& robot, tinyxml2::XMLDocument& document) {
   if (srdf_xml.empty()) {
     document.InsertEndChild(document.NewDeclaration());
     XMLElement* root = document.NewElement("robot");
     root->SetAttribute("name", robot.c_str());
     document.InsertEndChild(root);
-  } else if (document.Parse(srdf_xml.c_str(), srdf_xml.size()) != tinyxml2::XML_SUCCESS) {
+  } else if (document.Parse(scene::withoutLateDeclarations(srdf_xml).c_str()) != tinyxml2::XML_SUCCESS) {
     throw std::invalid_argument(std::string("SRDF: ") + document.ErrorStr());
   }
   XMLElement* root = document.FirstChildElement("robot");
@@ -38,24 +46,25 @@ XMLElement& parse(const std::string& srdf_xml, const std::string& robot, tinyxml
   return *root;
 }
 
-std::set<Names> enabledPairs(const XMLElement& root) {
+/// The pairs of an enable_collisions, and those that a person has disabled: the study decides about neither.
+std::set<Names> decidedPairs(const XMLElement& root) {
   std::set<Names> pairs;
-  const char* const name = "enable_collisions";
-  for (auto* entry = root.FirstChildElement(name); entry; entry = entry->NextSiblingElement(name)) {
+  for (auto* entry = root.FirstChildElement(); entry; entry = entry->NextSiblingElement()) {
     const char *a = entry->Attribute("link1"), *b = entry->Attribute("link2");
-    if (a && b) pairs.insert(ordered(a, b));
+    if (a && b && (entry->Name() == std::string("enable_collisions") || isDecision(*entry)))
+      pairs.insert(ordered(a, b));
   }
   return pairs;
 }
 
-/// Removes all disable_collisions. Returns the node before the first of them, or the last child if there was none.
+/// Removes all other disable_collisions. Returns the node before the first of them, or the last child if there was none.
 tinyxml2::XMLNode* removeDisabled(XMLElement& root) {
   XMLElement* entry = root.FirstChildElement(kDisable);
   if (!entry) return root.LastChild();
   tinyxml2::XMLNode* before = entry->PreviousSibling();
   while (entry) {
     XMLElement* next = entry->NextSiblingElement(kDisable);
-    root.DeleteChild(entry);
+    if (!isDecision(*entry)) root.DeleteChild(entry);
     entry = next;
   }
   return before;
@@ -66,12 +75,12 @@ tinyxml2::XMLNode* removeDisabled(XMLElement& root) {
 std::string writeSrdf(const std::string& srdf_xml, const scene::RobotModel& robot, const PairStudy& study) {
   tinyxml2::XMLDocument document;
   XMLElement& root = parse(srdf_xml, robot.name, document);
-  const std::set<Names> enabled = enabledPairs(root);
+  const std::set<Names> decided = decidedPairs(root);
   tinyxml2::XMLNode* before = removeDisabled(root);
   for (const PairEvidence& evidence : study.pairs) {
     const char* reason = reasonOf(evidence);
     const std::string &a = nameOf(evidence.pair.a, robot), &b = nameOf(evidence.pair.b, robot);
-    if (!reason || enabled.count(ordered(a, b))) continue;
+    if (!reason || decided.count(ordered(a, b))) continue;
     XMLElement* entry = document.NewElement(kDisable);
     entry->SetAttribute("link1", a.c_str());
     entry->SetAttribute("link2", b.c_str());

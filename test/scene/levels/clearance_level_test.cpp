@@ -254,6 +254,14 @@ TEST(DisabledPairs, AreNamedIfTheyComeWithinTheirStopDistanceAndAreNotAlwaysInCo
   EXPECT_EQ(disabled[0].pair, model.pairs.find(model.robot.findLink("base"), model.robot.findLink("near")));
   EXPECT_NEAR(disabled[0].smallest, 0.015, 1e-9);
   EXPECT_TRUE(disabledPairsBelow(model, {0.01, 0.02}).empty());
+  const auto disabledAs = [](const std::string& reason) {
+    const std::string entry = "<disable_collisions link1='base' link2='near' reason='" + reason + "'/>";
+    return disabledPairsBelow(makeSceneModel(robotOf(carousel()), "<robot name='carousel'>" + entry + "</robot>"),
+                              {0.02, 0.02})
+        .size();
+  };
+  EXPECT_EQ(disabledAs("User"), 1u) << "without a reason";
+  EXPECT_EQ(disabledAs("User: a cover of 5 mm"), 0u);
   const std::size_t warnings = model.pairs.warnings.size();
   warnOfNearPairs(model, {});
   ASSERT_EQ(model.pairs.warnings.size(), warnings + 1);

@@ -177,6 +177,32 @@ TEST_F(ModelCheck, NamesEntriesThatHideACollision) {
   EXPECT_EQ(run(Parts(), "--fail-on error", never).exit_code, 0);
 }
 
+TEST_F(ModelCheck, AnEntryThatSaysWhyIsANote) {
+  Parts parts;
+  parts.second = joint("second", "prismatic", "b", "c", "-0.6", kLimit);
+  const std::string decided = disabled("a", "c", "User: c hangs in a pocket of a");
+  expectFinding(parts,
+                "note: srdf: a - c: disabled by decision, as \"User: c hangs in a pocket of a\", although they overlap "
+                "by ",
+                decided);
+  EXPECT_EQ(run(parts, "", decided).exit_code, 0);
+  EXPECT_EQ(run(parts, "", disabled("a", "c", "User")).exit_code, 2);
+}
+
+// What a newcomer tries first.
+TEST_F(ModelCheck, TheRobotOfTheDemoHasNoErrorAndNoWarning) {
+  const std::string demo = PROXIMITY_SOURCE_DIR "/config/demo/robot";
+  const CommandResult result = runCommandApart("ROS_PACKAGE_PATH=" PROXIMITY_SOURCE_DIR " " MODEL_CHECK " " + demo +
+                                               ".urdf --srdf " + demo + ".srdf --fail-on warning --quiet");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  EXPECT_TRUE(says(result.output, "errors: 0, warnings: 0, notes: 20\n")) << result.output;
+}
+
+TEST_F(ModelCheck, ReadsADeclarationBehindAComment) {
+  const CommandResult result = run("<!-- licence -->\n<?xml version=\"1.0\"?>\n" + Parts().urdf(), "");
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+}
+
 TEST_F(ModelCheck, NamesPairsThatAlwaysAlarm) {
   Parts parts;
   parts.c = "<collision><geometry><box size=\"4 0.1 0.1\"/></geometry></collision>";

@@ -165,6 +165,20 @@ TEST_F(CrossingSliders, FaultsOfAnSrdfAreFound) {
   EXPECT_EQ(namesOf(faults.checked_but_never, *model, study_), (Pairs{{"rod", "far"}, {"tip", "far"}}));
 }
 
+TEST_F(CrossingSliders, APairThatTheSrdfSaysWhyItDisablesIsNoFault) {
+  std::string srdf = kFaultySrdf;
+  srdf.replace(srdf.find("\"User\""), 6, "\"User: a bumper\"");
+  const auto model = modelOf(kCrossingSliders, srdf);
+  const SrdfFaults faults = findSrdfFaults(*model, study_);
+  EXPECT_EQ(namesOf(faults.disabled_by_decision, *model, study_), (Pairs{{"base", "tip"}}));
+  EXPECT_EQ(namesOf(faults.disabled_but_touch, *model, study_), Pairs{});
+  const std::string report = auditReport(*model, study_, SrdfGiven::Yes);
+  EXPECT_NE(report.find("disabled by decision, although they can collide (1)\n  base - tip: said to be \"User: a "
+                        "bumper\", in contact, "),
+            std::string::npos)
+      << report;
+}
+
 StudyOptions within(double distance) {
   StudyOptions options;
   options.distance = distance;

@@ -70,6 +70,19 @@ TEST_F(SrdfWriter, DoesNotDisableWhatIsEnabledByName) {
   EXPECT_EQ(pair(srdf, "base", "far").reason, PairReason::Checked);
 }
 
+// The tip and the base come into contact, base and far never.
+TEST_F(SrdfWriter, KeepsWhatAPersonHasDecided) {
+  const std::string decided = "User: a bumper";
+  const std::string entries = "<disable_collisions link1='tip' link2='base' reason='" + decided +
+                              "'/><disable_collisions link1='far' link2='base' reason='" + decided + "'/>";
+  const std::string srdf = written("<!-- licence --><?xml version='1.0'?><robot name='crossing sliders'>" + entries +
+                                   "<disable_collisions link1='rod' link2='tip' reason='User'/></robot>");
+  EXPECT_EQ(pair(srdf, "base", "tip").detail, decided);
+  EXPECT_EQ(pair(srdf, "base", "far").detail, decided);
+  EXPECT_EQ(pair(srdf, "rod", "tip").detail, "Never");
+  EXPECT_TRUE(filterPairs(model_->robot, srdf).warnings.empty()) << srdf;
+}
+
 TEST_F(SrdfWriter, RefusesWhatIsNoSrdf) {
   EXPECT_TRUE(says(errorOf([&] { written("<robot"); }), "SRDF: "));
   EXPECT_EQ(errorOf([&] { written("<group/>"); }), "SRDF: no <robot> element");

@@ -25,8 +25,8 @@ struct DisabledPair {
 };
 
 /// The pairs that the SRDF disables, but that were seen at or below their stop distance: nothing warns when they come
-/// near. MoveIt's assistant looks for contact only, and so disables pairs that come that near. Neighbours are left out,
-/// and so are pairs that were in contact in each state: these are disabled on purpose.
+/// near. MoveIt's assistant looks for contact only, and so disables pairs that come that near. Those disabled on purpose
+/// are left out: neighbours, pairs that were in contact in each state, and those with a reason, see isDecision().
 ///
 /// Looks at random states, which are the same each time: 1000 states, or fewer if there are very many such pairs.
 std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const PairDistances& stop);
