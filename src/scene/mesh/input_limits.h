@@ -16,7 +16,7 @@ constexpr double kFarthest = 1e6;
 constexpr std::size_t kMaxTriangles = 200000;
 /// An ASCII STL file with that many triangles has 50 MB; Collada with normals and textures has a few times that.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
-// The limits on the process that reads one file. A file of 200,000 triangles takes less than a tenth of each.
+// The limits on the process that reads one file. A file of 200,000 triangles takes less than a fifth of each.
 constexpr std::size_t kMaxReadingMemory = std::size_t{1} << 30;  ///< [byte]
 constexpr std::chrono::seconds kMaxReadingProcessorTime{10};
 constexpr std::chrono::seconds kMaxReadingTime{60};

@@ -68,8 +68,8 @@ bool isText(const std::string& stl_header) {
 /// All other files are "".
 std::string stlText(const std::string& path, std::size_t size) {
   if (extensionOf(path) != ".stl" || !isText(bytesOf(path, 0, kStlFacets))) return "";
-  const std::string text = inLowerCase(bytesOf(path, 0, size));
-  return text.substr(text.find("solid"));
+  std::string text = inLowerCase(bytesOf(path, 0, size));
+  return text.erase(0, text.find("solid"));
 }
 
 /// Requires the last line of an ASCII STL file: "endsolid NAME" or "end solid NAME".
