@@ -1,5 +1,7 @@
 #include "system/whole_file.h"
 
+#include "system/number_text.h"
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -8,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
@@ -18,7 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBuffer = std::size_t{1} << 20;  ///< [byte] so large that system calls cost hardly anything
+constexpr std::size_t kPipeBuffer = 8192;              ///< [byte] so small that a reader need not wait for long
 constexpr const char *kPrefix = ".", *kSuffix = ".tmp";
+constexpr int kMostLinks = 40;  ///< one after the other, as for Linux
 
 bool writeAll(int file, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -30,9 +35,51 @@ bool writeAll(int file, std::string_view bytes) {
   return true;
 }
 
-fs::path folderOf(const std::string& path) {
-  const fs::path folder = fs::path(path).parent_path();
+fs::path folderOf(const fs::path& path) {
+  const fs::path folder = path.parent_path();
   return folder.empty() ? "." : folder;
+}
+
+/// The number of the descriptor of this process that a path names, as /proc/self/fd/1; nullopt of any other path.
+std::optional<int> descriptorOf(const fs::path& path) {
+  std::error_code none;
+  const fs::path folder = fs::canonical(folderOf(path), none), own = fs::canonical("/proc/self/fd", none);
+  if (none || folder != own) return std::nullopt;
+  return numberIn<int>(path.filename().native());
+}
+
+/// The file that a path leads to through links, which need not exist; or the link that names a descriptor. Where links
+/// lead in a circle, one of them, which the system refuses to open.
+fs::path targetOf(fs::path path) {
+  for (int links = 0; links < kMostLinks && !descriptorOf(path); ++links) {
+    std::error_code is_no_link;
+    const fs::path next = fs::read_symlink(path, is_no_link);
+    if (is_no_link) break;
+    path = folderOf(path) / next;  // an absolute one replaces the folder
+  }
+  return path;
+}
+
+/// Whether two paths lead to one regular file, or to the place of one that does not exist.
+bool areSameFile(const std::string& a, const std::string& b) {
+  std::error_code error;
+  const fs::file_status of_a = fs::status(a, error), of_b = fs::status(b, error);
+  if (fs::is_regular_file(of_a) && fs::is_regular_file(of_b)) return fs::equivalent(a, b, error);
+  const auto isMissing = [](const fs::file_status& status) { return status.type() == fs::file_type::not_found; };
+  if (!isMissing(of_a) || !isMissing(of_b)) return false;
+  const fs::path target_a = targetOf(a), target_b = targetOf(b);
+  return target_a.filename() == target_b.filename() && fs::equivalent(folderOf(target_a), folderOf(target_b), error);
+}
+
+/// Gives a new file the owner and the permissions of the file that it will replace, as far as this process may and the
+/// file system has them.
+void adopt(int file, const struct stat& replaced) {
+  const bool has_owner = ::fchown(file, replaced.st_uid, replaced.st_gid) == 0;
+  ::fchmod(file, replaced.st_mode & (has_owner ? 07777U : 0777U));
+}
+
+std::string conflict(const std::string& output, const std::string& input) {
+  return output + ": is the same file as " + input + ", which is read and would be lost";
 }
 
 /// Creates a temporary file with a new name that begins with `begin`, and locks it, so that others see that its process
@@ -76,17 +123,48 @@ std::string processName() {
 
 }  // namespace
 
+void FileRoles::addInput(const std::string& role, const std::string& path) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  inputs_.push_back({role, path});
+  for (const File& output : outputs_)
+    if (areSameFile(output.path, path)) throw FileConflict(conflict(output.text(), inputs_.back().text()));
+}
+
+void FileRoles::addOutput(const std::string& role, const std::string& path) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const File added{role, path};
+  for (const File& input : inputs_)
+    if (areSameFile(input.path, path)) throw FileConflict(conflict(added.text(), input.text()));
+  const bool is_stream = descriptorOf(targetOf(path)).has_value();  // where several may write one after the other
+  for (const File& output : outputs_)
+    if (!is_stream && areSameFile(output.path, path))
+      throw FileConflict(added.text() + ": is the same file as " + output.text() + ", and both would be written");
+  outputs_.push_back(added);
+}
+
+void FileRoles::requireNoInput(const std::string& path) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const File& input : inputs_)
+    if (areSameFile(input.path, path)) throw FileConflict(conflict(path, input.text()));
+}
+
 WholeFile::WholeFile(const std::string& path) : path_(path) {
-  std::error_code ignored;
-  const fs::file_status status = fs::status(path, ignored);
-  if (fs::is_directory(status)) fail("is a folder, not a file");
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
+  FileRoles::ofProcess().requireNoInput(path);
+  target_ = targetOf(path);
+  struct stat status {};
+  const bool exists = ::stat(path.c_str(), &status) == 0;
+  if (!exists && errno != ENOENT) fail("cannot be written" + because(errno));
+  if (exists && S_ISDIR(status.st_mode)) fail("is a folder, not a file");
+  if (const std::optional<int> descriptor = descriptorOf(target_)) {
+    file_ = ::fcntl(*descriptor, F_DUPFD_CLOEXEC, 0);
+  } else if (exists && !S_ISREG(status.st_mode)) {
     file_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  } else {
-    const std::string name = fs::path(path).filename();
-    file_ = openLocked(folderOf(path) / (kPrefix + name + "." + processName()), temporary_);
+  } else if (!exists || ::access(path.c_str(), W_OK) == 0) {
+    const std::string name = fs::path(target_).filename();
+    file_ = openLocked(folderOf(target_) / (kPrefix + name + "." + processName()), temporary_);
   }
   if (file_ < 0) fail("cannot be written" + because(errno));
+  if (exists && !temporary_.empty()) adopt(file_, status);
   buffer_.reserve(kBuffer);
 }
 
@@ -96,7 +174,7 @@ WholeFile::~WholeFile() {
 }
 
 void WholeFile::append(std::string_view bytes) {
-  if (buffer_.size() + bytes.size() > kBuffer) flush();
+  if (buffer_.size() + bytes.size() > (temporary_.empty() ? kPipeBuffer : kBuffer)) flush();
   size_ += bytes.size();
   if (bytes.size() > kBuffer) {
     if (!writeAll(file_, bytes)) fail("writing failed" + because(errno));
@@ -120,9 +198,9 @@ void WholeFile::complete() {
   flush();
   if (temporary_.empty()) return;
   if (::fsync(file_) != 0) fail("writing failed" + because(errno));
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot be given its name" + because(errno));
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail("cannot be given its name" + because(errno));
   temporary_.clear();
-  syncFolder(folderOf(path_));
+  syncFolder(folderOf(target_));
 }
 
 void WholeFile::fail(const std::string& what) const { throw std::invalid_argument(path_ + ": " + what); }
@@ -133,8 +211,17 @@ void replaceFile(const std::string& path, std::string_view text) {
   file.complete();
 }
 
+void requireWritable(const std::string& path) {
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status)) return;
+  removeLeftOvers(path);
+  const WholeFile tried(path);
+}
+
 void removeLeftOvers(const std::string& path) {
-  removeLeftOvers(folderOf(path), fs::path(path).filename().string() + ".");
+  const fs::path target = targetOf(path);
+  removeLeftOvers(folderOf(target), target.filename().string() + ".");
 }
 
 void removeLeftOvers(const std::string& folder, const std::string& begin) {

@@ -4,6 +4,7 @@
 #include "scene/files.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -76,6 +77,127 @@ TEST(WholeFile, NamesWhatCannotBeWritten) {
   EXPECT_EQ(errorOf([&] { WholeFile file(files.path("no/such")); }),
             files.path("no/such") + ": cannot be written (No such file or directory)");
   EXPECT_EQ(errorOf([&] { WholeFile file(files.path(".")); }), files.path(".") + ": is a folder, not a file");
+}
+
+namespace fs = std::filesystem;
+
+TEST(WholeFile, ReplacesWhatALinkLeadsToAndKeepsItsPermissions) {
+  const TemporaryFiles files;
+  fs::create_directory(files.path("folder"));
+  files.write("folder/a", "old");
+  ASSERT_EQ(chmod(files.path("folder/a").c_str(), 0600), 0);
+  fs::create_symlink("folder/a", files.path("second"));
+  fs::create_symlink("second", files.path("first"));
+  replaceFile(files.path("first"), "new");
+  EXPECT_TRUE(fs::is_symlink(files.path("first")));
+  EXPECT_TRUE(fs::is_symlink(files.path("second")));
+  EXPECT_EQ(readTextFile(files.path("folder/a")), "new");
+  EXPECT_EQ(fs::status(files.path("folder/a")).permissions(), fs::perms{0600});
+}
+
+TEST(WholeFile, MakesTheFileThatALinkLeadsTo) {
+  const TemporaryFiles files;
+  fs::create_symlink("a", files.path("link"));
+  replaceFile(files.path("link"), "new");
+  EXPECT_TRUE(fs::is_symlink(files.path("link")));
+  EXPECT_EQ(readTextFile(files.path("a")), "new");
+}
+
+TEST(WholeFile, RefusesLinksInACircle) {
+  const TemporaryFiles files;
+  fs::create_symlink("b", files.path("a"));
+  fs::create_symlink("a", files.path("b"));
+  EXPECT_EQ(errorOf([&] { WholeFile file(files.path("a")); }),
+            files.path("a") + ": cannot be written (Too many levels of symbolic links)");
+}
+
+TEST(WholeFile, LeavesAFileThatMayNotBeWritten) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  const TemporaryFiles files;
+  files.write("a", "old");
+  ASSERT_EQ(chmod(files.path("a").c_str(), 0400), 0);
+  EXPECT_EQ(errorOf([&] { replaceFile(files.path("a"), "new"); }),
+            files.path("a") + ": cannot be written (Permission denied)");
+  EXPECT_EQ(readTextFile(files.path("a")), "old");
+}
+
+// A file behind a descriptor has other bytes before, and perhaps others who write.
+TEST(WholeFile, AppendsToADescriptor) {
+  const TemporaryFiles files;
+  std::FILE* const log = std::fopen(files.path("log").c_str(), "w");
+  ASSERT_TRUE(log);
+  std::fputs("before ", log);
+  std::fflush(log);
+  replaceFile("/dev/fd/" + std::to_string(fileno(log)), "new");
+  std::fclose(log);
+  EXPECT_EQ(readTextFile(files.path("log")), "before new");
+  EXPECT_EQ(filesIn(files), 1U);
+  EXPECT_EQ(errorOf([] { WholeFile file("/dev/fd/999"); }), "/dev/fd/999: cannot be written (Bad file descriptor)");
+}
+
+TEST(WholeFile, RequireWritableLeavesEverythingAsItIs) {
+  const TemporaryFiles files;
+  requireWritable(files.write("a", "old"));
+  requireWritable(files.path("b"));
+  EXPECT_EQ(readTextFile(files.path("a")), "old");
+  EXPECT_EQ(filesIn(files), 1U);
+  EXPECT_EQ(errorOf([&] { requireWritable(files.path("no/such")); }),
+            files.path("no/such") + ": cannot be written (No such file or directory)");
+  ASSERT_EQ(mkfifo(files.path("pipe").c_str(), 0600), 0);
+  requireWritable(files.path("pipe"));  // opening it would wait for a reader
+}
+
+// --- inputs and outputs
+
+template <typename Call>
+std::string conflictOf(const Call& call) {
+  try {
+    call();
+  } catch (const FileConflict& conflict) {
+    return conflict.what();
+  }
+  return "";
+}
+
+TEST(FileRoles, RefuseWhatIsReadAndWrittenInEitherOrder) {
+  const TemporaryFiles files;
+  const std::string a = files.write("a", "bytes");
+  fs::create_hard_link(a, files.path("b"));
+  const std::string text =
+      "--out " + files.path("b") + ": is the same file as the mesh " + a + ", which is read and would be lost";
+  FileRoles roles, reverse;
+  roles.addInput("the mesh", a);
+  EXPECT_EQ(conflictOf([&] { roles.addOutput("--out", files.path("b")); }), text);
+  reverse.addOutput("--out", files.path("b"));
+  EXPECT_EQ(conflictOf([&] { reverse.addInput("the mesh", a); }), text);
+}
+
+TEST(FileRoles, RefuseTwoOutputsAlsoOfAFileThatDoesNotExist) {
+  const TemporaryFiles files;
+  FileRoles roles;
+  fs::create_symlink("new", files.path("link"));
+  roles.addOutput("--out", files.path("new"));
+  EXPECT_EQ(conflictOf([&] { roles.addOutput("--summary", files.path("link")); }),
+            "--summary " + files.path("link") + ": is the same file as --out " + files.path("new") +
+                ", and both would be written");
+  EXPECT_EQ(conflictOf([&] { roles.addOutput("--summary", files.path("other")); }), "");
+}
+
+TEST(FileRoles, AllowDevicesToBeBoth) {
+  FileRoles roles;
+  roles.addInput("--states", "/dev/null");
+  EXPECT_EQ(conflictOf([&] { roles.addOutput("--out", "/dev/null"); }), "");
+  EXPECT_EQ(conflictOf([&] { roles.addOutput("--summary", "/dev/null"); }), "");
+}
+
+TEST(FileRoles, OfTheProcessForbidToWriteAnInput) {
+  const TemporaryFiles files;
+  const std::string a = files.write("a", "old");
+  FileRoles::ofProcess().addInput("--states", a);
+  EXPECT_EQ(conflictOf([&] { replaceFile(a, "new"); }),
+            a + ": is the same file as --states " + a + ", which is read and would be lost");
+  EXPECT_EQ(readTextFile(a), "old");
+  EXPECT_EQ(filesIn(files), 1U);
 }
 
 TEST(WholeFile, LeavesNothingBehindIfItCannotBeGivenItsName) {
