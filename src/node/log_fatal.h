@@ -1,5 +1,7 @@
 #pragma once
 
+#include "system/number_text.h"
+
 #include <ros/console.h>
 #include <ros/node_handle.h>
 #include <rosgraph_msgs/Log.h>
@@ -16,7 +18,7 @@ inline void logFatal(const std::string& text) {
   const ros::Publisher log = nh.advertise<rosgraph_msgs::Log>("/rosout", 1);
   const ros::SteadyTime end = ros::SteadyTime::now() + ros::WallDuration(3.0);
   while (log.getNumSubscribers() == 0 && ros::ok() && ros::SteadyTime::now() < end) ros::WallDuration(0.01).sleep();
-  ROS_FATAL_STREAM(text);
+  ROS_FATAL_STREAM(system::readable(text));
   if (log.getNumSubscribers() > 0) ros::WallDuration(0.2).sleep();  // a thread of roscpp sends the message
 }
 

@@ -9,16 +9,19 @@
 #include "python/path_caster.h"
 #include "python/robot.h"
 #include "python/rows.h"
+#include "system/number_text.h"
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -136,8 +139,17 @@ LoadOptions loadOptions(const Keywords& keywords) {
   return options;
 }
 
+/// Raises a ValueError whose names, which come from the caller, are cut to a readable length.
+void raiseReadable(std::exception_ptr thrown) {
+  try {
+    if (thrown) std::rethrow_exception(thrown);
+  } catch (const std::invalid_argument& error) {
+    PyErr_SetString(PyExc_ValueError, system::readable(error.what()).c_str());
+  }
+}
+
 void warn(const std::string& text) {
-  if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), 1) != 0) throw py::error_already_set();
+  if (PyErr_WarnEx(PyExc_UserWarning, system::readable(text).c_str(), 1) != 0) throw py::error_already_set();
 }
 
 std::unique_ptr<Robot> makeRobot(RobotText text, const Keywords& keywords) {
@@ -697,6 +709,7 @@ void declareQuestions(py::class_<Robot>& robot) {
 PYBIND11_MODULE(_native, module) {
   using namespace proximity_server::python;
   module.doc() = "The compiled part of proximity.";
+  pybind11::register_exception_translator(raiseReadable);
   PYBIND11_NUMPY_DTYPE(PairRow, state, status, unique, depth_is_lower_bound, representation, pair, distance, lower,
                        upper, point_a, point_b, normal);
   PYBIND11_NUMPY_DTYPE(VerdictRow, verdict, pair);

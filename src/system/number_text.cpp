@@ -1,5 +1,7 @@
 #include "system/number_text.h"
 
+#include <algorithm>
+
 #ifdef __cpp_lib_to_chars
 
 #include <array>
@@ -182,3 +184,41 @@ void appendRounded(std::string& text, double number, int digits) { text += print
 }  // namespace proximity_server::system
 
 #endif
+
+namespace proximity_server::system {
+namespace {
+
+constexpr std::size_t kLongestWord = 512, kLongestMessage = 4096;  // [byte]
+
+/// The place at or behind this one where a character of UTF-8 begins.
+std::size_t beginOfCharacter(std::string_view text, std::size_t place) {
+  const auto isInside = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; };
+  constexpr int kMostBytes = 4;  // of a character; other bytes are not UTF-8
+  for (int i = 0; i < kMostBytes && place < text.size() && isInside(text[place]); ++i) ++place;
+  return place;
+}
+
+std::string cut(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return std::string(text);
+  const std::size_t front = beginOfCharacter(text, most / 2), back = beginOfCharacter(text, text.size() - most / 2);
+  return std::string(text.substr(0, front)) + "...(" + std::to_string(back - front) + " bytes left out)..." +
+         std::string(text.substr(back));
+}
+
+}  // namespace
+
+std::string readable(std::string message) {
+  if (message.size() <= kLongestWord) return message;
+  constexpr const char* kBlanks = " \t\r\n";
+  std::string text;
+  for (std::size_t begin = 0; begin < message.size();) {
+    const std::size_t word = std::min(message.find_first_not_of(kBlanks, begin), message.size());
+    const std::size_t end = std::min(message.find_first_of(kBlanks, word), message.size());
+    text.append(message, begin, word - begin);
+    text += cut(std::string_view(message).substr(word, end - word), kLongestWord);
+    begin = end;
+  }
+  return cut(text, kLongestMessage);
+}
+
+}  // namespace proximity_server::system

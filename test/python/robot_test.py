@@ -230,6 +230,12 @@ class Loading(InFolder):
         with self.assertRaisesRegex(ValueError, "hands"):
             balls(group="hands")
 
+    def test_a_name_of_any_length_is_cut_in_errors(self):
+        for name in ("x" * 5_000_000, "\u00e4" * 5_000_000, "x " * 5_000_000):
+            with self.assertRaisesRegex(ValueError, "bytes left out") as caught:
+                balls(group=name)
+            self.assertLess(len(str(caught.exception)), 5000)
+
     def test_lengths_that_are_none_are_refused(self):
         for option in ("mesh_tolerance", "padding"):
             for length in (-0.001, math.nan, math.inf):

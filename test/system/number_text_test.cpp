@@ -211,4 +211,49 @@ TEST(NumberText, IsTheSameInEveryLocale) {
   EXPECT_FALSE(with_comma);
 }
 
+// --- readable messages
+
+TEST(Readable, IsAMessageOfOrdinaryLengthAsItIs) {
+  const std::string path(500, 'p'), message = path + ", line 3:\n  " + path + " is wrong ";
+  EXPECT_EQ(readable(""), "");
+  EXPECT_EQ(readable(message), message);
+  EXPECT_EQ(readable(" \n" + message), " \n" + message);
+}
+
+// With its quotes, the name has 5000010 bytes, and 512 of them stay.
+TEST(Readable, IsALongNameCutInItsMiddleAndNoReasonIsLost) {
+  const std::string name = "begin" + std::string(5000000, 'x') + "end";
+  const std::string text = readable("object '" + name + "' has no link '" + name + "': did you mean 'hand'?");
+  EXPECT_LT(text.size(), 1300U);
+  EXPECT_EQ(text.find("object 'beginxxx"), 0U);
+  EXPECT_NE(text.find("xxx...(4999498 bytes left out)...xxx"), std::string::npos) << text;
+  EXPECT_NE(text.find("xxxend' has no link 'beginxxx"), std::string::npos) << text;
+  EXPECT_NE(text.find("xxxend': did you mean 'hand'?"), std::string::npos) << text;
+}
+
+TEST(Readable, IsALongMessageOfShortWordsCutInItsMiddle) {
+  std::string list;
+  for (int i = 0; i < 100000; ++i) list += "name" + std::to_string(i) + ", ";
+  const std::string text = readable("there is none of " + list + "as was asked");
+  EXPECT_LT(text.size(), 4200U);
+  EXPECT_EQ(text.find("there is none of name0, name1, "), 0U);
+  EXPECT_EQ(text.rfind("name99999, as was asked"), text.size() - 23);
+}
+
+TEST(Readable, StaysUtf8) {
+  for (const std::string character : {"\xC3\xA4", "\xE2\x82\xAC", "\xF0\x9F\xA4\x96"}) {
+    for (std::size_t shift = 0; shift < 4; ++shift) {
+      std::string name(shift, 'x');
+      for (int i = 0; i < 1000; ++i) name += character;
+      std::string text = readable(name);
+      EXPECT_LT(text.size(), 600U);
+      const std::size_t begin = text.find("...("), end = text.find(")...") + 4;
+      ASSERT_NE(begin, std::string::npos);
+      EXPECT_EQ((begin - shift) % character.size(), 0U);
+      EXPECT_EQ((text.size() - end) % character.size(), 0U);
+    }
+  }
+  EXPECT_LT(readable(std::string(10000, '\x80')).size(), 600U) << "no UTF-8";
+}
+
 }  // namespace proximity_server::system::number_text_test

@@ -1,5 +1,7 @@
 #include "node/objects/apply_objects.h"
 
+#include "node/robot/query_status.h"
+
 #include <ros/console.h>
 
 #include <exception>
@@ -16,15 +18,12 @@ ApplyObjectsResponse answer(ObjectStore& store, const ApplyObjectsRequest& reque
     response.success = true;
     return response;
   } catch (const ChangeError& error) {
-    response.status.code = error.code();
-    response.status.message = error.what();
+    response.status = statusOf(error.code(), error.what());
   } catch (const std::invalid_argument& error) {
-    response.status.code = QueryStatus::INVALID_ARGUMENT;
-    response.status.message = error.what();
+    response.status = statusOf(QueryStatus::INVALID_ARGUMENT, error.what());
   } catch (const std::exception& error) {
-    response.status.code = QueryStatus::INTERNAL_ERROR;
-    response.status.message = std::string("internal error: ") + error.what();
-    ROS_ERROR_STREAM("objects were not changed because of a defect of proximity_server: " << error.what());
+    response.status = statusOf(QueryStatus::INTERNAL_ERROR, std::string("internal error: ") + error.what());
+    ROS_ERROR_STREAM("objects were not changed because of a defect of proximity_server: " << response.status.message);
   }
   response.revision = store.revision();
   return response;

@@ -2,7 +2,6 @@
 
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/object_file.h"
 
 #include <array>
@@ -206,10 +205,6 @@ void requireLength(const std::string& name, const std::string& field) {
   if (name.size() > kMaxNameLength)
     refuseField(field,
                 "it has " + std::to_string(name.size()) + " characters, more than " + std::to_string(kMaxNameLength));
-}
-
-std::string shortened(const std::string& name) {
-  return scene::quoted(name.size() > kMaxNameLength ? name.substr(0, 40) + "..." : name);
 }
 
 Isometry3d requireReach(const Isometry3d& pose) {

@@ -34,9 +34,6 @@ class ChangeError : public std::invalid_argument {
 /// Refuses a name that is too long, because every cycle of the monitor may have to publish it. `field` has the name.
 void requireLength(const std::string& name, const std::string& field);
 
-/// The name in quotes for an error message, which is logged: a very long name is cut.
-std::string shortened(const std::string& name);
-
 /// Returns the pose. Refuses it if it is not finite or too far from its frame.
 Eigen::Isometry3d requireReach(const Eigen::Isometry3d& pose);
 

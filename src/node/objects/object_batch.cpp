@@ -55,11 +55,9 @@ scene::ObjectOptions objectOptions(const Robot& robot) {
   return options;
 }
 
-/// Puts the shortened name of the object in front of the error. If the error already begins with the whole name, that
-/// is removed.
+/// Puts the name of the object in front of the error, unless that begins with it already.
 ChangeError withObjectName(const std::string& id, const std::invalid_argument& error) {
-  const std::string name = "object " + shortened(id), text = error.what();
-  const std::string start = "object " + scene::quoted(id) + ": ";
+  const std::string name = "object " + scene::quoted(id), text = error.what(), start = name + ": ";
   if (dynamic_cast<const ChangeError*>(&error) || text.compare(0, start.size(), start) != 0)
     return ChangeError::within(name, error);
   return ChangeError::within(name, std::invalid_argument(text.substr(start.size())));

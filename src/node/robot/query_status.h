@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/QueryStatus.h"
+#include "system/number_text.h"
 
 #include <cstdint>
 #include <string>
@@ -40,10 +41,11 @@ inline const char* statusName(QueryStatus::_code_type code) {
 
 namespace node {
 
+/// A status with this code and the message as people can read it: names in it may come from a client.
 inline QueryStatus statusOf(std::int8_t code, std::string message) {
   QueryStatus status;
   status.code = code;
-  status.message = std::move(message);
+  status.message = system::readable(std::move(message));
   return status;
 }
 

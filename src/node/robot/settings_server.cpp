@@ -1,6 +1,7 @@
 #include "node/robot/settings_server.h"
 
 #include "node/robot/load_config.h"
+#include "system/number_text.h"
 
 #include <dynamic_reconfigure/ConfigDescription.h>
 #include <ros/console.h>
@@ -26,7 +27,7 @@ class ReasonAsReply : public ros::ServiceCallbackHelper {
     try {
       return callback_->call(params);
     } catch (const std::invalid_argument& refusal) {
-      params.response = ros::serialization::serializeServiceResponse(false, std::string(refusal.what()));
+      params.response = ros::serialization::serializeServiceResponse(false, system::readable(refusal.what()));
       return true;
     }
   }
@@ -95,7 +96,7 @@ bool SettingsServer::onSet(Reconfigure::Request& request, Reconfigure::Response&
     requested.__fromMessage__(request.config);
     apply_(settingsOf(requested));
   } catch (const std::invalid_argument& refusal) {
-    ROS_ERROR_STREAM("the settings stay as they were: " << refusal.what());
+    ROS_ERROR_STREAM("the settings stay as they were: " << system::readable(refusal.what()));
     updates_pub_.publish(known);  // graphical clients then show the settings in force again
     throw;
   }

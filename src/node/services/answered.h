@@ -13,8 +13,9 @@ namespace proximity_server::node {
 /// The status of an answer that failed because of a defect of this package. Logs the defect, so that users can report
 /// it.
 inline QueryStatus internalError(const std::string& what) {
-  ROS_ERROR_STREAM("a request has no answer because of a defect of proximity_server: " << what);
-  return statusOf(QueryStatus::INTERNAL_ERROR, "internal error: " + what);
+  const QueryStatus status = statusOf(QueryStatus::INTERNAL_ERROR, "internal error: " + what);
+  ROS_ERROR_STREAM("a request has no answer because of a defect of proximity_server: " << status.message);
+  return status;
 }
 
 /// Returns a response that `ask` fills. If `ask` throws, the response is `empty`, with the status of a RequestError, or

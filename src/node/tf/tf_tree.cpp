@@ -1,5 +1,7 @@
 #include "node/tf/tf_tree.h"
 
+#include "system/number_text.h"
+
 #include <ros/console.h>
 
 #include <stdexcept>
@@ -16,7 +18,7 @@ const std::string kAuthority = "tf";  // the publisher of all transforms; tf2 na
 std::string frameName(const std::string& name) { return !name.empty() && name.front() == '/' ? name.substr(1) : name; }
 
 void warnAboutBoth(const std::string& child) {
-  ROS_WARN_STREAM("frame '" << child << "' is on /tf and on /tf_static: it counts as one that moves");
+  ROS_WARN_STREAM("frame '" << system::readable(child) << "' is on /tf and on /tf_static: it counts as one that moves");
 }
 
 }  // namespace
@@ -48,7 +50,8 @@ void TfTree::keepMoving(const geometry_msgs::TransformStamped& transform) {
   const std::string child = frameName(transform.child_frame_id);
   if (transform.header.stamp.isZero()) {
     // tf2 would return it as the latest transform at every time.
-    ROS_WARN_STREAM_THROTTLE(kWarningPeriod, "frame '" << child << "' comes on /tf without a stamp: ignored");
+    ROS_WARN_STREAM_THROTTLE(kWarningPeriod,
+                             "frame '" << system::readable(child) << "' comes on /tf without a stamp: ignored");
     return;
   }
   if (moving_.insert(child).second && static_.erase(child) > 0) {
@@ -72,7 +75,8 @@ void TfTree::keep(const geometry_msgs::TransformStamped& transform, Kind kind) {
   try {
     buffer_->setTransform(transform, kAuthority, kind == Kind::Static);
   } catch (const std::runtime_error& error) {  // thrown by ros::Time for an overflow, which tf does not handle
-    ROS_WARN_STREAM_THROTTLE(kWarningPeriod, "frame '" << transform.child_frame_id << "' is ignored: " << error.what());
+    ROS_WARN_STREAM_THROTTLE(
+        kWarningPeriod, "frame '" << system::readable(transform.child_frame_id) << "' is ignored: " << error.what());
   }
 }
 

@@ -6,6 +6,12 @@
 #include <numeric>
 
 namespace proximity_server::scene {
+namespace {
+
+/// [characters] What comes from outside may be so long that comparing all of it takes minutes. Names have no more.
+constexpr std::size_t kMostCompared = 1024;
+
+}  // namespace
 
 int editDistance(const std::string& from, const std::string& to) {
   // row[j]: distance from the part of `from` so far to the first j characters of `to`
@@ -23,10 +29,11 @@ int editDistance(const std::string& from, const std::string& to) {
 }
 
 std::string nearestName(const std::string& name, const std::vector<std::string>& known) {
+  const std::string compared = name.substr(0, kMostCompared);
   const std::string* nearest = nullptr;
   int smallest = 0;
   for (const std::string& other : known) {
-    const int distance = editDistance(name, other);
+    const int distance = editDistance(compared, other);
     if (nearest && distance >= smallest) continue;
     nearest = &other;
     smallest = distance;
@@ -36,7 +43,8 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
 
 std::string misspelledName(const std::string& name, const std::vector<std::string>& known) {
   const std::string nearest = nearestName(name, known);
-  const int distance = editDistance(name, nearest), most = std::max(2, static_cast<int>(nearest.size() / 4));
+  const int distance = editDistance(name.substr(0, kMostCompared), nearest),
+            most = std::max(2, static_cast<int>(nearest.size() / 4));
   return !nearest.empty() && distance > 0 && distance <= most ? nearest : "";
 }
 

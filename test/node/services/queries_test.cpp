@@ -146,6 +146,16 @@ TEST_F(BadRequest, UnknownLinkIsAnsweredWithTheNearestName) {
   EXPECT_NE(response.status.message.find("'ball'"), std::string::npos) << response.status.message;
 }
 
+// Regression: it came back whole, after a long search for the nearest name.
+TEST_F(BadRequest, ANameOfAnyLengthIsAnsweredWithAReadableMessage) {
+  const ros::Time stamp = moveTo({0.5, 0.0, 0.0});
+  const auto response = ask(between<MinimumDistanceRequest>("base", "ball" + std::string(5000000, 'x'), stamp));
+  expectFailure(response, QueryStatus::UNKNOWN_LINK, "'ballxxx");
+  EXPECT_LT(response.status.message.size(), 1000U);
+  EXPECT_NE(response.status.message.find("bytes left out)"), std::string::npos) << response.status.message;
+  EXPECT_NE(response.status.message.find("'ball'"), std::string::npos) << response.status.message;
+}
+
 TEST_F(BadRequest, LinkWithoutGeometryIsNamed) {
   const ros::Time stamp = moveTo({0.5, 0.0, 0.0});
   expectFailure(ask(between<MinimumDistanceRequest>("slide", "ball", stamp)), QueryStatus::NO_COLLISION_GEOMETRY,

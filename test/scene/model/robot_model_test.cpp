@@ -74,6 +74,7 @@ TEST(NearestName, HasTheFewestEdits) {
   EXPECT_EQ(nearestName("elbov", {"shoulder", "elbow", "wrist"}), "elbow");
   EXPECT_EQ(nearestName("l_wrist_link", {"r_wrist_flex_link", "l_wrist_links"}), "l_wrist_links");
   EXPECT_EQ(nearestName("elbow", {}), "");
+  EXPECT_EQ(nearestName("elbow" + std::string(50000000, 'x'), {"shoulder", "elbow"}), "elbow");
 }
 
 TEST(MisspelledName, IsNearAndUnknown) {
