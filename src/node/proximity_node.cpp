@@ -3,6 +3,7 @@
 #include "node/answers/conversions.h"
 #include "node/robot/load_config.h"
 #include "node/threads/real_time.h"
+#include "system/number_text.h"
 #include "system/process.h"
 
 #include <ros/console.h>
@@ -39,7 +40,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       monitor_(nh_, private_nh_, tf_, robot_, recorder_),
       diagnostics_(
           nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); },
-          [this] { return recorder_.outcome(); }),
+          [this] { return recorder_.outcome(); }, [this] { return object_keeper_.problem(); }),
       model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
       objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
       object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
@@ -47,7 +48,8 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
                                                  [this](const ros::WallTimerEvent&) { publishChangedObjects(); })),
       change_stream_(objects_,
                      [](const std::string& reason) {
-                       ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << reason);
+                       ROS_WARN_STREAM_THROTTLE(
+                           1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
                      }),
       minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
       separation_axis_srv_(advertise<SeparationAxis>("separation_axis", requests_)),
@@ -124,7 +126,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
       response.message += "; live parameters stay as they are, unlike on the parameter server: " + ignored +
                           "; the service set_parameters (dynamic_reconfigure) changes them";
   } catch (const std::exception& error) {
-    response.message = std::string("the model stays as it was: ") + error.what();
+    response.message = system::readable(std::string("the model stays as it was: ") + error.what());
     ROS_ERROR_STREAM("reload: " << response.message);
   }
   system::giveBackFreeMemory();  // loading needs many times the memory of the model
@@ -160,7 +162,7 @@ void ProximityNode::onSettings(const MonitorSettings& settings) {
 void ProximityNode::announce(const Robot& robot) {
   ROS_INFO_STREAM("loaded " << description(robot));
   const ModelInfo info = toMessage(robot, ros::Time::now());
-  for (const std::string& warning : info.warnings) ROS_WARN_STREAM(warning);
+  for (const std::string& warning : info.warnings) ROS_WARN_STREAM(system::readable(warning));
   model_info_pub_.publish(info);
 }
 

@@ -23,17 +23,20 @@ bool isAboutTf(const QueryStatus& status) {
 
 Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
                          std::function<std::shared_ptr<const Robot>()> robot,
-                         std::function<std::vector<std::string>()> jumps, std::function<Recorder::Outcome()> record)
+                         std::function<std::vector<std::string>()> jumps, std::function<Recorder::Outcome()> record,
+                         std::function<std::string()> keeping)
     : current_health_(std::move(health)),
       current_robot_(std::move(robot)),
       current_jumps_(std::move(jumps)),
-      current_record_(std::move(record)) {
+      current_record_(std::move(record)),
+      current_keeping_(std::move(keeping)) {
   updater_.setHardwareID(current_robot_()->robotModel().name);
   updater_.add("tf", this, &Diagnostics::reportTf);
   updater_.add("model", this, &Diagnostics::reportModel);
   updater_.add("clearance", this, &Diagnostics::reportClearance);
   updater_.add("timing", this, &Diagnostics::reportTiming);
   updater_.add("record", this, &Diagnostics::reportRecord);
+  updater_.add("objects", this, &Diagnostics::reportObjects);
   timer_ = nh.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { update(); });
 }
 
@@ -129,6 +132,15 @@ void Diagnostics::reportRecord(Status& status) {
     status.summary(Level::OK, record.file.empty() ? "no record yet" : "recorded");
   status.add("latest record", record.file);
   status.add("cycles lost by a slow disk", record.lost);
+}
+
+void Diagnostics::reportObjects(Status& status) {
+  const std::string problem = current_keeping_(), &file = robot_->config().objects_file;
+  if (!problem.empty())
+    status.summary(Level::ERROR, "not kept for the next start: " + problem);
+  else
+    status.summary(Level::OK, file.empty() ? "objects_file keeps none" : "kept for the next start");
+  status.add("file", file);
 }
 
 }  // namespace proximity_server::node

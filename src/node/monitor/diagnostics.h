@@ -19,7 +19,7 @@ class Diagnostics {
  public:
   Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
               std::function<std::shared_ptr<const Robot>()> robot, std::function<std::vector<std::string>()> jumps,
-              std::function<Recorder::Outcome()> record);
+              std::function<Recorder::Outcome()> record, std::function<std::string()> keeping);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -31,11 +31,13 @@ class Diagnostics {
   void reportClearance(Status& status);
   void reportTiming(Status& status);
   void reportRecord(Status& status);
+  void reportObjects(Status& status);
 
   std::function<MonitorHealth()> current_health_;
   std::function<std::shared_ptr<const Robot>()> current_robot_;
   std::function<std::vector<std::string>()> current_jumps_;  // see JointJumps::recent()
   std::function<Recorder::Outcome()> current_record_;
+  std::function<std::string()> current_keeping_;  // see ObjectKeeper::problem()
   std::shared_ptr<const Robot> robot_;
   MonitorHealth health_{};
   std::uint64_t cycles_before_ = 0;

@@ -19,22 +19,18 @@ namespace {
 /// Time until a file that could not be written is tried again, because a full disk stays full for a while.
 constexpr std::chrono::seconds kRetryPeriod{1};
 
-/// Resolves symbolic links, so that the file that a link leads to is replaced, and not the link.
-std::string resolvedPath(const std::string& path) {
-  std::error_code failed;
-  const std::filesystem::path target = std::filesystem::weakly_canonical(path, failed);
-  return path.empty() || failed ? path : target.string();
-}
-
 bool exists(const std::string& path) {
   std::error_code ignored;
   return !path.empty() && std::filesystem::exists(path, ignored);
 }
 
-/// Throws std::system_error if no file can be made in the folder of `file`. The file itself is not touched.
-void requireWritable(const std::string& file) {
-  const std::string folder = std::filesystem::path(file).parent_path();
-  if (access(folder.c_str(), W_OK | X_OK) != 0) throw std::system_error(errno, std::generic_category(), folder);
+/// Throws std::invalid_argument if no file can be made in the folder of `file`, on a disk with room. The file itself is
+/// not touched.
+void requireFolder(const std::string& file) {
+  std::error_code none;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(file, none);
+  if (access(target.parent_path().c_str(), W_OK | X_OK) != 0)
+    throw std::invalid_argument("objects_file cannot be written: " + file + system::because(errno));
 }
 
 }  // namespace
@@ -47,15 +43,14 @@ scene::ObjectFile objectsAtStart(const Config& config) {
   return file;
 }
 
-ObjectKeeper::ObjectKeeper(std::string file, const ObjectStore& store) : file_(resolvedPath(file)), store_(store) {
+ObjectKeeper::ObjectKeeper(std::string file, const ObjectStore& store) : file_(std::move(file)), store_(store) {
   if (file_.empty()) return;
+  requireFolder(file_);
   system::removeLeftOvers(file_);
-  try {
-    exists(file_) ? requireWritable(file_) : writeIfChanged();
-  } catch (const std::exception& error) {
-    throw std::invalid_argument(std::string("objects_file cannot be written: ") + error.what());
-  }
-  written_ = store_.revision();
+  if (exists(file_))
+    written_ = store_.revision();
+  else
+    tryToWrite();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -77,23 +72,36 @@ void ObjectKeeper::keep() {
   wake_.notify_one();
 }
 
+std::string ObjectKeeper::problem() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return problem_;
+}
+
 void ObjectKeeper::run() {
   for (bool is_last = false; !is_last;) {
     {
       std::unique_lock<std::mutex> lock(mutex_);
       const auto must_wake = [this] { return is_write_requested_ || is_stopping_; };
-      has_failed_ ? static_cast<void>(wake_.wait_for(lock, kRetryPeriod, must_wake)) : wake_.wait(lock, must_wake);
+      problem_.empty() ? wake_.wait(lock, must_wake) : static_cast<void>(wake_.wait_for(lock, kRetryPeriod, must_wake));
       is_write_requested_ = false;
       is_last = is_stopping_;
     }
-    try {
-      writeIfChanged();
-      has_failed_ = false;
-    } catch (const std::exception& error) {
-      if (!has_failed_) ROS_ERROR_STREAM("the objects are not kept for the next start: " << error.what());
-      has_failed_ = true;
-    }
+    tryToWrite();
   }
+}
+
+/// Writes the objects if they have changed. A failure is logged if the last attempt was none.
+void ObjectKeeper::tryToWrite() {
+  std::string problem;
+  try {
+    writeIfChanged();
+  } catch (const std::exception& error) {
+    problem = error.what();
+  }
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!problem.empty() && problem_.empty())
+    ROS_ERROR_STREAM("the objects are not kept for the next start: " << problem);
+  problem_ = problem;
 }
 
 void ObjectKeeper::writeIfChanged() {

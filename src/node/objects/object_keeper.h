@@ -20,11 +20,11 @@ scene::ObjectFile objectsAtStart(const Config& config);
 /// Keeps the objects of a store in a file, for the next start of the node. A thread of its own writes the file, so that
 /// nobody waits for a disk. If several changes follow each other quickly, only the result of the last one is written.
 /// The file is replaced as a whole, so that it always holds the objects before or after a change, whenever the node or
-/// the machine stops.
+/// the machine stops. Where writing fails, as on a full disk, it is tried again every second.
 class ObjectKeeper {
  public:
   /// `file` is an absolute path; if it is "", nothing is kept. The store must outlive this object.
-  /// Failure: throws std::invalid_argument if the file cannot be written.
+  /// Failure: throws std::invalid_argument if no file can be made in its folder, however much room there is.
   ObjectKeeper(std::string file, const ObjectStore& store);
   /// Writes the last change if it is not written yet.
   ~ObjectKeeper();
@@ -34,17 +34,21 @@ class ObjectKeeper {
   /// Lets the thread write the objects if they have changed. Returns at once.
   void keep();
 
+  /// The reason why the latest objects are not kept for the next start; "" if they are, or will be at once.
+  std::string problem() const;
+
  private:
   void run();
+  void tryToWrite();
   void writeIfChanged();
 
   const std::string file_;
   const ObjectStore& store_;
   std::optional<std::uint64_t> written_;  ///< revision of the file; used by the thread only, while it runs
-  bool has_failed_ = false;               ///< true if the last attempt to write has failed; used by the thread only
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
-  bool is_write_requested_ = false, is_stopping_ = false;  // guarded by mutex_
+  bool is_write_requested_ = false, is_stopping_ = false;  // guarded by mutex_, as problem_
+  std::string problem_;                                    ///< why the last attempt to write has failed; "": it has not
   std::thread thread_;
 };
 

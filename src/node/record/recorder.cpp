@@ -8,8 +8,10 @@
 #include <ros/console.h>
 #include <std_msgs/String.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -54,6 +56,12 @@ bool has(const Config& config, const std::string& event) {
   const std::vector<std::string>& events = config.record_on;
   if (config.record_directory.empty()) return false;
   return events.empty() || std::find(events.begin(), events.end(), event) != events.end();
+}
+
+/// Throws std::invalid_argument if no file can be made in a folder, on a disk with room.
+void requireFolder(const std::string& folder) {
+  if (access((folder + "/").c_str(), W_OK | X_OK) != 0)
+    throw std::invalid_argument("record_directory: " + folder + " cannot be written into" + system::because(errno));
 }
 
 static_assert(std::is_trivially_copyable_v<MonitorSettings>, "the ring copies its bytes");
@@ -168,7 +176,9 @@ Recorder::Recorder(const Config& config, std::string node)
       on_collision_(has(config, "collision")),
       on_invalid_(has(config, "invalid")),
       ring_(seconds_ > 0.0 ? static_cast<std::size_t>(kMegabyte * config.record_memory) : 0) {
-  if (seconds_ > 0.0) thread_ = std::thread([this] { run(); });
+  if (seconds_ == 0.0) return;
+  if (!has_default_folder_) requireFolder(folder_);
+  thread_ = std::thread([this] { run(); });
 }
 
 void Recorder::stop() {

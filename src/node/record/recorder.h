@@ -33,6 +33,8 @@ class Recorder {
   static constexpr double kSecondsAfter = 2.0;
 
   /// For the node with this name, "/proximity_server".
+  /// Failure: throws std::invalid_argument if no file can be made in Config::record_directory, however much room there
+  ///          is. That of ROS is made with the first record.
   Recorder(const Config& config, std::string node);
   ~Recorder() { stop(); }
   Recorder(const Recorder&) = delete;

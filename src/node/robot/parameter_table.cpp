@@ -124,8 +124,8 @@ std::vector<Parameter> parameterTable(Config& config) {
       "param=\"objects\" command=\"load\" file=\"cell.yaml\"/>`.");
   add("objects_file", &config.objects_file, {}, "", kStart,
       "Absolute path of a file that keeps the objects and their rules for the next start; no other node may use it. "
-      "If the file is there, `objects` is not used. A damaged file stops the node and is not touched. \"\": objects "
-      "do not outlive the node.");
+      "If the file is there, `objects` is not used. A folder that is not there, or a damaged file, which is not "
+      "touched, stops the node; a full disk does not. \"\": objects do not outlive the node.");
   add("check_free_objects", &config.free_objects, {}, "", kReload,
       "true: two objects that no link holds are checked too, if one of them moves with a frame. What a link holds is "
       "checked against all objects in any case.");
@@ -136,8 +136,8 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("record_seconds", &config.record_seconds, {0, 3600}, "s", kStart,
       "How much is kept and written of the time before an event. 0: nothing is recorded.");
   add("record_directory", &config.record_directory, {}, "", kStart,
-      "Absolute path of a folder that exists, for records of the events of `record_on`. \"\": only the service "
-      "`save_record` writes, into proximity_server in `ROS_HOME` (~/.ros).");
+      "Absolute path of a folder, for records of the events of `record_on`. One that is not there stops the node. "
+      "\"\": only the service `save_record` writes, into proximity_server in `ROS_HOME` (~/.ros).");
   add("record_on", &config.record_on, {}, "", kStart,
       "A change of the level to one of these is an event: `[stop, collision, invalid]`. `[]`: all three.");
   add("record_count", &config.record_count, {1, 100000}, "", kStart,

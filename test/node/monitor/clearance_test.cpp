@@ -263,9 +263,9 @@ TEST_F(ClearanceTopic, ComesWithDiagnosticsOfEveryPart) {
   hold(0.4);
   ASSERT_TRUE(at(0.2));
   Inbox<diagnostic_msgs::DiagnosticArray> diagnostics(ros::NodeHandle(), "/diagnostics");
-  const std::set<std::string> expected = {"proximity_server: tf", "proximity_server: model",
+  const std::set<std::string> expected = {"proximity_server: tf",        "proximity_server: model",
                                           "proximity_server: clearance", "proximity_server: timing",
-                                          "proximity_server: record"};
+                                          "proximity_server: record",    "proximity_server: objects"};
   const auto healthy = diagnostics.next([&](const diagnostic_msgs::DiagnosticArray& message) {
     std::set<std::string> names;
     for (const auto& status : message.status) {

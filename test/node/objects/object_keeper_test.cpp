@@ -1,6 +1,7 @@
 // The file keeps the objects between two starts of the node.
 #include "node/objects/object_keeper.h"
 
+#include "node/faults/small_disk.h"
 #include "node/object_messages.h"
 #include "robots/urdf.h"
 #include "scene/files.h"
@@ -8,9 +9,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <thread>
 
 namespace proximity_server::node::object_keeper_test {
 
@@ -78,6 +81,37 @@ TEST_F(Keeper, RefusesAFolderInWhichNoFileCanBeMade) {
   std::filesystem::permissions(folder, std::filesystem::perms::owner_write, std::filesystem::perm_options::remove);
   EXPECT_THROW(ObjectKeeper(path_, store_), std::invalid_argument);
   std::filesystem::permissions(folder, std::filesystem::perms::owner_write, std::filesystem::perm_options::add);
+}
+
+// Regression: the node did not start.
+TEST_F(Keeper, OfAFullDiskIsAProblemUntilThereIsRoom) {
+  const SmallDisk disk(files_.path("small"));
+  if (!disk.isMounted()) GTEST_SKIP() << "a small disk can be mounted by root only";
+  disk.fill();
+  const std::string file = files_.path("small/objects.yaml");
+  const ObjectKeeper keeper(file, store_);
+  EXPECT_EQ(keeper.problem(), file + ": writing failed (No space left on device)");
+  EXPECT_FALSE(std::filesystem::exists(file));
+  store_.apply(changesWith("a"));
+  ASSERT_TRUE(disk.grow());
+  while (!keeper.problem().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(scene::readObjectFile(file).objects.size(), 1u);
+}
+
+TEST_F(Keeper, OfADiskThatBecomesFullIsAProblemUntilThereIsRoom) {
+  const SmallDisk disk(files_.path("small"));
+  if (!disk.isMounted()) GTEST_SKIP() << "a small disk can be mounted by root only";
+  const std::string file = files_.path("small/objects.yaml");
+  ObjectKeeper keeper(file, store_);
+  EXPECT_EQ(keeper.problem(), "");
+  disk.fill();
+  store_.apply(changesWith("a"));
+  keeper.keep();
+  while (keeper.problem().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(scene::readObjectFile(file).objects.size(), 0u) << "the objects before";
+  ASSERT_TRUE(disk.grow());
+  while (!keeper.problem().empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  EXPECT_EQ(scene::readObjectFile(file).objects.size(), 1u);
 }
 
 TEST_F(Keeper, WithoutAFileNothingIsKept) {

@@ -1,11 +1,11 @@
 // Faults while a record is written: of the disk, of the process, and of the clock.
+#include "node/faults/small_disk.h"
 #include "node/record/recorded_sliders.h"
 #include "node/replay/replay.h"
 #include "sanitized.h"
 
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
-#include <sys/mount.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,27 +18,6 @@
 namespace proximity_server::node::record_faults_test {
 
 namespace fs = std::filesystem;
-
-/// A small disk in memory. Only root may have one.
-class SmallDisk {
- public:
-  explicit SmallDisk(std::string folder) : folder_(std::move(folder)) {
-    fs::create_directory(folder_);
-    is_mounted_ = geteuid() == 0 && mount("tmpfs", folder_.c_str(), "tmpfs", 0, "size=64k") == 0;
-  }
-  ~SmallDisk() {
-    if (is_mounted_) umount(folder_.c_str());
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-
-  bool isMounted() const { return is_mounted_; }
-  bool grow() const { return mount("tmpfs", folder_.c_str(), "tmpfs", MS_REMOUNT, "size=16m") == 0; }
-
- private:
-  const std::string folder_;
-  bool is_mounted_ = false;
-};
 
 class RecordsUnderFaults : public RecordedSliders {
  protected:

@@ -124,9 +124,24 @@ TEST_F(RecordedSliders, TellTheObjectsOfEachMoment) {
   EXPECT_NE(objects[2].data.find("second"), std::string::npos);
 }
 
+// Regression: it was noticed after the first stop, whose record was lost.
+TEST_F(RecordedSliders, NeedAFolderFromTheStart) {
+  const auto errorWith = [&](const std::string& folder) {
+    config_.record_directory = folder;
+    return scene::errorOf([&] { Recorder(config_, "/cell/proximity_server"); });
+  };
+  const std::string gone = files_.path("gone"), file = files_.write("file", "");
+  EXPECT_EQ(errorWith(gone), "record_directory: " + gone + " cannot be written into (No such file or directory)");
+  EXPECT_EQ(errorWith(file), "record_directory: " + file + " cannot be written into (Not a directory)");
+  config_.record_seconds = 0.0;
+  EXPECT_EQ(errorWith(gone), "") << "nothing is recorded";
+}
+
 TEST_F(RecordedSliders, AreAProblemOnlyWhereTheFolderIsGone) {
   config_.record_directory = files_.path("gone");
+  std::filesystem::create_directory(config_.record_directory);
   start();
+  std::filesystem::remove(config_.record_directory);
   cycleAt(0.5);
   const Recorder::Outcome outcome = stop();
   EXPECT_EQ(outcome.file, "");

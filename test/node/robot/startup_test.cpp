@@ -1,5 +1,6 @@
 #include <proximity_server/ModelInfo.h>
 #include <proximity_server/QueryConfiguration.h>
+#include "node/diagnosis.h"
 #include "node/faults/child_process.h"
 #include "node/faults/running_node.h"
 #include "node/gantry.h"
@@ -79,6 +80,11 @@ TEST_F(Startup, RefusesAMissingRobot) {
   expectRefusal("'robot_description'");
 }
 
+TEST_F(Startup, RefusesAFolderOfRecordsThatIsNotThere) {
+  ros::param::set(kName + "/record_directory", "/nowhere/records");
+  expectRefusal("record_directory: /nowhere/records cannot be written into (No such file or directory)");
+}
+
 TEST_F(Startup, RefusesAUrdfThatIsNoXml) {
   ros::param::set("/robot_description", "<robot name=");
   expectRefusal("URDF");
@@ -125,11 +131,18 @@ TEST_F(Startup, WithAFullDiskCostsAWarningAndNoAnswer) {
   const std::filesystem::path cache = std::filesystem::temp_directory_path() / ("cache." + std::to_string(getpid()));
   ros::param::set("/roomy/mesh_cache", (cache / "roomy").string());
   ros::param::set("/full/mesh_cache", (cache / "full").string());
+  std::filesystem::create_directory(cache);
+  ros::param::set("/full/objects_file", (cache / "objects.yaml").string());
   const ChildProcess roomy({NODE_EXECUTABLE, "__name:=roomy"});
   // No file can grow, that of the log neither; the signal that would say so is ignored, as the kernel's ENOSPC has
   // none.
   const ChildProcess full({"sh", "-c", "trap '' XFSZ; ulimit -f 0; exec " NODE_EXECUTABLE " __name:=full"});
   const Loaded expected = load("/roomy"), loaded = load("/full");
+  const auto objects = Diagnosis("full: objects").next();
+  ASSERT_TRUE(objects);
+  EXPECT_EQ(objects->level, diagnostic_msgs::DiagnosticStatus::ERROR);
+  EXPECT_EQ(objects->message.find("not kept for the next start: " + (cache / "objects.yaml").string()), 0u)
+      << objects->message;
 
   EXPECT_FALSE(expected.info.links.empty());
   EXPECT_EQ(all(expected.info.warnings).find("mesh cache"), std::string::npos) << all(expected.info.warnings);
