@@ -256,9 +256,12 @@ bool isSolid(const TriangleMesh& component) {
   return std::abs(enclosedVolume(component)) > kMeshRounding * area;
 }
 
-/// How the text about open components ends: the first if a single hull stands for each of them, else the second.
+/// How the text about open components ends: the first if a single hull stands for each of them, else the second, with
+/// the third if a closed component is the wall of a room. Without a closed wall around it, nothing tells that room from
+/// a solid that is inside out.
 constexpr char kIsSolidAsHull[] = "; a convex hull stands for each such part, and is solid";
 constexpr char kHoldsNothing[] = "; what lies inside and touches none of its convex pieces counts as apart";
+constexpr char kFillsRooms[] = ", but a room is solid if the wall around it is not closed";
 std::string opennessOf(std::size_t open, std::size_t parts) {
   if (open < parts) return std::to_string(open) + " of its " + std::to_string(parts) + " parts are not closed";
   if (parts == 1) return "it is not a closed surface";
@@ -277,12 +280,13 @@ void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces&
   }
   pieces.is_representative.assign(pieces.hulls.size(), false);
   std::vector<TriangleMesh> solids;
-  bool leaves_space = false, open_in_single_hulls = true;
+  bool leaves_space = false, open_in_single_hulls = true, has_room = false;
   for (std::size_t i = 0; i < mesh.parts.size(); ++i) {
     const TriangleMesh& part = mesh.parts[i];
     pieces.is_representative[first_hull[i]] = true;
     if (isSolid(part)) {
       leaves_space |= is_split[i];
+      has_room |= enclosedVolume(part) < 0.0;
       solids.push_back(part);
     } else {
       open_in_single_hulls &= !is_split[i];
@@ -291,7 +295,8 @@ void addSolid(const ConnectedMesh& mesh, const Partition& partition, MeshPieces&
   if (leaves_space) pieces.interior = std::make_shared<const Interior>(allTriangles(solids));
   const std::size_t open = mesh.parts.size() - solids.size();
   if (open > 0)
-    pieces.openness = opennessOf(open, mesh.parts.size()) + (open_in_single_hulls ? kIsSolidAsHull : kHoldsNothing);
+    pieces.openness = opennessOf(open, mesh.parts.size()) + (open_in_single_hulls ? kIsSolidAsHull : kHoldsNothing) +
+                      (has_room && !open_in_single_hulls ? kFillsRooms : "");
 }
 
 }  // namespace

@@ -336,6 +336,23 @@ TEST(MeshPieces, TellWhatIsOpen) {
   EXPECT_EQ(convexPieces(sheet, within(0.0)).openness.find("it is not a closed surface"), 0u);
 }
 
+// The wall of a room is a closed part that faces inwards; without a closed wall around it, nothing tells it from a solid
+// that is inside out.
+TEST(MeshPieces, OfAHollowWithAHoleInItsOuterWallFillTheRoomAndSaySo) {
+  TriangleMesh outer = kOuter;
+  outer.triangles.pop_back();
+  const MeshPieces pieces = convexPieces(together({outer, kCavity}), within(0.0));
+  EXPECT_TRUE(isInAHull(pieces, Vector3d::Zero())) << "in the room";
+  EXPECT_FALSE(isInAHull(pieces, {1.0, 0.0, 0.0})) << "in the outer wall";
+  EXPECT_EQ(pieces.openness,
+            "1 of its 2 parts are not closed; what lies inside and touches none of its convex pieces counts as apart, "
+            "but a room is solid if the wall around it is not closed");
+  const MeshPieces whole = convexPieces(together({kOuter, kCavity}), within(0.0));
+  EXPECT_FALSE(isInAHull(whole, Vector3d::Zero()));
+  const MeshPieces two_solids = convexPieces(together({outer, boxMesh({-0.5, -0.5, -0.5}, {1, 1, 1})}), within(0.0));
+  EXPECT_EQ(two_solids.openness.find("room"), std::string::npos) << two_solids.openness;
+}
+
 TEST(MeshPieces, OfASolidThatIsInsideOutHaveTheSameInterior) {
   TriangleMesh inside_out = bracket();
   for (auto& triangle : inside_out.triangles) std::swap(triangle[0], triangle[1]);
