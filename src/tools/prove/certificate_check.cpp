@@ -74,6 +74,7 @@ std::string textOf(const ApartCertificate& certificate, const Flaws& flaws, cons
   text += "\nverified (" + std::to_string(flaws.size() - count_wrong) + ")\n" + verified;
   text += "\nnot verified (" + std::to_string(count_wrong) + ")\n" + wrong + "\n";
   if (left_out > 0) text += std::to_string(left_out) + " pairs that are checked have no certificate\n";
+  if (flaws.empty()) return text + "nothing is verified: the certificate has no pair\n";
   return text + (count_wrong > 0 ? "the certificate is wrong\n"
                                  : "verified: no pair of the certificate comes into contact in the box\n");
 }
@@ -106,7 +107,7 @@ ExitCode checkCertificate(const std::string& path, const CertificateSubject& sub
   const auto report = format == ProofFormat::Text ? textOf : jsonOf;
   writeTo(std::cout, "standard output", report(certificate, flaws, subject));
   flushTo(std::cout, "standard output");
-  return wrongIn(flaws) > 0 ? ExitCode::AssertionFails : ExitCode::Done;
+  return flaws.empty() || wrongIn(flaws) > 0 ? ExitCode::AssertionFails : ExitCode::Done;
 }
 
 }  // namespace proximity_server::tools

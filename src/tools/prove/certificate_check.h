@@ -9,7 +9,7 @@
 namespace proximity_server::tools {
 
 /// Verifies the certificate in a file, and prints what it states, or what is wrong. Returns AssertionFails if a pair
-/// does not verify. Throws std::invalid_argument, naming the file and the place, if it cannot be read.
+/// does not verify, and if there is none. Throws std::invalid_argument, naming the file and the place, if it cannot be read.
 ExitCode checkCertificate(const std::string& path, const CertificateSubject& subject, ProofFormat format, int threads);
 
 }  // namespace proximity_server::tools

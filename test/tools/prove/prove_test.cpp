@@ -170,6 +170,18 @@ TEST_F(Prove, OnlyProvenPairsAreInTheCertificate) {
   EXPECT_FALSE(says(result.output, "base - sled")) << result.output;
 }
 
+// Regression: it was "verified".
+TEST_F(Prove, ACertificateWithoutPairsVerifiesNothing) {
+  const std::string certificate = files_.path("certificate.json");
+  EXPECT_EQ(run("--only base --only sled --pairs all --certificate " + certificate).exit_code, 2);
+  for (const std::string format : {"text", "json"}) {
+    const CommandResult result = run("--check " + certificate + " --format " + format);
+    EXPECT_EQ(result.exit_code, 2) << result.errors;
+    EXPECT_EQ(says(result.output, "\nnothing is verified: the certificate has no pair\n"), format == "text");
+    EXPECT_FALSE(says(result.output, "\nverified: ")) << result.output;
+  }
+}
+
 TEST_F(Prove, AWrongCertificateIsRefusedWithItsPair) {
   const std::string path = files_.path("certificate.json");
   EXPECT_EQ(run("--only base --only ball --pairs all --certificate " + path).exit_code, 0);
