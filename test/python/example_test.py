@@ -34,6 +34,15 @@ class JointSpace(cases.InFolder):
         self.assertGreater(min(pixels.shape[:2]), 300)
         self.assertGreater(len(numpy.unique(pixels.reshape(-1, pixels.shape[2]), axis=0)), 200)
 
+    def test_it_does_not_replace_what_it_reads(self):
+        urdf = self.file("balls.urdf", BALLS)
+        link = self.folder / "link.png"
+        link.symlink_to(urdf)
+        result = run(urdf, "--joints", "turn", "up", "--out", link)
+        self.assertEqual(2, result.returncode)
+        self.assertIn(f"--out {link}: is the same file as {urdf}, which is read", result.stderr)
+        self.assertEqual(BALLS, (self.folder / "balls.urdf").read_text())
+
     def test_a_slice_without_contact_is_drawn_too(self):
         urdf = self.file("balls.urdf", BALLS)
         result = run(urdf, "--states", 10, "--cells", 10, "--joints", "turn", "up", "--out", self.folder / "slice.png")

@@ -1,10 +1,10 @@
 #include "node/replay/record_files.h"
 
 #include "node/replay/record_reader.h"
+#include "system/whole_file.h"
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iomanip>
 #include <limits>
 #include <memory>
@@ -42,7 +42,6 @@ class Stretch {
     write("robot.urdf", robot_->texts()[0].urdf);
     write("robot.srdf", srdf());
     write("objects.yaml", reader.objects_text.empty() ? "[]\n" : reader.objects_text);
-    states_.open(files_.folder + "/states.csv");
     states_ << std::setprecision(std::numeric_limits<double>::max_digits10);
   }
 
@@ -64,7 +63,7 @@ class Stretch {
   }
 
   RecordFiles end() {
-    close(states_, "states.csv");
+    write("states.csv", states_.str());
     return files_;
   }
 
@@ -77,15 +76,7 @@ class Stretch {
                                     "' has no single position, so there is no table of states");
   }
 
-  void write(const char* name, const std::string& text) const {
-    std::ofstream file(files_.folder + "/" + name);
-    file << text;
-    close(file, name);
-  }
-  void close(std::ofstream& file, const char* name) const {
-    file.close();
-    if (!file) throw std::invalid_argument(files_.folder + "/" + name + " cannot be written");
-  }
+  void write(const char* name, const std::string& text) const { system::replaceFile(files_.folder + "/" + name, text); }
 
   std::string srdf() const {
     std::ostringstream text;
@@ -102,7 +93,7 @@ class Stretch {
   const std::shared_ptr<const Robot> robot_;
   RecordFiles files_;
   std::vector<std::string> names_;
-  std::ofstream states_;
+  std::ostringstream states_;
 };
 
 }  // namespace

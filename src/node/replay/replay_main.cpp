@@ -2,6 +2,8 @@
 #include "node/replay/record_files.h"
 #include "node/replay/replay.h"
 #include "proximity_server/scene/model/names.h"
+#include "system/number_text.h"
+#include "system/whole_file.h"
 
 #include <sys/wait.h>
 #include <unistd.h>
@@ -125,6 +127,9 @@ int run(int argc, char** argv) {
     else
       throw std::invalid_argument(option + " does not go with --replay\n" + kHelp);
   }
+  proximity_server::system::FileRoles& roles = proximity_server::system::FileRoles::ofProcess();
+  roles.addInput("--replay", options.file);
+  if (!page.empty()) roles.addOutput("--report", page);
   if (!folder.empty()) {
     for (const auto& files : proximity_server::node::writeFiles(options, folder))
       std::cout << files.folder << ": " << files.states << " states\n";
@@ -150,7 +155,7 @@ int main(int argc, char** argv) {
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {
-    std::cerr << "clearance: " << error.what() << '\n';
+    std::cerr << "clearance: " << proximity_server::system::readable(error.what()) << '\n';
     return 1;
   }
 }

@@ -10,6 +10,7 @@ are at 0 or at the limit that is nearest to 0.
 
 import argparse
 import collections
+import os
 import warnings
 
 import matplotlib.pyplot as pyplot
@@ -81,6 +82,9 @@ def make_parser():
 def main():
     parser = make_parser()
     options = parser.parse_args()
+    for path in (options.urdf, options.srdf):
+        if path and os.path.exists(path) and os.path.exists(options.out) and os.path.samefile(path, options.out):
+            parser.error(f"--out {options.out}: is the same file as {path}, which is read and would be lost")
     warnings.simplefilter("ignore", UserWarning)  # they are also in proximity.Robot.warnings
     try:
         robot = proximity.Robot(options.urdf, options.srdf, packages=options.package)

@@ -35,7 +35,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -226,11 +225,9 @@ void writeReport(const AnswerOutput& output, nlohmann::ordered_json asked, PlotS
 ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& question, StateSource& states,
                  Scripts& scripts) {
   const std::clock_t begin = std::clock();
-  const bool has_file = !options.out.empty();
-  std::ofstream file;
-  if (has_file) file = openOutput(options.out);
-  std::ostream& out = has_file ? file : std::cout;
-  RowOutput rows(out, has_file ? options.out : "standard output", formatOf(options, question, options.format));
+  const OutputFormat format = formatOf(options, question, options.format);
+  RowOutput rows =
+      options.out.empty() ? RowOutput(std::cout, "standard output", format) : RowOutput(options.out, format);
   AnswerCounter counter(options.rows == RowKind::State ? "states" : "segments", totalOf(states, options.rows));
   AnswerOutput output{options.format, rows, counter};
   if (scripts.plot)
@@ -245,6 +242,7 @@ ExitCode runText(const ClearanceOptions& options, const ClearanceQuestion& quest
     output.assertion.emplace(*options.assert_above, options.rows, question.model->robot, textOfPairs(question),
                              question.uncertainty ? LowerBounds::Guaranteed : LowerBounds::OfTheState);
   const SweepSummary summary = answerAll(options, question, states, output);
+  output.complete();
   if (scripts.plot) scripts.plot->draw({shortest(question.motion.contact_distance)});
   if (scripts.report) writeReport(output, std::move(asked), *scripts.report);
   if (!options.sweep.summary.empty()) summarize(options, summary, begin, rows.bytes());
@@ -270,7 +268,6 @@ ExitCode run(const ClearanceOptions& options) {
   if (!options.plot.empty()) scripts.plot.emplace(PlotKind{"--plot", "clearance_plot.py"}, options.plot);
   if (!options.report.empty())
     scripts.report.emplace(PlotKind{"--report", "clearance_report.py", {".html"}}, options.report);
-  if (!options.sweep.summary.empty()) requireWritable(options.sweep.summary);
   requireReadable(options.states);
   const ClearanceQuestion question = questionOf(options);
   const std::unique_ptr<StateSource> states = openStates(options.states, question.model->robot);

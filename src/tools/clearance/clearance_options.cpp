@@ -51,15 +51,15 @@ void declareOutput(ProgramOptions& program, ClearanceOptions& options) {
   };
   program.addRead("--format", "NAME", options.format, readFormat,
                   "csv, json, or npy: numbers for numpy, and FILE.manifest with the names of the pairs (default: csv)");
-  program.addText("--out", "FILE", options.out,
-                  "where to write (default: standard output); the folder of --shard and --range");
-  program.addText(
+  program.addOutput("--out", "FILE|DIR", options.out,
+                    "where to write (default: standard output); the folder of --shard and --range");
+  program.addOutput(
       "--plot", "FILE", options.plot,
       "a picture (.png, .pdf or .svg) of the clearance over the states or the time, and of the closest pairs");
-  program.addText("--report", "FILE.html", options.report,
-                  "a page to print and to archive: the worst states of the closest pairs with pictures, the clearance "
-                  "over the states or the time, all pairs, and what was checked. All pairs of all states are computed "
-                  "for it, whatever --pairs lists");
+  program.addOutput("--report", "FILE.html", options.report,
+                    "a page to print and to archive: the worst states of the closest pairs with pictures, the "
+                    "clearance over the states or the time, all pairs, and what was checked. All pairs of all states "
+                    "are computed for it, whatever --pairs lists");
   addLength(program, "--assert-above", options.assert_above, 0.0,
             "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
             "distance, and name the first and the worst on standard error");

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""clearance_plot.py DATA.csv PICTURE FORMAT LIMIT: the rows of `clearance` as a picture (png, pdf or svg), and a line at
-the clearance LIMIT [m]; without arguments: whether it can."""
+"""clearance_plot.py DATA.csv FORMAT LIMIT: the rows of `clearance` as a picture (png, pdf or svg) on standard output, and
+a line at the clearance LIMIT [m]; without arguments: whether it can."""
 import csv
 import sys
 
@@ -129,12 +129,13 @@ def draw(rows, limit):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 5:
-        data, picture, picture_format, clearance = sys.argv[1:]
+    if len(sys.argv) == 4:
+        data, picture_format, clearance = sys.argv[1:]
         found = read_rows(data)
         if not any("segment" in row or row["link_a"] for row in found):
             sys.exit("no pair was listed in any state: nothing to draw")
         try:
-            draw(found, float(clearance)).savefig(picture, dpi=100, format=picture_format)
+            draw(found, float(clearance)).savefig(sys.stdout.buffer, dpi=100, format=picture_format)
+            sys.stdout.flush()
         except OSError as error:
             sys.exit(str(error))

@@ -501,6 +501,11 @@ void AnswerOutput::end() {
   if (second_opinion) second_opinion->end();
 }
 
+void AnswerOutput::complete() {
+  rows.complete();
+  if (second_opinion) second_opinion->complete();
+}
+
 SweepSummary sweepStates(const ClearanceQuestion& question, StateSource& states, const StateRange& range,
                          AnswerOutput& output) {
   return StateSweep(question, states, range, output).run();

@@ -27,6 +27,9 @@ struct AnswerOutput {
 
   /// Ends all of them, so that each is a complete document.
   void end();
+
+  /// Gives their files their names, after end() and if all states are answered.
+  void complete();
 };
 
 /// Answers the question about the states of a range, and writes their rows. `states` must not have been read from. An

@@ -57,6 +57,7 @@ SweepManifest compute(const ClearanceQuestion& question, RowFormat format, State
   manifest.sweep = std::move(sweep);
   manifest.sweep["states"]["count"] = std::max<std::uint64_t>(manifest.statesOfSweep(), manifest.range.end);
   file.end();
+  file.complete();
   manifest.rows = file.rows();
   manifest.bytes = file.bytes();
   manifest.hash = file.hash();
@@ -118,7 +119,6 @@ void computePart(const ClearanceQuestion& question, RowFormat format, const Swee
 }
 
 SweepManifest computeNpy(const ClearanceQuestion& question, StateSource& states, const std::string& out) {
-  system::removeLeftOvers(out);
   // Before the run, which may outlast the files that it was made of.
   Json described = describe(question, RowFormat::Npy, states, 0);
   return compute(question, RowFormat::Npy, states, {0, kToTheEnd}, out, std::move(described));
@@ -126,7 +126,6 @@ SweepManifest computeNpy(const ClearanceQuestion& question, StateSource& states,
 
 void mergeParts(const SweepOptions& options, const std::string& out) {
   const CompleteSweep sweep = completeSweep(options.merge);
-  system::removeLeftOvers(out);
   const OutputFormat format = formatOf(sweep.manifests.front().sweep);
   const SweepManifest whole = mergeSweep(sweep, format, out);
   if (format.rows == RowFormat::Npy) writeManifest(whole, out);

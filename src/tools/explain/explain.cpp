@@ -76,7 +76,8 @@ void declareOutput(ProgramOptions& program, ExplainArguments& arguments) {
   };
   program.addRead("--format", "NAME", arguments.format, readFormat, "table or json (default: table)");
   addFilled(program, "--plot", "FILE", arguments.plot,
-            "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds");
+            "a picture (.png, .pdf or .svg): the CSO, the simplex of each iteration, the polytope of EPA, the bounds")
+      .is_output = true;
   addQuiet(program, arguments.robot.warnings);
   program.setFooter("Exit codes: 0: done; 1: bad input, or memory or disk did not suffice.");
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""explain_plot.py DATA.json PICTURE FORMAT: what `explain` found as a picture (png, pdf or svg); without arguments:
-whether it can.
+"""explain_plot.py DATA.json FORMAT: what `explain` found as a picture (png, pdf or svg) on standard output; without
+arguments: whether it can.
 
 One panel for each step: the CSO, the origin, the simplex of GJK or the polytope of EPA. The last panel has the bounds.
 Where CSO and origin lie in one plane, the panels show that plane."""
@@ -374,22 +374,23 @@ def keys(data, view):
     return handles
 
 
-def save(figure, picture, picture_format):
+def save(figure, picture_format):
     """A PNG has 256 colours, which are enough, and a third of the size."""
     if picture_format != "png":
-        figure.savefig(picture, format=picture_format)
+        figure.savefig(sys.stdout.buffer, format=picture_format)
         return
     figure.canvas.draw()
     Image.fromarray(numpy.asarray(figure.canvas.buffer_rgba())[..., :3].copy()).quantize(
-        256, dither=0).save(picture, format="png", optimize=True)
+        256, dither=0).save(sys.stdout.buffer, format="png", optimize=True)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) == 4:
-        source, picture, picture_format = sys.argv[1:]
+    if len(sys.argv) == 3:
+        source, picture_format = sys.argv[1:]
         with open(source, encoding="utf-8") as stream:
             found = json.load(stream)
         try:
-            save(draw(found), picture, picture_format)
+            save(draw(found), picture_format)
+            sys.stdout.flush()
         except OSError as error:
             sys.exit(str(error))

@@ -1,5 +1,6 @@
 // Checks a robot's URDF and SRDF, and lists the findings.
 #include "proximity_server/scene/loading/load_robot_model.h"
+#include "system/whole_file.h"
 #include "tools/model_check/model_checks.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
@@ -60,7 +61,7 @@ void declare(ProgramOptions& program, CheckArguments& arguments) {
                                                   {"error", Severity::Error},
                                                   {"never", std::nullopt}}),
                   "note, warning, error (default) or never: from which on the exit code is 2");
-  program.addText("--junit", "FILE", arguments.junit, "the findings as tests of JUnit, for CI");
+  program.addOutput("--junit", "FILE", arguments.junit, "the findings as tests of JUnit, for CI");
   program.addRead("--format", "FORMAT", arguments.format,
                   oneOf<FindingFormat>({{"text", FindingFormat::Text}, {"json", FindingFormat::Json}}),
                   "text (default) or json");
@@ -78,8 +79,7 @@ scene::RobotModel loadVisual(const CheckArguments& arguments, const std::string&
   options.allow_missing_meshes = true;
   options.allow_broken_mimics = arguments.robot.allow_broken_mimics;
   const std::string folder = std::filesystem::absolute(arguments.robot.urdf).parent_path();
-  return scene::loadRobotModel(visualAsCollision(urdf), scene::packageResolver(scene::rosPackagePath(), folder),
-                               options);
+  return scene::loadRobotModel(visualAsCollision(urdf), meshResolver(folder), options);
 }
 
 std::vector<Finding> findAll(const CheckArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
@@ -120,7 +120,6 @@ std::shared_ptr<const scene::SceneModel> load(const CheckArguments& arguments, c
 }
 
 ExitCode run(const CheckArguments& arguments) {
-  if (!arguments.junit.empty()) requireWritable(arguments.junit);
   const std::string urdf = readTextFile(arguments.robot.urdf);
   const std::shared_ptr<const scene::SceneModel> model = load(arguments, urdf);
   std::vector<Finding> findings = findAll(arguments, model, urdf);
@@ -133,7 +132,7 @@ ExitCode run(const CheckArguments& arguments) {
   writeTo(std::cout, "standard output",
           is_text ? findingsText(subjectOf(*model), findings) : findingsJson(subjectOf(*model), findings));
   flushTo(std::cout, "standard output");
-  if (!arguments.junit.empty()) writeFile(arguments.junit, findingsJUnit(findings, arguments.fail_on));
+  if (!arguments.junit.empty()) system::replaceFile(arguments.junit, findingsJUnit(findings, arguments.fail_on));
   const bool fails = arguments.fail_on && std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
                        return finding.severity >= *arguments.fail_on;
                      });

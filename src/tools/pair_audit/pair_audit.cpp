@@ -1,5 +1,6 @@
 // Which pairs of a robot's links can collide at all, and what its SRDF gets wrong about them.
 #include "proximity_server/scene/levels/always_near.h"
+#include "system/whole_file.h"
 #include "tools/pair_audit/audit_report.h"
 #include "tools/pair_audit/conditional_search.h"
 #include "tools/pair_audit/level_shares.h"
@@ -51,23 +52,23 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
   addCount(program, "--samples", study.most_samples, 1, 1000000000,
            "most random states (default: 100000); fewer where the classes of the pairs settle before");
   addCount(program, "--seed", study.seed, 0, std::numeric_limits<long>::max(), "of the random states (default: 1)");
-  program.addText("--write", "FILE", arguments.write,
-                  "an SRDF that disables what is adjacent, always in contact or never near");
-  program.addText("--write-thresholds", "FILE", arguments.write_thresholds,
-                  "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
-  program.addText("--write-conditional-pairs", "FILE", arguments.write_conditional,
-                  "for the parameter conditional_pairs: ranges of joint positions in which pairs are proven apart");
+  program.addOutput("--write", "FILE", arguments.write,
+                    "an SRDF that disables what is adjacent, always in contact or never near");
+  program.addOutput("--write-thresholds", "FILE", arguments.write_thresholds,
+                    "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
+  program.addOutput("--write-conditional-pairs", "FILE", arguments.write_conditional,
+                    "for the parameter conditional_pairs: ranges of joint positions in which pairs are proven apart");
   addLength(program, "--conditional-distance", arguments.conditional_distance, 0.0,
             "how far they are proven apart there (default: 0.05, the warn distance of the node)")
       .needs = "--write-conditional-pairs";
-  program.addText("--write-safe-limits", "FILE", arguments.write_limits,
-                  "limits for prove --box, within which the robot is proven not to collide with itself");
+  program.addOutput("--write-safe-limits", "FILE", arguments.write_limits,
+                    "limits for prove --box, within which the robot is proven not to collide with itself");
   addLength(program, "--safe-distance", arguments.safe_distance, 0.0,
             "how far pairs but neighbours are proven apart there, as 0.025 for a finger (default: not in contact)")
       .needs = "--write-safe-limits";
   addCount(program, "--boxes", arguments.boxes, 1, 1000000000,
            "parts into which a proof of these two divides a box (default: 2000)");
-  program.addText(
+  program.addOutput(
       "--setup", "DIR", arguments.setup,
       "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest");
   addThreads(program, study.threads);
@@ -141,8 +142,8 @@ void writeSetupOf(const AuditArguments& arguments, const Proposal& proposal) {
 void writeProposal(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
                    const PairStudy& study) {
   const Proposal proposal = propose(arguments, *model, study);
-  if (!arguments.write.empty()) writeFile(arguments.write, proposal.srdf);
-  if (!arguments.write_thresholds.empty()) writeFile(arguments.write_thresholds, thresholdsText(proposal));
+  if (!arguments.write.empty()) system::replaceFile(arguments.write, proposal.srdf);
+  if (!arguments.write_thresholds.empty()) system::replaceFile(arguments.write_thresholds, thresholdsText(proposal));
   const unsigned long seed = arguments.study.seed;
   writeTo(std::cout, "standard output",
           levelTable(countLevels(model, scene::thresholdsWith({}, proposal.usual), seed),
@@ -180,20 +181,16 @@ void writeProofs(const AuditArguments& arguments, const std::shared_ptr<const sc
   if (!arguments.write_conditional.empty()) {
     const std::vector<scene::ConditionalPair> pairs = searchConditional(arguments, model, study);
     writeTo(std::cout, "standard output", conditionalText(model->robot, pairs));
-    writeFile(arguments.write_conditional, scene::conditionalPairsYaml(model->robot, pairs));
+    system::replaceFile(arguments.write_conditional, scene::conditionalPairsYaml(model->robot, pairs));
   }
   if (!arguments.write_limits.empty()) {
     const SafeLimits safe = searchLimits(arguments, model, study);
     writeTo(std::cout, "standard output", safeLimitsText(model->robot, safe));
-    writeFile(arguments.write_limits, safeLimitsYaml(model->robot, safe));
+    system::replaceFile(arguments.write_limits, safeLimitsYaml(model->robot, safe));
   }
 }
 
 ExitCode run(const AuditArguments& arguments) {
-  for (const std::string& file :
-       {arguments.write, arguments.write_thresholds, arguments.write_conditional, arguments.write_limits}) {
-    if (!file.empty()) requireWritable(file);
-  }
   if (!arguments.setup.empty()) requireEmpty(arguments.setup);
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(arguments.robot);
   printWarningsOf(*model, arguments.robot.warnings);

@@ -2,9 +2,9 @@
 
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/loading/xml_declarations.h"
+#include "system/whole_file.h"
 #include "tools/robot/robot_files.h"
 #include "tools/text/csv.h"
-#include "tools/text/output_file.h"
 
 #include <tinyxml2.h>
 
@@ -188,7 +188,8 @@ void writeSetup(const std::string& folder, const scene::RobotModel& robot, const
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) throw std::invalid_argument(folder + ": cannot be made (" + failed.message() + ")");
-  for (const SetupFile& file : setupFiles(folder, robot, setup)) writeFile(fs::path(folder) / file.name, file.text);
+  for (const SetupFile& file : setupFiles(folder, robot, setup))
+    system::replaceFile(fs::path(folder) / file.name, file.text);
 }
 
 }  // namespace proximity_server::tools

@@ -1,6 +1,7 @@
 #include "tools/program/options.h"
 
 #include "proximity_server/scene/model/names.h"
+#include "system/whole_file.h"
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
 
@@ -60,7 +61,8 @@ void read(const po::option& given, std::vector<Option>& options) {
   if (option->is_given && !option->is_repeatable && !option->type.empty())
     throw std::invalid_argument(option->name + " is given twice");
   option->is_given = true;
-  naming(option->name, [&] { option->read(given.value.empty() ? "" : given.value.front()); });
+  option->texts.push_back(given.value.empty() ? "" : given.value.front());
+  naming(option->name, [&] { option->read(option->texts.back()); });
 }
 
 /// The option of that name; it must be there.
@@ -105,7 +107,8 @@ Option& ProgramOptions::operator[](const std::string& name) { return named(name,
 std::optional<int> ProgramOptions::parse(int argc, const char* const* argv) {
   constexpr int kStyle = po::command_line_style::unix_style & ~po::command_line_style::allow_guessing;
   const auto fail = [&](const std::exception& error) {
-    std::cerr << program_ << ": " << error.what() << "\nRun with --help for more information." << std::endl;
+    std::cerr << program_ << ": " << system::readable(error.what()) << "\nRun with --help for more information."
+              << std::endl;
     return 1;
   };
   try {
@@ -126,6 +129,22 @@ std::optional<int> ProgramOptions::parse(int argc, const char* const* argv) {
   } catch (const std::invalid_argument& error) {
     return fail(error);
   }
+}
+
+void ProgramOptions::claimFiles() const {
+  system::FileRoles& roles = system::FileRoles::ofProcess();
+  const auto has = [](const Option& option, const char* word) { return option.type.find(word) != std::string::npos; };
+  for (const Option& option : options_)
+    for (const std::string& text : option.texts)
+      if (has(option, "FILE") && !option.is_output) roles.addInput(option.name, text);
+  for (const Option& option : options_) {
+    for (const std::string& text : option.texts) {
+      if (!option.is_output || text.empty()) continue;
+      roles.addOutput(option.name, text);
+      if (!has(option, "DIR")) naming(option.name, [&] { system::requireWritable(text); });
+    }
+  }
+  roles.requireNoInput("/dev/stdout");
 }
 
 std::string ProgramOptions::help() const {

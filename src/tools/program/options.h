@@ -19,7 +19,8 @@ struct Option {
   std::string heading;                                ///< above it in the help
   std::string needs;                                  ///< another option, without which this one is an error
   std::set<std::string> excludes;                     ///< those with which it is an error
-  bool is_required = false, is_repeatable = false, is_given = false;
+  bool is_required = false, is_repeatable = false, is_given = false, is_output = false;
+  std::vector<std::string> texts{};  ///< those that were given
 };
 
 /// The options of a program. Each is declared with a function that takes its text; then parse() reads the command line.
@@ -45,6 +46,15 @@ class ProgramOptions {
     return add(name, type, description, [&value](const std::string& text) { value = text; });
   }
 
+  /// Declares an option whose text names a file that the program writes, by system::WholeFile; or a folder, if the type
+  /// says so. Of all others, those whose type has the word FILE name one that it reads.
+  template <typename Text>
+  Option& addOutput(const std::string& name, const std::string& type, Text& value, const std::string& description) {
+    Option& option = addText(name, type, value, description);
+    option.is_output = true;
+    return option;
+  }
+
   /// Declares an option without a text, which sets the value.
   template <typename Value>
   Option& addFlag(const std::string& name, Value& value, const Value& set, const std::string& description) {
@@ -63,6 +73,10 @@ class ProgramOptions {
   /// Reads the command line. Returns an exit code if the program ends with that: --help or --version are printed, or an
   /// error, on standard error.
   std::optional<int> parse(int argc, const char* const* argv);
+
+  /// Notes the files that the options name as those that this process reads and writes.
+  /// Failure: throws system::FileConflict if one is both, and std::invalid_argument for one that cannot be written.
+  void claimFiles() const;
 
   Option& operator[](const std::string& name);
   const std::string& program() const { return program_; }

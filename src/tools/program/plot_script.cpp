@@ -1,8 +1,5 @@
 #include "tools/program/plot_script.h"
 
-#include "tools/text/naming.h"
-#include "tools/text/output_file.h"
-
 #include <spawn.h>
 #include <stdlib.h>
 #include <sys/wait.h>
@@ -12,21 +9,25 @@
 #include <cctype>
 #include <filesystem>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 namespace proximity_server::tools {
 namespace {
 
-/// Runs Debian's Python, which has Debian's matplotlib, and returns whether it exited with 0. It uses no shell, because
-/// file names may contain any characters.
-bool runPython(std::vector<std::string> arguments) {
+/// Runs Debian's Python, which has Debian's matplotlib, with this standard output, and returns whether it exited with 0.
+/// It uses no shell, because file names may contain any characters.
+bool runPython(std::vector<std::string> arguments, int output) {
   arguments.insert(arguments.begin(), "/usr/bin/python3");
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
+  posix_spawn_file_actions_t streams;
+  posix_spawn_file_actions_init(&streams);
+  posix_spawn_file_actions_adddup2(&streams, output, STDOUT_FILENO);
   pid_t child = 0;
-  if (posix_spawn(&child, pointers[0], nullptr, nullptr, pointers.data(), environ) != 0) return false;
+  const int failed = posix_spawn(&child, pointers[0], &streams, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&streams);
+  if (failed != 0) return false;
   int status = 0;
   return waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
@@ -49,14 +50,13 @@ std::string besideExecutable(const std::string& name) {
 
 }  // namespace
 
-PlotScript::PlotScript(const PlotKind& kind, std::string picture)
+PlotScript::PlotScript(const PlotKind& kind, const std::string& picture)
     : option_(kind.option),
-      picture_(std::move(picture)),
-      format_(formatOf(picture_, kind)),
-      script_(besideExecutable(kind.script)) {
-  naming(option_, [&] { requireWritable(picture_); });
+      format_(formatOf(picture, kind)),
+      script_(besideExecutable(kind.script)),
+      picture_(picture) {
   if (!std::filesystem::exists(script_)) throw std::invalid_argument(option_ + ": there is no " + script_);
-  if (!runPython({script_})) {
+  if (!runPython({script_}, STDERR_FILENO)) {
     throw std::invalid_argument(option_ +
                                 ": /usr/bin/python3 cannot use matplotlib (Debian package python3-matplotlib)");
   }
@@ -75,11 +75,11 @@ PlotScript::~PlotScript() {
 
 void PlotScript::draw(const std::vector<std::string>& more_arguments) {
   data_.close();
-  std::vector<std::string> arguments{script_, data_path_, picture_, format_};
+  std::vector<std::string> arguments{script_, data_path_, format_};
   arguments.insert(arguments.end(), more_arguments.begin(), more_arguments.end());
-  if (!runPython(std::move(arguments))) {
-    throw std::invalid_argument(option_ + ": " + picture_ + " could not be drawn");
-  }
+  if (!runPython(std::move(arguments), picture_.descriptor()))
+    throw std::invalid_argument(option_ + ": " + picture_.path() + " could not be drawn");
+  picture_.complete();
 }
 
 }  // namespace proximity_server::tools

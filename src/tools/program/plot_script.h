@@ -1,5 +1,7 @@
 #pragma once
 
+#include "system/whole_file.h"
+
 #include <fstream>
 #include <string>
 #include <vector>
@@ -14,14 +16,14 @@ struct PlotKind {
 
 /// A picture that a Python script with matplotlib draws of the data that a tool writes. The script stands beside the
 /// executable. It is called without arguments to see whether it can draw, else as
-///   script DATA PICTURE FORMAT [more arguments].
+///   script DATA FORMAT [more arguments] > PICTURE.
 class PlotScript {
  public:
   /// The suffix of the picture's name determines the format.
   ///
   /// Failure: throws std::invalid_argument for another suffix, if the file cannot be written, if the script is missing,
   ///          and if matplotlib is not installed, so that nobody waits for a picture that cannot be drawn.
-  PlotScript(const PlotKind& kind, std::string picture);
+  PlotScript(const PlotKind& kind, const std::string& picture);
   ~PlotScript();
   PlotScript(const PlotScript&) = delete;
   PlotScript& operator=(const PlotScript&) = delete;
@@ -33,7 +35,8 @@ class PlotScript {
   void draw(const std::vector<std::string>& more_arguments = {});
 
  private:
-  std::string option_, picture_, format_, script_, data_path_;
+  std::string option_, format_, script_, data_path_;
+  system::WholeFile picture_;
   std::ofstream data_;
 };
 

@@ -1,5 +1,6 @@
 #include "tools/program/tool_main.h"
 
+#include "system/number_text.h"
 #include "tools/program/options.h"
 
 #include <signal.h>
@@ -38,8 +39,9 @@ int runTool(ProgramOptions& program, int argc, char** argv, const std::function<
   std::signal(SIGXFSZ, SIG_IGN);  // so that a file which may not grow further is named like one on a full disk
   const std::string& tool = program.program();
   try {
-    const std::optional<int> exit_code = program.parse(argc, argv);
-    return exit_code ? *exit_code : static_cast<int>(run());
+    if (const std::optional<int> exit_code = program.parse(argc, argv)) return *exit_code;
+    program.claimFiles();
+    return static_cast<int>(run());
   } catch (const std::bad_alloc&) {
     return fail(tool, "not enough memory");
   } catch (const std::length_error&) {  // thrown by containers of the standard library
@@ -47,7 +49,7 @@ int runTool(ProgramOptions& program, int argc, char** argv, const std::function<
   } catch (const std::system_error& error) {
     return fail(tool, "the system refuses: ", error.what());
   } catch (const std::exception& error) {
-    return fail(tool, error.what());
+    return fail(tool, system::readable(error.what()).c_str());
   }
 }
 

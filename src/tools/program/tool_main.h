@@ -16,7 +16,8 @@ enum class ExitCode : int {
   Refuted = 3  ///< --second-opinion of clearance
 };
 
-/// The main() of a tool: reads the options of the command line, then calls `run`.
+/// The main() of a tool: reads the options of the command line, refuses a file that would be read and written, then
+/// calls `run`.
 ///
 /// An exception of `run` becomes a message on standard error, which begins with the name of the program, and the exit
 /// code BadInput.

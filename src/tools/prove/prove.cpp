@@ -3,6 +3,7 @@
 #include "proximity_server/scene/proof/certify.h"
 #include "proximity_server/scene/proof/free_box.h"
 #include "proximity_server/scene/proof/prove_apart.h"
+#include "system/whole_file.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
 #include "tools/program/tool_main.h"
@@ -101,10 +102,10 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
   program.addRead("--format", "NAME", arguments.format,
                   oneOf<ProofFormat>({{"text", ProofFormat::Text}, {"json", ProofFormat::Json}}),
                   "text or json (default: text)");
-  program.addText("--refuting", "FILE", arguments.refuting,
-                  "write the states in which refuted pairs are in contact: CSV, for clearance --states");
-  program.addText("--certificate", "FILE", arguments.certificate,
-                  "write the evidence of all proven pairs, which --check verifies");
+  program.addOutput("--refuting", "FILE", arguments.refuting,
+                    "write the states in which refuted pairs are in contact: CSV, for clearance --states");
+  program.addOutput("--certificate", "FILE", arguments.certificate,
+                    "write the evidence of all proven pairs, which --check verifies");
   program
       .addText("--check", "FILE", arguments.check,
                "prove nothing, and verify such evidence; the robot, the SRDF and the objects must be the same")
@@ -115,7 +116,8 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
   addThreads(program, question.threads);
   program.setFooter(
       "Exit codes: 0: all pairs are proven to stay apart, or the certificate is verified; 1: bad input, or memory,\n"
-      "threads or disk did not suffice; 2: a pair is refuted or undecided, has no certificate, or one that is wrong.");
+      "threads or disk did not suffice; 2: a pair is refuted or undecided, has no certificate, or one that is wrong;\n"
+      "or the certificate has no pair.");
 }
 
 std::vector<double> radiiOf(const ProveArguments& arguments, const scene::RobotModel& robot) {
@@ -215,13 +217,11 @@ bool certify(const ProofReport& report, const CertificateSubject& subject, const
   }
   for (const scene::JointRange& interval : report.box)
     if (joints.count(interval.joint) > 0) certificate.box.push_back(interval);
-  writeFile(file, certificateText(certificate, subject));
+  system::replaceFile(file, certificateText(certificate, subject));
   return is_complete;
 }
 
 ExitCode run(const ProveArguments& arguments) {
-  for (const std::string& file : {arguments.refuting, arguments.certificate})
-    if (!file.empty()) requireWritable(file);
   ProofReport report{loadSceneModel(arguments.robot), {}, arguments.question, {}};
   printWarningsOf(*report.model, arguments.robot.warnings);
   report.question.objects = objectsOf(arguments, report.model);
@@ -250,7 +250,7 @@ ExitCode run(const ProveArguments& arguments) {
   const bool is_text = arguments.format == ProofFormat::Text;
   writeTo(std::cout, "standard output", is_text ? proofText(report) : proofJson(report));
   flushTo(std::cout, "standard output");
-  if (!arguments.refuting.empty()) writeFile(arguments.refuting, refutingStates(report));
+  if (!arguments.refuting.empty()) system::replaceFile(arguments.refuting, refutingStates(report));
   return report.isProven() && is_certified ? ExitCode::Done : ExitCode::AssertionFails;
 }
 

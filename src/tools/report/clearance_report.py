@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""clearance_report.py DATA.json FILE html: the facts that `clearance --report` has collected as one page without links to
-other files (XHTML with pictures in SVG); without arguments: whether it can. The same facts and the same matplotlib give
-the same bytes."""
+"""clearance_report.py DATA.json html: the facts that `clearance --report` has collected as one page without links to other
+files (XHTML with pictures in SVG) on standard output; without arguments: whether it can. The same facts and the same
+matplotlib give the same bytes."""
 import html
 import io
 import json
@@ -357,13 +357,13 @@ def page(facts):
             "</body></html>\n")
 
 
-if __name__ == "__main__" and len(sys.argv) == 4:
+if __name__ == "__main__" and len(sys.argv) == 3:
     matplotlib.rcParams.update({"svg.hashsalt": "clearance", "svg.fonttype": "none", "font.size": 8})
     warnings.filterwarnings("ignore", message="Glyph")  # the browser has other fonts
     with open(sys.argv[1], encoding="utf-8") as data:
         made = page(json.load(data))
     try:
-        with open(sys.argv[2], "w", encoding="utf-8") as file:
-            file.write(made)
+        sys.stdout.buffer.write(made.encode())
+        sys.stdout.flush()
     except OSError as error:
         sys.exit(str(error))

@@ -106,7 +106,7 @@ std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const Robot
                                             const std::shared_ptr<const scene::SceneModel>& model) {
   if (path.empty()) return nullptr;
   scene::ObjectOptions how;
-  how.resolve = scene::packageResolver(scene::rosPackagePath());
+  how.resolve = meshResolver();
   if (robot.mesh_tolerance) how.meshes.tolerance = *robot.mesh_tolerance;
   how.meshes.cache = scene::userMeshCache();
   auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(path), how);

@@ -5,6 +5,8 @@
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
+#include "system/number_text.h"
+#include "system/whole_file.h"
 #include "tools/program/options.h"
 #include "tools/text/naming.h"
 
@@ -53,6 +55,14 @@ std::string readTextFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+scene::MeshResolver meshResolver(const std::string& folder) {
+  return [find = scene::packageResolver(scene::rosPackagePath(), folder)](const std::string& uri) {
+    const std::string path = find(uri);
+    system::FileRoles::ofProcess().addInput("the mesh", path);
+    return path;
+  };
+}
+
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files) {
   scene::ModelOptions options;
   if (files.mesh_tolerance) options.mesh_tolerance = *files.mesh_tolerance;
@@ -62,8 +72,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files)
   if (files.warnings == Warnings::Shown) options.progress = [](const std::string& what) { std::cerr << what << '\n'; };
   const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
   scene::RobotModel robot = naming(files.urdf, [&] {
-    const scene::MeshResolver resolve = scene::packageResolver(scene::rosPackagePath(), folderOf(files.urdf));
-    return scene::loadRobotModel(readTextFile(files.urdf), resolve, options);
+    return scene::loadRobotModel(readTextFile(files.urdf), meshResolver(folderOf(files.urdf)), options);
   });
   if (!files.joint_inequalities.empty()) scene::readJointInequalities(files.joint_inequalities, robot);
   return naming(files.srdf.empty() ? files.urdf : files.srdf, [&] {
@@ -82,7 +91,7 @@ scene::RobotModel loadJoints(const RobotFiles& files) {
 void printWarnings(const std::vector<std::string>& sentences, Warnings warnings) {
   if (warnings == Warnings::Hidden) return;
   for (const std::string& sentence : sentences)
-    if (!sentence.empty()) std::cerr << "warning: " << sentence << '\n';
+    if (!sentence.empty()) std::cerr << "warning: " << system::readable(sentence) << '\n';
 }
 
 void printWarningsOf(const scene::SceneModel& model, Warnings warnings) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/robot_model.h"
 
 #include <memory>
@@ -37,6 +38,10 @@ void addQuiet(ProgramOptions& program, Warnings& warnings);
 
 /// The whole text of a file. Throws std::invalid_argument with its name and the reason if it cannot be read.
 std::string readTextFile(const std::string& path);
+
+/// Finds the meshes of a robot or of objects in the packages on ROS_PACKAGE_PATH, relative ones below a folder. Each is
+/// an input of the process. Failure: throws system::FileConflict if it is an output, too.
+scene::MeshResolver meshResolver(const std::string& folder = "");
 
 /// Loads the same robot and pairs as the node would. Mesh packages are searched on ROS_PACKAGE_PATH; relative paths
 /// start at the folder of the URDF. Throws std::invalid_argument naming file and link.

@@ -3,7 +3,6 @@
 #include "tools/program/options.h"
 #include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
-#include "tools/text/output_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,15 +49,15 @@ void declareSecondOpinion(ProgramOptions& program, SecondOpinionOptions& options
   addLength(program, "--second-opinion-tolerance", options.tolerance, 0.0,
             "what counts as a difference (default: 1e-5)")
       .needs = "--second-opinion";
-  program.addText("--second-opinion-out", "FILE", options.out, "where the pairs that differ are listed (CSV)").needs =
+  program.addOutput("--second-opinion-out", "FILE", options.out, "where the pairs that differ are listed (CSV)").needs =
       "--second-opinion";
 }
 
 SecondOpinion::SecondOpinion(const SecondOpinionOptions& options, std::shared_ptr<const scene::SceneModel> model)
     : options_(options), model_(std::move(model)) {
   if (options_.out.empty()) return;
-  list_ = openOutput(options_.out);
-  writeTo(*list_, options_.out, "state,link_a,link_b,ours,lower,upper,fcl,proven_lower,proven_upper,verdict\n");
+  list_.emplace(options_.out);
+  list_->append("state,link_a,link_b,ours,lower,upper,fcl,proven_lower,proven_upper,verdict\n");
 }
 
 void SecondOpinion::add(long state, const std::vector<scene::PairProximity>& pairs, const scene::Positions& positions,
@@ -72,8 +71,11 @@ void SecondOpinion::add(long state, const std::vector<scene::PairProximity>& pai
 
 void SecondOpinion::end() {
   askBlock();
-  if (!list_) return;
-  flushTo(*list_, options_.out);
+  if (list_) list_->flush();
+}
+
+void SecondOpinion::complete() {
+  if (list_) list_->complete();
 }
 
 std::vector<SecondOpinion::PendingPair> SecondOpinion::pendingPairs() const {
@@ -109,7 +111,7 @@ void SecondOpinion::judgePair(const PendingPair& pending, const OtherOpinion& ot
   ++counts_[static_cast<std::size_t>(judgement.ruling)];
   if (!isListed(judgement.ruling)) return;
   const std::string row = rowOf(pending, other, judgement);
-  if (list_) writeTo(*list_, options_.out, row + '\n');
+  if (list_) list_->append(row + '\n');
   if (judgement.ruling == Ruling::Inside) return;  // a difference, and nobody's error
   const bool is_number = other.end == ChildEnd::Answered && other.answer.kind == OtherAnswer::Kind::Distance;
   const double difference = is_number ? std::abs(other.answer.distance - padding - ours.distance) : 0.0;

@@ -4,10 +4,10 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+#include "system/whole_file.h"
 #include "tools/second_opinion/judgement.h"
 
 #include <array>
-#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,8 +41,11 @@ class SecondOpinion {
   void add(long state, const std::vector<scene::PairProximity>& pairs, const scene::Positions& positions,
            std::shared_ptr<const scene::Objects> objects);
 
-  /// Asks about what is left, and ends the list. Throws std::invalid_argument if writing failed.
+  /// Asks about what is left. Throws std::invalid_argument if writing the list failed.
   void end();
+
+  /// Gives the list its name, after end().
+  void complete();
 
   /// One line for people, and a second one with the worst difference, if there is one. After end().
   std::string summary() const;
@@ -73,7 +76,7 @@ class SecondOpinion {
 
   SecondOpinionOptions options_;
   std::shared_ptr<const scene::SceneModel> model_;
-  std::optional<std::ofstream> list_;
+  std::optional<system::WholeFile> list_;
   std::vector<PendingState> block_;
   std::size_t pairs_in_block_ = 0;
   std::array<long, 8> counts_{};  ///< by ruling

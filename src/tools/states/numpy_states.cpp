@@ -1,5 +1,6 @@
 #include "tools/states/numpy_states.h"
 
+#include "system/whole_file.h"
 #include "tools/robot/robot_files.h"
 #include "tools/states/bytes.h"
 #include "tools/text/content_hash.h"
@@ -27,6 +28,7 @@ std::filesystem::path namesFileOf(const std::string& file) {
 std::vector<std::string> namesBeside(const std::string& file) {
   const std::filesystem::path path = namesFileOf(file);
   if (!std::filesystem::is_regular_file(path)) return {};
+  system::FileRoles::ofProcess().addInput("the names of joints", path);
   std::vector<std::string> names;
   std::istringstream lines(readTextFile(path));
   for (std::string line; std::getline(lines, line);) {

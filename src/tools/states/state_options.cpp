@@ -1,6 +1,7 @@
 #include "tools/states/state_options.h"
 
 #include "proximity_server/scene/mesh/readable_file.h"
+#include "system/whole_file.h"
 #include "tools/program/options.h"
 #include "tools/states/csv_states.h"
 #include "tools/states/numpy_states.h"
@@ -108,7 +109,7 @@ void declareStateOptions(ProgramOptions& program, StateOptions& options) {
 void requireReadable(const StateOptions& options) {
   if (options.sample || !options.grid.empty() || options.is_zero) return;
   const std::string& file = options.bag.file.empty() ? options.file : options.bag.file;
-  if (file != "-") scene::requireReadable(file);
+  file == "-" ? system::FileRoles::ofProcess().addInput("standard input", "/dev/stdin") : scene::requireReadable(file);
 }
 
 std::unique_ptr<StateSource> openStates(const StateOptions& options, const scene::RobotModel& robot) {

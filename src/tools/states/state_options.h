@@ -29,7 +29,7 @@ struct StateOptions {
 void declareStateOptions(ProgramOptions& program, StateOptions& options);
 
 /// Throws std::invalid_argument with the name of the file and the reason if it cannot be read, so that this is known
-/// before the robot is loaded.
+/// before the robot is loaded; and system::FileConflict if it is standard input, and an output.
 void requireReadable(const StateOptions& options);
 
 /// Opens the source of the states, which the robot must outlive. The suffix of a file tells its format, or else its

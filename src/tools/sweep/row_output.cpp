@@ -16,6 +16,7 @@ RowOutput::RowOutput(std::ostream& stream, std::string name, OutputFormat format
 
 RowOutput::RowOutput(const std::string& file, OutputFormat format)
     : format_(std::move(format)), file_(std::in_place, file), name_(file) {
+  system::FileRoles::ofProcess().requireNoInput(manifestPath(file));  // complete() removes it
   writeBytes(format_.header(0));
 }
 
@@ -38,6 +39,11 @@ void RowOutput::end() {
   writeBytes(format_.end);
   if (!file_) return flushTo(*stream_, name_);
   if (format_.rows == RowFormat::Npy) file_->replaceBegin(format_.header(rows_));
+  file_->flush();
+}
+
+void RowOutput::complete() {
+  if (!file_) return;
   // An older one does not belong to the new rows, should this process end before it writes the manifest.
   std::error_code ignored;
   std::filesystem::remove(manifestPath(name_), ignored);

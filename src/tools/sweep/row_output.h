@@ -40,8 +40,11 @@ class RowOutput {
     append(rows.bytes);
   }
 
-  /// Writes the end of the rows, so that this is a complete document; gives the file its name.
+  /// Writes the end of the rows, so that this is a complete document.
   void end();
+
+  /// Gives the file its name, after end().
+  void complete();
 
   std::uint64_t rows() const { return rows_; }
   std::uint64_t bytes() const { return bytes_; }

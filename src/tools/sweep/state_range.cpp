@@ -53,8 +53,8 @@ void declareSweepOptions(ProgramOptions& program, SweepOptions& options) {
   program.addRead("--range", "A:B", options.range, readRange, "the same, of the states A to B - 1");
   program.addText("--merge", "DIR", options.merge,
                   "join the parts in a folder to the file --out, which one run would have written");
-  program.addText("--summary", "FILE", options.summary,
-                  "JSON with a histogram, the worst states and the most frequent pairs");
+  program.addOutput("--summary", "FILE", options.summary,
+                    "JSON with a histogram, the worst states and the most frequent pairs");
   program.atMostOneOf({"--shard", "--range", "--merge"});
   program.atMostOneOf({"--shard", "--range", "--summary"});
 }

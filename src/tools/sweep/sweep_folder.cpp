@@ -1,6 +1,7 @@
 #include "tools/sweep/sweep_folder.h"
 
 #include "proximity_server/scene/model/names.h"
+#include "system/whole_file.h"
 #include "tools/sweep/row_output.h"
 #include "tools/text/content_hash.h"
 #include "tools/text/output_file.h"
@@ -133,6 +134,8 @@ CompleteSweep completeSweep(const std::string& folder) {
       throw std::invalid_argument(path + ": is of another sweep than " + manifestPath(parts.front().second) + ": " +
                                   what);
     parts.emplace_back(std::move(manifest), fs::path(path).replace_extension());
+    for (const std::string& input : {path, parts.back().second})
+      system::FileRoles::ofProcess().addInput("the part", input);
   }
   if (parts.empty()) throw std::invalid_argument(folder + ": has no complete part of a sweep");
   std::sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) {
@@ -170,6 +173,7 @@ SweepManifest mergeSweep(const CompleteSweep& sweep, const OutputFormat& format,
   }
   whole.range = {0, whole.statesOfSweep()};
   file.end();
+  file.complete();
   whole.rows = file.rows();
   whole.bytes = file.bytes();
   whole.hash = file.hash();

@@ -23,9 +23,21 @@ TEST_F(Clearance, NamesWhatIsWrongWithTheInput) {
   expect(runCommandApart(CLEARANCE " /nowhere.urdf < /dev/null"),
          "/nowhere.urdf: cannot be read (No such file or directory)");
   expect(run("slide\n0\n", "--srdf /nowhere.srdf"), "/nowhere.srdf: cannot be read (No such file or directory)");
-  expect(run("slide\n0\n", "--out /nowhere/out.csv"), "/nowhere/out.csv: cannot be opened (No such file or directory)");
+  expect(run("slide\n0\n", "--out /nowhere/out.csv"),
+         "/nowhere/out.csv: cannot be written (No such file or directory)");
   expect(run("slide\n0\n", "--srdf " + urdf_), urdf_ + ": SRDF, line 2: this is a URDF");
   expect(runCommandApart(CLEARANCE " " + urdf_ + " --states /tmp"), "/tmp: cannot be read (Is a directory)");
+}
+
+// Regression: an id of 50 MB came back whole.
+TEST_F(Clearance, CutsNamesOfAnyLengthInErrors) {
+  const std::string id(5000000, 'x');
+  const std::string objects = files_.write(
+      "o.yaml", "objects: [{id: " + id + ", link: " + id + ", primitives: [{type: SPHERE, dimensions: [0.1]}]}]\n");
+  const CommandResult result = run("slide\n0\n", "--objects " + objects);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_LT(result.errors.size(), 3000U);
+  EXPECT_TRUE(says(result.errors, "bytes left out)...xxx")) << result.errors;
 }
 
 TEST_F(Clearance, NamesWhatIsWrongWithAnOption) {

@@ -341,7 +341,8 @@ TEST_F(PairAudit, NamesWhatIsWrongWithTheInput) {
   expect(runCommand(PAIR_AUDIT " /nowhere.urdf 2>&1"), 1, "pair_audit: /nowhere.urdf: cannot be read");
   expect(run("--srdf /nowhere.srdf"), 1, "pair_audit: /nowhere.srdf: cannot be read");
   expect(run("--srdf " + files_.write("broken.srdf", "<robot")), 1, "broken.srdf: SRDF");
-  expect(run("--samples 100 --write /nowhere/out.srdf"), 1, "pair_audit: /nowhere/out.srdf: cannot be written");
+  expect(run("--samples 100 --write /nowhere/out.srdf"), 1,
+         "pair_audit: --write: /nowhere/out.srdf: cannot be written");
   expect(run("--distance -0.1"), 1, "--distance: '-0.1' is not a finite length of at least 0 m");
   expect(run("--warn-distance -1"), 1, "--warn-distance: '-1' is not a finite length of at least 0 m");
   expect(run("--write-thresholds /nowhere/out.yaml"), 1, "/nowhere/out.yaml: cannot be written");

@@ -58,4 +58,11 @@ TEST(ToolMain, WhateverIsThrownEndsWithOneAndAMessage) {
          "tool: the system refuses: Too many open files\n");
 }
 
+// Regression: a name of 50 MB in a file came back whole.
+TEST(ToolMain, WhatIsLongIsCut) {
+  const std::string name(1000000, 'x');
+  EXPECT_LT(endOfThrowing(std::invalid_argument("there is no link '" + name + "'")).errors.size(), 1000U);
+  EXPECT_LT(endOf([] { return ExitCode::Done; }, "--" + name).errors.size(), 1000U);
+}
+
 }  // namespace proximity_server::tools::tool_main_test

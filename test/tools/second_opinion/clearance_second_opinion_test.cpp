@@ -127,7 +127,7 @@ TEST_F(ClearanceSecondOpinion, RefusesWhatItDoesNotKnow) {
       {"--second-opinion fcl --format npy --out x.npy", "--second-opinion does not go with"},
       {"--second-opinion-tolerance 0.1", "--second-opinion"},
       {"--second-opinion fcl --second-opinion-tolerance -1", "--second-opinion-tolerance"},
-      {"--second-opinion fcl --second-opinion-out /nowhere/list.csv", "/nowhere/list.csv: cannot be opened"}};
+      {"--second-opinion fcl --second-opinion-out /nowhere/list.csv", "/nowhere/list.csv: cannot be written"}};
   for (const auto& [arguments, message] : wrong) {
     const CommandResult result = run("slide\n0\n1\n", arguments);
     EXPECT_EQ(result.exit_code, 1) << arguments;

@@ -299,7 +299,7 @@ TEST_F(SweepTool, NamesAFileWhereAFolderIsWantedAndTheOtherWayRound) {
   expectError(sweep("--format npy --out " + in("folder")), in("folder") + ": is a folder, not a file");
   expectError(sweep("--format npy --out /nowhere/x.npy"),
               "/nowhere/x.npy: cannot be written (No such file or directory)");
-  expectError(sweep("--summary " + in("folder")), in("folder") + ": cannot be written (Is a directory)");
+  expectError(sweep("--summary " + in("folder")), in("folder") + ": is a folder, not a file");
   expectError(sweep("--summary /nowhere/x.json"), "/nowhere/x.json: cannot be written");
   computeShards(1, "--out " + in("parts"));
   expectError(runCommandApart(CLEARANCE " --merge " + in("parts") + " --out " + in("folder")),
