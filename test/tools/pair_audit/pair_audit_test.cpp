@@ -280,7 +280,7 @@ TEST_F(PairAudit, SetupOverwritesNothing) {
   EXPECT_FALSE(says(result.output, "pairs of links")) << result.output;  // before the study
   EXPECT_EQ(filesIn(folder), Lines{"robot.srdf"});
   EXPECT_EQ(readFile(folder + "/robot.srdf"), "mine");
-  EXPECT_TRUE(says(run("--setup " + urdf_).output, urdf_ + ": is not a folder"));
+  EXPECT_TRUE(says(run("--setup " + files_.write("file", "")).output, files_.path("file") + ": is not a folder"));
 }
 
 TEST_F(PairAudit, SetupMakesMeshesAbsolute) {
