@@ -188,7 +188,7 @@ void appendRounded(std::string& text, double number, int digits) { text += print
 namespace proximity_server::system {
 namespace {
 
-constexpr std::size_t kLongestWord = 512, kLongestMessage = 4096;  // [byte]
+constexpr std::size_t kLongestWord = 512, kLongestMessage = 16384;  // [byte]
 
 /// The place at or behind this one where a character of UTF-8 begins.
 std::size_t beginOfCharacter(std::string_view text, std::size_t place) {

@@ -35,7 +35,7 @@ void appendFixed(std::string& text, double number, int places);
 void appendRounded(std::string& text, double number, int digits);
 
 /// A message as people can read it, because what comes from outside has any length: each word of more than 512 bytes,
-/// and a message of more than 4096, is cut in its middle: "aaa...(49999488 bytes left out)...aaa". UTF-8 stays UTF-8.
+/// and a message of more than 16384, is cut in its middle: "aaa...(49999488 bytes left out)...aaa". UTF-8 stays UTF-8.
 std::string readable(std::string message);
 
 }  // namespace proximity_server::system

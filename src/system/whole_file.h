@@ -29,7 +29,7 @@ class FileRoles {
     return roles;
   }
 
-  /// Notes a file that is read. `role` says what for: "--states", "the mesh of".
+  /// Notes a file that is read. `role` says what for: "--states", "the mesh".
   /// Failure: throws FileConflict naming both if it is an output.
   void addInput(const std::string& role, const std::string& path);
 
