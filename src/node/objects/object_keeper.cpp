@@ -24,12 +24,12 @@ bool exists(const std::string& path) {
   return !path.empty() && std::filesystem::exists(path, ignored);
 }
 
-/// Throws std::invalid_argument if no file can be made in the folder of `file`, on a disk with room. The file itself is
-/// not touched.
-void requireFolder(const std::string& file) {
+/// Throws std::invalid_argument if the file may not be replaced, or made, on a disk with room. It is not touched.
+void requireAccess(const std::string& file) {
   std::error_code none;
   const std::filesystem::path target = std::filesystem::weakly_canonical(file, none);
-  if (access(target.parent_path().c_str(), W_OK | X_OK) != 0)
+  const bool may_make = access(target.parent_path().c_str(), W_OK | X_OK) == 0;
+  if (!may_make || (exists(file) && access(file.c_str(), W_OK) != 0))
     throw std::invalid_argument("objects_file cannot be written: " + file + system::because(errno));
 }
 
@@ -45,7 +45,7 @@ scene::ObjectFile objectsAtStart(const Config& config) {
 
 ObjectKeeper::ObjectKeeper(std::string file, const ObjectStore& store) : file_(std::move(file)), store_(store) {
   if (file_.empty()) return;
-  requireFolder(file_);
+  requireAccess(file_);
   system::removeLeftOvers(file_);
   if (exists(file_))
     written_ = store_.revision();

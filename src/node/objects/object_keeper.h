@@ -24,7 +24,7 @@ scene::ObjectFile objectsAtStart(const Config& config);
 class ObjectKeeper {
  public:
   /// `file` is an absolute path; if it is "", nothing is kept. The store must outlive this object.
-  /// Failure: throws std::invalid_argument if no file can be made in its folder, however much room there is.
+  /// Failure: throws std::invalid_argument if it may not be replaced or made, however much room there is.
   ObjectKeeper(std::string file, const ObjectStore& store);
   /// Writes the last change if it is not written yet.
   ~ObjectKeeper();

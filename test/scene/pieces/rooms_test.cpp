@@ -342,13 +342,17 @@ TEST(MeshPieces, OfAHollowWithAHoleInItsOuterWallFillTheRoomAndSaySo) {
   TriangleMesh outer = kOuter;
   outer.triangles.pop_back();
   const MeshPieces pieces = convexPieces(together({outer, kCavity}), within(0.0));
-  EXPECT_TRUE(isInAHull(pieces, Vector3d::Zero())) << "in the room";
-  EXPECT_FALSE(isInAHull(pieces, {1.0, 0.0, 0.0})) << "in the outer wall";
+  ASSERT_TRUE(pieces.interior);
+  EXPECT_NEAR(pieces.interior->placeOf(Vector3d::Zero()).upper_bound, -0.5, 1e-12) << "in the room";
+  EXPECT_GT(pieces.interior->placeOf({1.0, 0.0, 0.0}).upper_bound, 0.0) << "in the outer wall";
+  EXPECT_FALSE(isInAHull(pieces, {1.0, 0.0, 0.0}));
   EXPECT_EQ(pieces.openness,
             "1 of its 2 parts are not closed; what lies inside and touches none of its convex pieces counts as apart, "
             "but a room is solid if the wall around it is not closed");
   const MeshPieces whole = convexPieces(together({kOuter, kCavity}), within(0.0));
   EXPECT_FALSE(isInAHull(whole, Vector3d::Zero()));
+  ASSERT_TRUE(whole.interior);
+  EXPECT_GT(whole.interior->placeOf(Vector3d::Zero()).upper_bound, 0.0);
   const MeshPieces two_solids = convexPieces(together({outer, boxMesh({-0.5, -0.5, -0.5}, {1, 1, 1})}), within(0.0));
   EXPECT_EQ(two_solids.openness.find("room"), std::string::npos) << two_solids.openness;
 }
