@@ -327,7 +327,8 @@ scene::FreeMotion& placeFreeMotion(const JointPositions::Block& block, Eigen::In
     scratch.free_motion->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
   }
   positionsOf(block, state, scratch.positions);
-  scratch.free_motion->update(scene::forwardKinematics(robot, scratch.positions));
+  const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
+  scratch.free_motion->update(poses, scene::framePoses(*scratch.objects, poses));
   scratch.free_motion->find(near.first, near.first + near.count, question);
   return *scratch.free_motion;
 }

@@ -70,8 +70,9 @@ class FreeMotions {
   }
 
   /// Adds those of a state whose poses the scene has.
-  void add(scene::Scene& scene, const scene::BodyPoses& poses, QueryConfigurationResponse& response) {
-    free_.update(poses);
+  void add(scene::Scene& scene, const scene::BodyPoses& poses, const scene::FramePoses& frames,
+           QueryConfigurationResponse& response) {
+    free_.update(poses, frames);
     free_.find(scene, question_);
     for (int i = 0; i < degrees().size(); ++i) response.free_motion.push_back(free_.alone(i));
     if (motion_.size() > 0) response.free_scale.push_back(free_.scale(motion_));
@@ -125,7 +126,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
       response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, details));
       QueryStatus& of_state = response.states.back().status;
       if (of_state.code == QueryStatus::OK) of_state.message = brokenText(robot, state, from_tf);
-      if (free_motions) free_motions->add(*scene, poses, response);
+      if (free_motions) free_motions->add(*scene, poses, frames.poses, response);
     }
     if (details.gradients) response.joint_names = details.gradients->names();
     if (free_motions) response.joint_names = free_motions->names();

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -61,20 +62,26 @@ void FreeMotion::update(const BodyPoses& poses) {
   is_known_ = false;
 }
 
+void FreeMotion::update(const BodyPoses& poses, const FramePoses& frames) {
+  joints_->update(poses, frames);
+  is_known_ = false;
+}
+
 // --- weights
 
-/// Adds the weights of the joints that carry one shape of a pair, but not the other one.
-bool FreeMotion::addWeights(const ShapeRef& ref, int body, int other_body, Eigen::Ref<VectorXd> weights) const {
+/// Adds the weights of the joints that carry `body`, but not the other one, for the points of a shape.
+bool FreeMotion::addWeights(const ShapeRef& moved, int body, int other_body, Eigen::Ref<VectorXd> weights) const {
   if (body < 0) return true;
-  if (!joints_->poses()[body] || !joints_->knowsBetween(body, other_body)) return false;
-  const Bounds& bounds = volumes_->part(ref, joints_->objects()).whole().bounds;
+  const std::optional<Eigen::Isometry3d> pose = joints_->poseOf(moved);
+  if (!pose || !joints_->knowsBetween(body, other_body)) return false;
+  const Bounds& bounds = volumes_->part(moved, joints_->objects()).whole().bounds;
   const RobotModel& robot = joints_->robot();
   joints_->forEachBetween(body, other_body, [&](int carried, PlacedJoints::Side side) {
     if (side != PlacedJoints::Side::A) return;
     const int joint = robot.bodies[carried].joint;
     const JointTwists twists = joints_->twistsOf(carried);
     const DegreesOfFreedom::Columns& own = degreesOfFreedom().columnsOf(joint);
-    const SeenBounds seen(bounds, *joints_->poses()[body], joints_->poses()[carried]->translation());
+    const SeenBounds seen(bounds, *pose, joints_->poses()[carried]->translation());
     for (int i = 0; i < twists.count; ++i) {
       const Vector3d& axis = twists.twists[i].angular;
       double weight = 1.0 + kPoseRounding;  // of a translation
@@ -92,8 +99,10 @@ bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights)
                                 " degrees of freedom, but there is room for " + std::to_string(weights.size()));
   volumes_->of(pair.a), volumes_->of(pair.b);  // throws for a link that does not exist
   const int body_a = joints_->bodyOf(pair.a), body_b = joints_->bodyOf(pair.b);
+  const auto isUnbounded = [&](const ShapeRef& ref) { return volumes_->part(ref, joints_->objects()).isUnbounded(); };
+  const ShapeRef &by_a = isUnbounded(pair.a) ? pair.b : pair.a, &by_b = isUnbounded(pair.b) ? pair.a : pair.b;
   weights.setZero();
-  if (addWeights(pair.a, body_a, body_b, weights) && addWeights(pair.b, body_b, body_a, weights)) return true;
+  if (addWeights(by_a, body_a, body_b, weights) && addWeights(by_b, body_b, body_a, weights)) return true;
   weights.setConstant(std::numeric_limits<double>::quiet_NaN());
   return false;
 }
@@ -102,26 +111,37 @@ bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights)
 
 /// Sets weights that no checked pair exceeds: the largest of all links and objects. A degree of freedom with mimic
 /// joints may move both shapes of a pair; any other one moves only one of them. A shape without a pose is in no known
-/// pair. Among objects, every link may be in a checked pair.
+/// pair. Among objects, every link may be in a checked pair. The joints that carry a half-space move all other shapes.
 bool FreeMotion::findLargestWeights(VectorXd& weights) {
-  const RobotModel& robot = joints_->robot();
   weights.setZero();
   bool is_known = true;
   const auto consider = [&](const ShapeRef& ref, int body) {
-    if (!is_known || body < 0 || !joints_->poses()[body]) return;
+    if (!is_known || body < 0 || !joints_->poseOf(ref)) return;
     scratch_.setZero();
     is_known = addWeights(ref, body, -1, scratch_);
     weights = weights.cwiseMax(scratch_);
   };
-  const Objects* const objects = joints_->objects();
-  const bool has_objects = objects && !objects->empty();
-  for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
-    if (robot.hasGeometry(link) && (has_objects || is_checked_[link])) consider({link}, robot.links[link].body);
-  if (has_objects)
-    for (const int number : objects->searchers())
-      consider(ShapeRef::ofObject(number), joints_->bodyOf(ShapeRef::ofObject(number)));
+  forEachBounded([&](const ShapeRef& ref) { consider(ref, joints_->bodyOf(ref)); });
+  if (const Objects* const objects = joints_->objects()) {
+    for (const int number : objects->unbounded()) {
+      const int body = joints_->bodyOf(ShapeRef::ofObject(number));
+      if (body >= 0) forEachBounded([&](const ShapeRef& ref) { consider(ref, body); });
+    }
+  }
   weights.array() *= sides_.array();
   return is_known;
+}
+
+/// Visits all links that may be in a checked pair, and all objects without half-spaces.
+template <class Visit>
+void FreeMotion::forEachBounded(const Visit& visit) const {
+  const Objects* const objects = joints_->objects();
+  const bool has_objects = objects && !objects->empty();
+  for (int link = 0; link < static_cast<int>(is_checked_.size()); ++link)
+    if (joints_->robot().hasGeometry(link) && (has_objects || is_checked_[link])) visit(ShapeRef(link));
+  if (!has_objects) return;
+  for (const int number : objects->numbers())
+    if (!objects->placed(number)->isUnbounded()) visit(ShapeRef::ofObject(number));
 }
 
 Bubble& FreeMotion::next() {

@@ -42,6 +42,15 @@ void PlacedJoints::requireCountOf(const BodyPoses& poses) const {
 void PlacedJoints::update(const BodyPoses& poses) {
   requireCountOf(poses);
   for (std::size_t i = 0; i < poses.size(); ++i) poses_[i] = usablePose(poses[i]);
+  std::fill(frames_.begin(), frames_.end(), std::nullopt);
+}
+
+void PlacedJoints::update(const BodyPoses& poses, const FramePoses& frames) {
+  if (frames.size() != frames_.size())
+    throw std::invalid_argument("the objects have " + std::to_string(frames_.size()) + " frames, but there are " +
+                                std::to_string(frames.size()) + " poses");
+  update(poses);
+  std::transform(frames.begin(), frames.end(), frames_.begin(), usablePose);
 }
 
 void PlacedJoints::update(const BodyPoses& poses, const Scene& scene) {
@@ -50,6 +59,17 @@ void PlacedJoints::update(const BodyPoses& poses, const Scene& scene) {
     poses_[i] = scene.poseOf(static_cast<int>(i));
     if (!poses_[i]) poses_[i] = usablePose(poses[i]);
   }
+  std::fill(frames_.begin(), frames_.end(), std::nullopt);
+  if (!objects_) return;
+  for (const int number : objects_->moving()) frames_[objects_->frameOf(number)] = scene.poseOfObject(number);
+}
+
+std::optional<Eigen::Isometry3d> PlacedJoints::poseOf(const ShapeRef& ref) const {
+  if (ref.isLink()) return poses_[robot().links[ref.link()].body];
+  const PlacedObject& object = *objects_->placed(ref.object());
+  if (object.kind == PlacedObject::Kind::Attached) return poses_[object.body];
+  if (object.kind == PlacedObject::Kind::Fixed) return object.world_T_object;
+  return frames_[objects_->frameOf(ref.object())];
 }
 
 void PlacedJoints::use(std::shared_ptr<const Objects> objects) {
@@ -73,6 +93,7 @@ void PlacedJoints::use(std::shared_ptr<const Objects> objects, ObjectCarriers ca
   for (const int body : carriers.of_frames) require_body(body);
   objects_ = std::move(objects);
   carriers_ = std::move(carriers);
+  frames_.assign(frames, std::nullopt);
 }
 
 int PlacedJoints::bodyOf(const ShapeRef& ref) const {

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -51,13 +52,21 @@ class PlacedJoints {
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   const Objects* objects() const { return objects_.get(); }
 
-  /// Throws std::invalid_argument if there is not one pose for each body.
+  /// Moving objects then have no pose. Throws std::invalid_argument if there is not one pose for each body.
   void update(const BodyPoses& poses);
 
-  /// The same of poses that the scene was given last: those that it uses are not checked again.
+  /// Throws std::invalid_argument also if there is not one pose for each of Objects::frames().
+  void update(const BodyPoses& poses, const FramePoses& frames);
+
+  /// The same of poses that the scene was given last: those that it uses are not checked again. The scene has the same
+  /// objects.
   void update(const BodyPoses& poses, const Scene& scene);
 
   const BodyPoses& poses() const { return poses_; }
+
+  /// The pose of the frame in which the geometry of a link or an object is, see PlacedObject; nullopt if it is not
+  /// known.
+  std::optional<Eigen::Isometry3d> poseOf(const ShapeRef& ref) const;
 
   /// The body that carries a link or an object. -1 for an object that nothing carries: it is taken to be at rest like
   /// the roots of the robots.
@@ -100,6 +109,7 @@ class PlacedJoints {
   ObjectCarriers carriers_;
   DegreesOfFreedom degrees_of_freedom_;
   BodyPoses poses_;
+  FramePoses frames_;
 };
 
 }  // namespace proximity_server::scene

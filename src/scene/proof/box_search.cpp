@@ -25,13 +25,14 @@ BoxMeasures::BoxMeasures(const std::shared_ptr<const SceneModel>& model, std::sh
 
 void BoxMeasures::update(const Positions& positions) {
   const BodyPoses poses = forwardKinematics(model_->robot, positions);
-  travel_.update(poses);
   if (!objects_) {
+    travel_.update(poses);
     scene_.update(poses);
     bounds_.update(poses);
     return;
   }
   const FramePoses frames = framePoses(*objects_, poses);
+  travel_.update(poses, frames);
   scene_.update(poses, frames);
   bounds_.update(poses, frames);
 }

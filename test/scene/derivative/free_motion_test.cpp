@@ -2,6 +2,7 @@
 
 #include "allocations.h"
 #include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
 #include "scene/random_objects.h"
@@ -230,6 +231,43 @@ TEST(FreeMotion, AttachedObjectHasTheRadiusOfItsPlace) {
   free.find(scene, question);
   ASSERT_EQ(free.size(), 1);
   EXPECT_NEAR(free.alone(0), 0.75 / 3.1, 1e-12);
+}
+
+// The frame is that of a link 1 m from the origin of its body, and the geometry of objects is in that frame.
+TEST(FreeMotion, ObjectsThatABodyCarriesHaveTheRadiusOfTheirPlace) {
+  const auto model =
+      modelOf(urdfOf(link("post", ball("0.5", "0 3 0")) + link("mast") + link("hook", ball("0.1")) + link("tip") +
+                     hinge("swing", "post", "mast", "0 0 1") + slider("reach", "mast", "hook", "1 0 0", "2 0 0.5") +
+                     joint("weld", "fixed", "hook", "tip", "<origin xyz=\"1 0 0\"/>")));
+  FreeMotion free(model);
+  Scene scene(model);
+  const BodyPoses poses = forwardKinematics(model->robot, {});
+  const auto expectWeights = [&](const Object& object, const std::vector<double>& expected) {
+    SCOPED_TRACE(object.id);
+    const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{object}}));
+    const ShapeRefPair pair{{model->robot.findLink("post")}, ShapeRef::ofObject(objects->find(object.id))};
+    free.use(objects, carriersOnLinks(*objects));
+    scene.use(objects);
+    const FramePoses frames = framePoses(*objects, poses);
+    scene.update(poses, frames);
+    free.update(poses, frames);
+    VectorXd weights(2);
+    ASSERT_TRUE(free.weights(pair, weights));
+    FreeMotionQuestion question;
+    question.influence_distance = -10.0;
+    question.thresholds = {-10.0, -10.0};
+    free.find(scene, question);
+    ASSERT_EQ(free.size(), 1);
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_NEAR(weights[i], expected[static_cast<std::size_t>(i)], 1e-12);
+      EXPECT_GE(free[0].weights[i], weights[i]);
+    }
+    free.update(poses);  // without those of frames
+    EXPECT_EQ(free.weights(pair, weights), object.id == "wall");
+  };
+  expectWeights(makeObject("load", {{narrowphase::Sphere{0.1}}}, Moving{"tip", at(1, 0, 0)}), {4.1, 1.0});
+  // Seen from the half-space, which turns with the mast, the post turns about the mast.
+  expectWeights(makeObject("wall", {{HalfSpace{Vector3d::UnitX(), -9.0}}}, Moving{"tip"}), {3.5, 1.0});
 }
 
 // Regression: bubbles of the pairs before the one that threw were taken for those of all pairs.

@@ -47,7 +47,8 @@ struct FreeMotionQuestion {
 ///    axis, or 1 for a translation. That holds for motions of any length, because nothing is linearised.
 /// 3. The signed distance of two convex pieces, which includes the depth of an overlap, is the largest distance of the
 ///    pieces along any direction. It changes by no more than the points move, and so does the smallest distance of
-///    several pieces.
+///    several pieces. A half-space has no farthest point: seen from it, the points of the other shape move, also by the
+///    joints that carry the half-space.
 /// 4. A mimic joint adds its own radius, times the multiplier, to the weight of its leader. A planar joint has the
 ///    weights 1, 1 and the radius about its normal; a floating joint has 1 and the distance from its origin.
 /// 5. If the set contains dq, it contains s dq for all s in [0, 1]. So the straight motion to dq is free, and so is
@@ -81,8 +82,12 @@ class FreeMotion {
   /// body.
   void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
 
-  /// Throws std::invalid_argument if there is not one pose for each body. The bubbles of find() are forgotten.
+  /// Moving objects then have no pose, so that pairs with those that a body carries are unknown. Throws
+  /// std::invalid_argument if there is not one pose for each body. The bubbles of find() are forgotten.
   void update(const BodyPoses& poses);
+
+  /// Takes the poses of Objects::frames(), too. Throws std::invalid_argument also if there is not one for each frame.
+  void update(const BodyPoses& poses, const FramePoses& frames);
 
   /// The weights of a pair. Its distance changes by at most sum weights_j |dq_j|, whatever the distance is.
   ///
@@ -127,9 +132,11 @@ class FreeMotion {
   double alone(int column) const;
 
  private:
-  bool addWeights(const ShapeRef& ref, int body, int other_body, Eigen::Ref<Eigen::VectorXd> weights) const;
+  bool addWeights(const ShapeRef& moved, int body, int other_body, Eigen::Ref<Eigen::VectorXd> weights) const;
   Bubble& next();
   bool findLargestWeights(Eigen::VectorXd& weights);
+  template <class Visit>
+  void forEachBounded(const Visit& visit) const;
 
   std::unique_ptr<PlacedJoints> joints_;
   std::unique_ptr<const Volumes> volumes_;
