@@ -10,14 +10,15 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 /// Finds how far what each body carries can be from its origin: no farther than along the chain of origins to the
-/// geometry of any body that it carries, whatever the angles of the joints are.
+/// geometry of any body that it carries, whatever the angles of the joints are. Infinity for a body without a pose that
+/// carries one with a pose.
 void PairBounds::findRadii() {
   const RobotModel& robot = joints_.robot();
   radius_ = reach_;
   for (int body = static_cast<int>(robot.bodies.size()) - 1; body >= 0; --body) {  // parents come first
     if (!joints_.poses()[body]) continue;
     int parent = robot.bodies[body].parent;
-    while (parent >= 0 && !joints_.poses()[parent]) parent = robot.bodies[parent].parent;
+    for (; parent >= 0 && !joints_.poses()[parent]; parent = robot.bodies[parent].parent) radius_[parent] = kInfinity;
     if (parent < 0) continue;
     const double between = (joints_.poses()[body]->translation() - joints_.poses()[parent]->translation()).norm();
     radius_[parent] = std::max(radius_[parent], (1.0 + kPoseRounding) * (between + radius_[body]));
@@ -25,7 +26,7 @@ void PairBounds::findRadii() {
 }
 
 /// [m] How far the points move at most if each joint moves by its travel. Of slides alone: only they change the
-/// distances along the chain of origins in findRadii().
+/// distances along the chain of origins in findRadii(), where all poses of the chain are known.
 PairBounds::TravelWays PairBounds::waysOf(const std::vector<double>& travel) const {
   const RobotModel& robot = joints_.robot();
   TravelWays ways;
@@ -34,27 +35,51 @@ PairBounds::TravelWays PairBounds::waysOf(const std::vector<double>& travel) con
     if (joint < 0) continue;
     const bool slides = robot.joints[joint].type == Joint::Type::Prismatic;
     const double own = std::abs(leaders_[joint].multiplier) * travel[leaders_[joint].joint];
+    if (own == 0.0) continue;
     ways.of_all += own * (slides ? 1.0 : radius_[i]);
-    if (slides) ways.of_slides += own;
+    if (slides || radius_[i] == kInfinity) ways.of_slides += slides ? own : kInfinity;
   }
   return ways;
 }
 
-/// [m] How much closer a half-space can come to what the robot carries by its own uncertainty, and on a way of the robot.
-double PairBounds::lossOfHalfSpaces(double way) const {
+/// [m] How far a point of what the robot carries can be from a place, after a way of the robot.
+double PairBounds::reachOfBodies(const Vector3d& from, double way) const {
+  double farthest = 0.0;
+  for (std::size_t body = 0; body < reach_.size(); ++body)
+    if (joints_.poses()[body])
+      farthest = std::max(farthest, (joints_.poses()[body]->translation() - from).norm() + reach_[body] + way);
+  return farthest;
+}
+
+/// [m] The same of the objects that no link holds, and that are checked against another one.
+double PairBounds::reachOfFreeObjects(const Vector3d& from, int checked_against) const {
+  const Objects& objects = *joints_.objects();
+  double farthest = 0.0;
+  for (const int number : objects.numbers()) {
+    const PlacedObject& placed = *objects.placed(number);
+    if (placed.kind == PlacedObject::Kind::Attached) continue;
+    const ShapeRef ref = ShapeRef::ofObject(number);
+    const std::optional<Isometry3d> pose = joints_.poseOf(ref);
+    if (!pose || !objects.isChecked(ref, ShapeRef::ofObject(checked_against))) continue;
+    const Bounds& bounds = partOf(placed).whole().bounds;
+    farthest = std::max(farthest, (*pose * bounds.centre - from).norm() + bounds.radius);
+  }
+  return farthest;
+}
+
+/// [m] How much closer a half-space can come to what it is checked against by its own uncertainty. During a motion only
+/// what the robot carries counts: no joint brings a half-space closer to another object.
+double PairBounds::lossOfHalfSpaces(const std::vector<double>& travel) const {
+  const double way = waysOf(travel).of_all;
   double largest = 0.0;
   for (const int number : joints_.objects()->unbounded()) {
-    const PlacedObject& placed = *joints_.objects()->placed(number);
-    const ObjectFrame& frame = object_frames_[number];
-    const std::optional<Isometry3d>* moving =
-        placed.kind == PlacedObject::Kind::Moving ? &frames_[joints_.objects()->frameOf(number)] : nullptr;
-    if (frame.uncertainty.isZero() || (moving && !*moving)) continue;
-    const Vector3d origin = moving ? Vector3d(**moving * frame.origin) : frame.origin;
-    for (std::size_t body = 0; body < reach_.size(); ++body) {
-      if (!joints_.poses()[body]) continue;
-      const double radius = (joints_.poses()[body]->translation() - origin).norm() + reach_[body] + way;
-      largest = std::max(largest, frame.uncertainty.translation + frame.uncertainty.angle * radius);
-    }
+    const PoseUncertainty& own = object_frames_[number].uncertainty;
+    const std::optional<Isometry3d> pose = joints_.poseOf(ShapeRef::ofObject(number));
+    if (own.isZero() || !pose) continue;
+    const Vector3d origin = originAt(number, *pose);
+    double farthest = reachOfBodies(origin, way);
+    if (travel.empty()) farthest = std::max(farthest, reachOfFreeObjects(origin, number));
+    largest = std::max(largest, own.translation + own.angle * farthest);
   }
   return (1.0 + 4.0 * kPoseRounding) * largest;
 }
@@ -66,7 +91,7 @@ double PairBounds::largestLoss() {
 
 /// Only what is on the way from one shape of a pair to the other displaces the two relative to each other. So the sum
 /// along the longest way between two bodies, each joint, frame and base with the largest radius of all that it carries,
-/// is not less than the loss of any pair.
+/// is not less than the loss of any pair in any state.
 double PairBounds::largestLoss(const std::vector<double>& travel) {
   if (carries_free_objects_) return kInfinity;
   const RobotModel& robot = joints_.robot();
@@ -85,12 +110,12 @@ double PairBounds::largestLoss(const std::vector<double>& travel) {
       if (slides && frame.angle > 0.0 && joints_.poses()[i] && joints_.poses()[body.parent])
         shift += frame.angle * (joints_.poses()[i]->translation() - jointOrigin(static_cast<int>(i))).norm();
     }
-    const double own = turn * (radius_[i] + ways.of_slides) + shift;
+    const double own = shift + (turn > 0.0 ? turn * (radius_[i] + ways.of_slides) : 0.0);
     branches_[body.parent + 1].offer(own + branches_[i + 1].largest);
   }
   double longest = 0.0;
   for (const TwoLargest& branches : branches_) longest = std::max(longest, branches.sum());
-  const double sum = longest + swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(ways.of_all) : 0.0);
+  const double sum = longest + swellings_ + objects_lose_ + (joints_.objects() ? lossOfHalfSpaces(travel) : 0.0);
   // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too. Each radius
   // is a sum over at most all bodies.
   return (1.0 + static_cast<double>(robot.bodies.size() + 8) * 2.0 * kPoseRounding) * sum;

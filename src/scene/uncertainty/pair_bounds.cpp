@@ -2,7 +2,6 @@
 
 #include "proximity_server/narrowphase/shape/support.h"
 #include "scene/filter/given_model.h"
-#include "scene/model/body_pose.h"
 #include "scene/model/numbers.h"
 #include "scene/objects/object_geometry.h"
 #include "scene/query/half_space.h"
@@ -10,8 +9,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <variant>
 
@@ -113,7 +110,6 @@ void PairBounds::use(std::shared_ptr<const Objects> objects, ObjectCarriers carr
 }
 
 void PairBounds::takeObjects() {
-  frames_.assign(joints_.objects() ? joints_.objects()->frames().size() : 0, std::nullopt);
   likely_ = {};
   placeObjects();
 }
@@ -155,24 +151,16 @@ void PairBounds::placeObjects() {
 
 void PairBounds::update(const BodyPoses& poses) {
   joints_.update(poses);
-  std::fill(frames_.begin(), frames_.end(), std::nullopt);
   forgetState();
 }
 
 void PairBounds::update(const BodyPoses& poses, const FramePoses& frames) {
-  if (frames.size() != frames_.size())
-    throw std::invalid_argument("the objects have " + std::to_string(frames_.size()) + " frames, but there are " +
-                                std::to_string(frames.size()) + " poses");
-  joints_.update(poses);
-  std::transform(frames.begin(), frames.end(), frames_.begin(), usablePose);
+  joints_.update(poses, frames);
   forgetState();
 }
 
 void PairBounds::update(const BodyPoses& poses, const Scene& scene) {
   joints_.update(poses, scene);
-  std::fill(frames_.begin(), frames_.end(), std::nullopt);
-  if (const Objects* objects = joints_.objects())
-    for (const int number : objects->moving()) frames_[objects->frameOf(number)] = scene.poseOfObject(number);
   forgetState();
 }
 
@@ -228,19 +216,17 @@ const PairBounds::Place& PairBounds::placeOf(int body) {
 bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
   side.chain.clear();
   side.part = volumes_->part(ref, joints_.objects());
+/// The origin of an object in the frame of the poses.
+Vector3d PairBounds::originAt(int number, const Isometry3d& pose) const {
+  const bool is_fixed = joints_.objects()->placed(number)->kind == PlacedObject::Kind::Fixed;
+  return is_fixed ? object_frames_[number].origin : Vector3d(pose * object_frames_[number].origin);
+}
+
   const PlacedObject* object = side.part.object;
-  std::optional<Isometry3d> pose;
-  if (!object || object->kind == PlacedObject::Kind::Attached)
-    pose = joints_.poses()[side.part.body];
-  else
-    pose = object->kind == PlacedObject::Kind::Fixed ? object->world_T_object
-                                                     : frames_[joints_.objects()->frameOf(ref.object())];
+  const std::optional<Isometry3d> pose = joints_.poseOf(ref);
   if (!pose) return false;
   side.pose = *pose;
-  if (!object) return true;
-  const ObjectFrame& frame = object_frames_[ref.object()];
-  const bool is_fixed = object->kind == PlacedObject::Kind::Fixed;
-  addFrame(frame.uncertainty, number, is_fixed ? frame.origin : Vector3d(side.pose * frame.origin), side.chain);
+  if (object) addFrame(object_frames_[ref.object()].uncertainty, number, originAt(ref.object(), side.pose), side.chain);
   return true;
 }
 
@@ -511,8 +497,8 @@ double PairBounds::ofVolumes(const PartPair& volumes, const Known& known, double
   return bound;
 }
 
-/// Lowers the bound of all pieces to that of the pieces of two volumes, which have the bound `own`. After kMostVisits
-/// the bounds of what is left are taken as they are.
+/// Lowers the bound of all pieces to that of the pieces of two volumes, which have the bound `own`. After kMostVisits,
+/// or when the work of the pair is over, the bounds of what is left are taken as they are.
 void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest) {
   if (own >= lowest || lowest <= known.without_pieces) return;
   const Volume &a = a_.part[volumes.a], &b = b_.part[volumes.b];

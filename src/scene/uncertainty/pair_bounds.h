@@ -117,6 +117,7 @@ class PairBounds {
   void begin(const ShapeRef& ref, Ways& ways);
   double wayOf(const ShapeRef& ref, std::size_t steps);
   bool isUnbounded(const ShapeRef& ref) const {
+  Eigen::Vector3d originAt(int number, const Eigen::Isometry3d& pose) const;
     return ref.isObject() && joints_.objects()->placed(ref.object())->isUnbounded();
   }
   double quickLossOf(const PairProximity& pair);
@@ -177,14 +178,15 @@ class PairBounds {
     double of_all = 0.0, of_slides = 0.0;  ///< [m]
   };
   TravelWays waysOf(const std::vector<double>& travel) const;
-  double lossOfHalfSpaces(double way) const;
+  double reachOfBodies(const Eigen::Vector3d& from, double way) const;
+  double reachOfFreeObjects(const Eigen::Vector3d& from, int checked_against) const;
+  double lossOfHalfSpaces(const std::vector<double>& travel) const;
 
   PlacedJoints joints_;
   const std::unique_ptr<const Volumes> volumes_;
   const PairDistances paddings_;
   Uncertainty uncertainty_;
   std::vector<Joint::Mimic> leaders_;  ///< by joint
-  FramePoses frames_;
 
   /// The place of an object by its number: its uncertainty, and its origin in the frame of what carries it.
   struct ObjectFrame {

@@ -297,6 +297,36 @@ class SomeCell {
 };
 
 TEST(GuaranteedDistances, NoStateWithinIsCloser) {
+/// The same with half-spaces and other objects near and far, some on frames that tf does not know, all of them checked
+/// against each other.
+class CrowdedCell : public SomeCell {
+ public:
+  explicit CrowdedCell(Chance& chance) : SomeCell(chance) {
+    const auto somewhere = [&] { return chance.pose(chance.decades(-0.5, 1.5)); };
+    const HalfSpace below{{0.0, 0.0, 1.0}, -0.5}, behind{chance.direction(), -1.0};
+    const narrowphase::Shape solid = narrowphase::Sphere{0.1};
+    ObjectRules rules;
+    rules.free_objects = ObjectRules::FreeObjects::Checked;
+    objects = std::make_shared<const Objects>(
+        objects
+            ->changed({AddObject{makeObject("floor", {{below}}, Fixed{chance.pose(0.3)})},
+                       AddObject{makeObject("door", {{behind}, {solid}}, Moving{"hinge", chance.pose(0.3)})},
+                       AddObject{makeObject("shelf", {{solid}}, Fixed{somewhere()})},
+                       AddObject{makeObject("trolley", {{solid}}, Moving{"wheels", somewhere()})},
+                       AddObject{makeObject("lost", {{solid}}, Moving{"unknown", somewhere()})}})
+            .withRules(rules));
+    frames.clear();
+    for (const std::string& frame : objects->frames()) {
+      frames.push_back(chance.pose(chance.decades(-0.5, 1.5)));
+      if (frame == "unknown") frames.back() = std::nullopt;
+    }
+    scene.use(objects);
+    distances.use(objects);
+    scene.update(poses, frames);
+    distances.update(poses, frames);
+  }
+};
+
   Chance chance(38), corners(47), limits(48);
   int pairs = 0, tight = 0, overlaps = 0, states = 0;
   for (int i = 0; i < repeats(150); ++i) {
@@ -596,6 +626,69 @@ TEST(GuaranteedDistances, AllocateNothingOnceTheyHaveTheirRoom) {
   cell.distances.assume(someUncertainty(cell.model->robot, 1e-2, 1e-3, chance));
   std::vector<BodyPoses> states;
   for (int i = 0; i < 20; ++i)
+TEST(GuaranteedDistances, NoPairOfAnyKindLosesMoreThanTheLargestLoss) {
+  Chance chance(52);
+  int of_links = 0, of_free_objects = 0, close = 0;
+  for (int i = 0; i < repeats(60); ++i) {
+    CrowdedCell cell(chance);
+    cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
+    const double largest = cell.distances.largestLoss();
+    double most = 0.0;
+    for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
+      if (pair.result.status == narrowphase::Status::Unknown) continue;
+      const auto in = [&](const StateWithin& state) { return cell.in(state, pair.asked).upper_bound; };
+      const double worst = smallestOfSome(8, cell.model->robot, cell.objects.get(), chance, in);
+      EXPECT_GE(worst, pair.result.lower_bound - largest)
+          << nameOf(pair.asked.a, cell.model->robot, cell.objects.get()) << ", "
+          << nameOf(pair.asked.b, cell.model->robot, cell.objects.get());
+      EXPECT_GE(cell.distances.of(pair), pair.result.lower_bound - largest);
+      most = std::max(most, pair.result.lower_bound - cell.distances.of(pair));
+      ++(pair.asked.a.isLink() ? of_links : of_free_objects);
+    }
+    close += most > 0.3 * largest;
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(of_links, 500);
+  EXPECT_GT(of_free_objects, 300);
+  EXPECT_GT(close, 20);
+}
+
+// The floor is level within 0.1 rad, and a trolley stands 30 m away from where that was measured.
+TEST(GuaranteedDistances, LargestLossOfAMotionLeavesOutWhatNoJointMoves) {
+  const auto model = modelOf(kCrane);
+  const Object floor = makeObject("floor", {{HalfSpace{{0, 0, 1}, -1.0}}}, Fixed{at(0, 0, 0)});
+  const Object trolley = makeObject("trolley", {{narrowphase::Shape(narrowphase::Sphere{0.5})}}, Moving{"wheels"});
+  ObjectRules rules;
+  rules.free_objects = ObjectRules::FreeObjects::Checked;
+  GuaranteedDistances distances(model);
+  distances.use(
+      std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}, AddObject{trolley}}).withRules(rules)));
+  distances.update(forwardKinematics(model->robot, {}), {at(30, 0, 0)});
+  Uncertainty uncertainty(model->robot);
+  uncertainty.own_objects["floor"] = {0.0, 0.1};
+  distances.assume(uncertainty);
+  EXPECT_NEAR(distances.largestLoss(), 0.1 * 30.5, 1e-9);
+  const double farthest = std::hypot(3.0, 0.5) + 0.5;  // of the post; nothing moves the hook that far
+  EXPECT_NEAR(distances.largestLoss({0.0, 0.0}), 0.1 * farthest, 1e-9);
+}
+
+// The mast turns the hook away from where the chain of known poses ends.
+TEST(GuaranteedDistances, LargestLossOfAMotionIsNotKnownWhileAPoseBetweenIsMissing) {
+  const auto model =
+      modelOf(urdfOf(link("post", ball("0.5", "0 3 0.5")) + link("mast") + link("hook", ball("0.1")) +
+                     hinge("swing", "post", "mast", "0 0 1") + hinge("reach", "mast", "hook", "0 0 1", "2 0 0.5")));
+  GuaranteedDistances distances(model);
+  BodyPoses poses = forwardKinematics(model->robot, {});
+  poses[bodyOf(model->robot, "mast")] = std::nullopt;
+  distances.update(poses);
+  Uncertainty uncertainty(model->robot);
+  uncertainty.bases[0].angle = 0.1;
+  distances.assume(uncertainty);
+  EXPECT_TRUE(std::isfinite(distances.largestLoss()));
+  EXPECT_TRUE(std::isfinite(distances.largestLoss({0.0, 1.0})));
+  EXPECT_EQ(distances.largestLoss({1.0, 0.0}), std::numeric_limits<double>::infinity());
+}
+
     states.push_back(somePoses(cell.model->robot, DegreesOfFreedom(cell.model->robot), chance));
   const auto ask = [&] {
     double sum = 0.0;

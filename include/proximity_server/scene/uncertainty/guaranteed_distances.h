@@ -119,12 +119,14 @@ class GuaranteedDistances {
   /// they may be tighter or coarser where so many pieces are near that the budget of a bound ends.
   void forget();
 
-  /// [m] No pair of a link or object with another one loses more, from its lower bound to its guaranteed distance.
-  /// Infinity if that is not known.
+  /// [m] In no state is a checked pair closer than its present lower bound minus this, and no other pair of a link or of
+  /// a held object either. Infinity if that is not known. It bounds the true distances. What of() returns may be lower,
+  /// because it takes boxes and balls for the shapes where pieces decide nothing.
   double largestLoss();
 
   /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:
-  /// one number for each of RobotModel::joints, those of mimic joints are ignored.
+  /// one number for each of RobotModel::joints, those of mimic joints are ignored. It does not cover two objects that no
+  /// link holds: no joint moves them.
   double largestLoss(const std::vector<double>& travel);
 
  private:
