@@ -74,6 +74,8 @@ class Displacements {
   /// The displacement that is next to the geometry comes first.
   void add(const Displacement& displacement);
 
+  int count() const { return static_cast<int>(list_.size()); }
+
   /// [m] An upper bound of the way of any point of the geometry.
   double travel() const { return travel_ * (1.0 + roundingOfSums()); }
 

@@ -124,13 +124,14 @@ void PairBounds::boundPart(Box& box, double enough, double& nearest) {
 /// Divides the positions of the joints into parts, and bounds the pair in each of them: two states may need different
 /// directions. The part with the lowest bound is divided next (Land, Doig, An Automatic Method of Solving Discrete
 /// Programming Problems, 1960). This ends when the bound loses at most kMuch times as much as a state that was found, or
-/// when such a state is in contact. Returns a bound [m] of all states that is at least `whole`, and not improved above
+/// when such a state is in contact, or with the work of the pair. Returns a bound [m] of all states that is at least `whole`, and not improved above
 /// `enough`.
 double PairBounds::divided(double whole, const Known& known, double enough) {
   constexpr double kMuch = 1.5;
   const double present = known.lower_bound - swelling_;
   nearest_state_.clear();
   if (whole >= enough || present <= 0.0 || present - whole <= kNegligible || most_parts_ == 0) return whole;
+  if (work_.isOver()) return whole;
   if (!deciding_.leaves.areLeaves() || b_.part.isUnbounded() || !findLeadersBetween()) return whole;
   Deciding where = deciding_;
   double nearest = where.normal.allFinite() ? bringTogether(where) : present;
@@ -148,7 +149,7 @@ double PairBounds::divided(double whole, const Known& known, double enough) {
   const Deciding deciding = deciding_;
   whole_a_ = a_;
   whole_b_ = b_;
-  for (int parts = 0; parts + 2 <= most_parts_ && !isGood(boxes_.front()); parts += 2) {
+  for (int parts = 0; parts + 2 <= most_parts_ && !isGood(boxes_.front()) && !work_.isOver(); parts += 2) {
     std::pop_heap(boxes_.begin(), boxes_.end(), isAfter);
     auto [low, high] = halve(boxes_.back());
     boxes_.pop_back();

@@ -12,10 +12,24 @@
 namespace proximity_server::scene {
 namespace {
 
+constexpr int kFewest = 2;                         // pairs that find() asks for
+constexpr std::int64_t kStepsOfListedPair = 2500;  // of a pair that the scene lists
+
 PairKind kindOf(const Pairs& pairs) { return pairs.areCandidates() ? pairs.kind() : PairKind::Any; }
 
 bool isOf(PairKind kind, const ShapeRefPair& pair) {
   return kind == PairKind::Any || pair.areLinks() == (kind == PairKind::OfLinks);
+}
+
+/// Returns whether a search ends here, because its work is over. Then the minimum is lowered to a bound of all other
+/// pairs.
+bool ends(LimitedWork& work, double excess_of_others, GuaranteedMinimum& minimum) {
+  if (minimum.excess == kInfinity || !work.isSpent()) return false;
+  if (excess_of_others < minimum.excess) {
+    minimum.guaranteed -= minimum.excess - excess_of_others;
+    minimum.excess = excess_of_others;
+  }
+  return true;
 }
 
 void requireFinite(const PairDistances& thresholds) {
@@ -47,6 +61,10 @@ void GuaranteedDistances::update(const BodyPoses& poses, const Scene& scene) {
   bounds_->update(poses, scene);
 }
 
+void GuaranteedDistances::limit(const GuaranteeLimits& limits) { bounds_->limit(limits); }
+std::int64_t GuaranteedDistances::steps() const { return bounds_->work().steps(); }
+GuaranteeEnd GuaranteedDistances::end() const { return bounds_->work().end(); }
+
 double GuaranteedDistances::of(const PairProximity& pair, double enough) { return bounds_->of(pair, enough); }
 
 const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, double threshold) {
@@ -56,6 +74,7 @@ const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, doub
 void GuaranteedDistances::forget() {
   bounds_->forget();
   found_ = {};
+  closest_ = kFewest;
 }
 
 double GuaranteedDistances::largestLoss() { return bounds_->largestLoss(); }
@@ -66,11 +85,15 @@ void GuaranteedDistances::requireSame(const Scene& scene) const {
   if (scene.objects() != bounds_->joints().objects()) throw std::invalid_argument("the scene has other objects");
 }
 
-/// Lowers the minimum to that of the listed pairs of this kind. Returns whether no other pair can be below it. `others`
-/// of the list is here a distance minus a threshold.
+/// [m] Two free objects of a list may lose more than largestLoss() if they are not checked.
+double GuaranteedDistances::largestLossOf(const Pairs& pairs) {
+  return pairs.areCandidates() ? largestLoss() : kInfinity;
+}
+
+/// Lowers the minimum to that of the listed pairs of this kind, none of which loses more than `loss` [m]. Returns whether
+/// no other pair can be below it. `others` of the list is here a distance minus a threshold.
 bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds,
-                                 double enough, GuaranteedMinimum& minimum) {
-  const double loss = largestLoss();
+                                 double enough, double loss, GuaranteedMinimum& minimum) {
   int needed = 0;
   const auto consider = [&](const PairProximity& pair) {
     const double threshold = thresholds.of(pair.asked);
@@ -96,7 +119,7 @@ bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const
   const bool are_all = listed.others == kInfinity;
   if (!are_all && !(listed.others - loss >= minimum.excess)) return false;
   found = minimum.pair.asked;
-  closest_ = std::max(2, needed + 1);
+  closest_ = std::max(kFewest, needed + 1);
   return true;
 }
 
@@ -110,6 +133,7 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
   requireFinite(thresholds);
   question.thresholds = &thresholds;
   question.threshold = kInfinity;
+  const double loss = largestLossOf(pairs);
   for (;; closest_ *= 2) {
     const std::vector<PairProximity>& closest = scene.closest(pairs, closest_, question);
     GuaranteedMinimum minimum;
@@ -120,7 +144,9 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
       others = std::min(last.result.distance, last.result.lower_bound) - thresholds.of(last.asked) - question.tolerance;
     }
     const ListedPairs listed{closest.data(), closest.data() + closest.size(), others};
-    if (settle(listed, kindOf(pairs), thresholds, enough, minimum)) return minimum;
+    if (settle(listed, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
+    bounds_->work().count(kStepsOfListedPair * static_cast<std::int64_t>(closest.size()));
+    if (ends(bounds_->work(), others - loss, minimum)) return minimum;
   }
 }
 
@@ -130,14 +156,16 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
   requireFinite(thresholds);
   GuaranteedMinimum minimum;
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(kindOf(pairs)).largest};
-  if (settle(with_excess, kindOf(pairs), thresholds, enough, minimum)) return minimum;
+  const double loss = largestLossOf(pairs);
+  if (settle(with_excess, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
+  if (ends(bounds_->work(), with_excess.others - loss, minimum)) return minimum;
   return find(scene, pairs, thresholds, question, enough);
 }
 
 GuaranteedMinimum GuaranteedDistances::find(const ListedPairs& listed, const PairDistances& thresholds) {
   GuaranteedMinimum minimum;
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(PairKind::Any).largest};
-  if (!settle(with_excess, PairKind::Any, thresholds, kInfinity, minimum)) minimum.unknown = 1;
+  if (!settle(with_excess, PairKind::Any, thresholds, kInfinity, largestLoss(), minimum)) minimum.unknown = 1;
   return minimum;
 }
 

@@ -23,6 +23,10 @@ namespace {
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kTiny = std::numeric_limits<double>::min();
 
+// The steps of LimitedWork: of 3 ns, measured on PR2 and Panda within a factor of 1.5.
+constexpr std::int64_t kStepsOfPair = 300, kStepsOfVisit = 60, kStepsOfQuery = 500, kStepsOfDirection = 60,
+                       kStepsOfDisplacement = 30, kStepsOfVertex = 2;
+
 void addFrame(const PoseUncertainty& frame, int place, const Vector3d& origin, std::vector<Displacement>& chain) {
   if (frame.angle > 0.0) chain.push_back({Displacement::Kind::Tilt, place, frame.angle, origin});
   if (frame.translation > 0.0) chain.push_back({Displacement::Kind::Shift, place, frame.translation, origin});
@@ -212,16 +216,16 @@ const PairBounds::Place& PairBounds::placeOf(int body) {
   return place;
 }
 
-/// Takes one shape of a pair, and begins its chain with what it is itself. Returns false if its pose is missing.
-bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
-  side.chain.clear();
-  side.part = volumes_->part(ref, joints_.objects());
 /// The origin of an object in the frame of the poses.
 Vector3d PairBounds::originAt(int number, const Isometry3d& pose) const {
   const bool is_fixed = joints_.objects()->placed(number)->kind == PlacedObject::Kind::Fixed;
   return is_fixed ? object_frames_[number].origin : Vector3d(pose * object_frames_[number].origin);
 }
 
+/// Takes one shape of a pair, and begins its chain with what it is itself. Returns false if its pose is missing.
+bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
+  side.chain.clear();
+  side.part = volumes_->part(ref, joints_.objects());
   const PlacedObject* object = side.part.object;
   const std::optional<Isometry3d> pose = joints_.poseOf(ref);
   if (!pose) return false;
@@ -363,6 +367,8 @@ double PairBounds::boundOf(const PairProximity& pair, double enough) {
     const double quick = known.lower_bound - quickLossOf(pair);
     if (quick >= enough) return quick;
   }
+  work_.beginPair();
+  work_.count(kStepsOfPair);
   if (!begin(pair.asked)) return std::numeric_limits<double>::quiet_NaN();
   deciding_.leaves = {};
   nearest_state_.clear();
@@ -387,10 +393,18 @@ double PairBounds::boundOf(const PairProximity& pair, double enough) {
 
 // --- pieces
 
+void PairBounds::countAlong(const Displacements& of, const narrowphase::Shape& shape) {
+  const bool is_hull = shape.kind() == narrowphase::Shape::Kind::Hull;
+  const std::int64_t vertices = is_hull ? static_cast<std::int64_t>(shape.hull().vertices().size()) : 8;
+  work_.count(kStepsOfDirection + kStepsOfDisplacement * of.count() + kStepsOfVertex * vertices);
+}
+
 PairBounds::Along PairBounds::along(const LeafPair& leaves, const Vector3d& normal, int frame) {
   place(frame);
   Chains& chains = chains_[frame];
   const Leaf a(a_.part, leaves.a), b(b_.part, leaves.b);
+  countAlong(chains.of_a, a.piece.shape);
+  countAlong(chains.of_b, b.piece.shape);
   const Vector3d from = a_.pose.translation();
   const Displacements::Lowest of_a = chains.of_a.lowest(a.piece, -normal, from),
                               of_b = chains.of_b.lowest(b.piece, normal, from);
@@ -482,7 +496,7 @@ double PairBounds::ofAllPieces(const Known& known, double enough) {
   if (b_.part.whole().isEmpty()) return lowest;
   // The pieces that decided the last time are likely to be the lowest ones, and exclude most others.
   if (!(likely_.pair.a == asked_.a && likely_.pair.b == asked_.b)) likely_ = {asked_, {}};
-  if (likely_.leaves.areLeaves()) boundPieces(likely_.leaves, known, lowest);
+  if (likely_.leaves.areLeaves() && !work_.isOver()) boundPieces(likely_.leaves, known, lowest);
   visits_ = 0;
   boundVolumes({a_.part.root, b_.part.root}, -kInfinity, known, lowest);
   return lowest;
@@ -501,6 +515,10 @@ double PairBounds::ofVolumes(const PartPair& volumes, const Known& known, double
 /// or when the work of the pair is over, the bounds of what is left are taken as they are.
 void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest) {
   if (own >= lowest || lowest <= known.without_pieces) return;
+  if (work_.isOver()) {
+    lowest = own;
+    return;
+  }
   const Volume &a = a_.part[volumes.a], &b = b_.part[volumes.b];
   if (a.isLeaf() && b.isLeaf()) {
     const LeafPair leaves{volumes.a, volumes.b};
@@ -514,6 +532,7 @@ void PairBounds::boundVolumes(const PartPair& volumes, double own, const Known& 
     lowest = own;
     return;
   }
+  work_.count(kStepsOfVisit);
   const bool split_a = splitsFirst(a, b);
   std::array<PartPair, 2> parts{volumes, volumes};
   std::array<double, 2> bounds{};
@@ -541,7 +560,8 @@ double PairBounds::ofInteriors(const Known& known) {
     return height;
   };
   const auto solid = [&](Displacements& of, const Volume&, const Piece& piece, const Vector3d& n) {
-    return of.lowest(piece, n, from).displaced;
+    countAlong(of, piece.shape);
+    return work_.isOver() ? -kInfinity : of.lowest(piece, n, from).displaced;
   };
   const auto ball = [&](Displacements& of, const Volume& leaf, const Piece& piece, const Vector3d& n) {
     const double radius = std::max(0.0, piece.shape.innerRadius()) + piece.shape.margin();
@@ -586,12 +606,19 @@ void PairBounds::boundHalfSpace(int volume, int number, double& lowest) {
   const PlacedHalfSpace& half_space = b_.part.halfSpaces()[number];
   const Volume& a = a_.part[volume];
   const double rounding = PlacedRobot::rounding(a_.part.whole(), b_.part.whole(), a_T_b_);
-  if (halfSpaceGap(a, half_space, a_T_b_, rounding) - padding_ - loss_ >= lowest) return;
+  const double own = halfSpaceGap(a, half_space, a_T_b_, rounding) - padding_ - loss_;
+  if (own >= lowest) return;
+  work_.count(kStepsOfVisit);
+  if (work_.isOver()) {
+    lowest = own;
+    return;
+  }
   if (!a.isLeaf()) {
     for (const int part : a.parts) boundHalfSpace(part, number, lowest);
     return;
   }
   const Vector3d up = (b_.pose.linear() * half_space.normal).normalized(), from = b_.pose.translation();
+  countAlong(chains_[kOfB].of_a, a_.part.pieces[a.piece].shape);
   const Displacements::Lowest found = chains_[kOfB].of_a.lowest(a_.part.pieces[a.piece], up, from);
   const double bound =
       found.displaced - half_space.offset - chains_[kOfB].of_a.remainder(up) - 2.0 * rounding - surfaces();
@@ -605,7 +632,8 @@ void PairBounds::boundHalfSpace(int volume, int number, double& lowest) {
 }
 
 /// The distance of two pieces, or of a piece and a half-space, in the frame of the body of a.
-SignedDistance PairBounds::measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) const {
+SignedDistance PairBounds::measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) {
+  work_.count(kStepsOfQuery);
   const Leaf a(a_.part, leaves.a);
   narrowphase::Options options;
   options.stop_above = stop_above + padding_;

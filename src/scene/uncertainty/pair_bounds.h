@@ -10,6 +10,7 @@
 #include "scene/parts/volumes.h"
 #include "scene/query/closest_pieces.h"
 #include "scene/uncertainty/displacements.h"
+#include "scene/uncertainty/limited_work.h"
 
 #include <array>
 #include <memory>
@@ -33,6 +34,11 @@ class PairBounds {
   void update(const BodyPoses& poses, const FramePoses& frames);
   void update(const BodyPoses& poses, const Scene& scene);
   const PlacedJoints& joints() const { return joints_; }
+  void limit(const GuaranteeLimits& limits) {
+    work_.begin(limits);
+    bounded_.clear();
+  }
+  LimitedWork& work() { return work_; }
 
   double of(const PairProximity& pair, double enough);
   const ReachedState* reached(const PairProximity& pair, double threshold);
@@ -111,13 +117,13 @@ class PairBounds {
   void placeObjects();
   void forgetState();
   bool begin(const ShapeRefPair& pair);
+  Eigen::Vector3d originAt(int number, const Eigen::Isometry3d& pose) const;
   bool place(const ShapeRef& ref, int number, Side& side);
   bool addPlace(int body, std::vector<Displacement>& chain) const;
   const Place& placeOf(int body);
   void begin(const ShapeRef& ref, Ways& ways);
   double wayOf(const ShapeRef& ref, std::size_t steps);
   bool isUnbounded(const ShapeRef& ref) const {
-  Eigen::Vector3d originAt(int number, const Eigen::Isometry3d& pose) const;
     return ref.isObject() && joints_.objects()->placed(ref.object())->isUnbounded();
   }
   double quickLossOf(const PairProximity& pair);
@@ -130,6 +136,7 @@ class PairBounds {
   bool hasInterior() const { return a_.part.whole().has_interior || b_.part.whole().has_interior; }
 
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
+  void countAlong(const Displacements& of, const narrowphase::Shape& shape);
   void improve(Along& best, double enough, double little);
   void turn(Along& best, double enough, double little);
   static RelativePose relative(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
@@ -149,7 +156,7 @@ class PairBounds {
   void boundVolumes(const PartPair& volumes, double own, const Known& known, double& lowest);
   void boundPieces(const LeafPair& leaves, const Known& known, double& lowest);
   void boundHalfSpace(int volume, int half_space, double& lowest);
-  narrowphase::SignedDistance measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above) const;
+  narrowphase::SignedDistance measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above);
 
   /// A part of the uncertainty of a pair: an interval for each of leaders_between_.
   struct Box {
@@ -170,7 +177,7 @@ class PairBounds {
   void moveLeaders(const std::vector<double>& positions);
   double bringTogether(Deciding& where);
   Eigen::Isometry3d motionOf(const Side& side) const;
-  double upperBoundDisplaced(Deciding& where) const;
+  double upperBoundDisplaced(Deciding& where);
   bool isReachedBelow(double threshold, const LeafPair& leaves);
   void placeDisplaced();
   void findRadii();
@@ -226,6 +233,7 @@ class PairBounds {
   std::vector<Chains> chains_;
   int frame_ = kCommon;  ///< that of the first bound of all pieces
   int visits_ = 0;       ///< of pairs of volumes
+  LimitedWork work_;
   Deciding deciding_;
   ShapeRefPair asked_;  ///< the pair that is looked at
   /// The pieces that decided the last pair. They are looked at first if the pair is asked for again.

@@ -112,7 +112,7 @@ Isometry3d PairBounds::motionOf(const Side& side) const {
 }
 
 /// The distance of the pieces [m] in the state of all displacements; see bringTogether().
-double PairBounds::upperBoundDisplaced(Deciding& where) const {
+double PairBounds::upperBoundDisplaced(Deciding& where) {
   const Isometry3d pose_a = motionOf(a_) * a_.pose;
   const RelativePose a_T_b = relative(pose_a, motionOf(b_) * b_.pose);
   const SignedDistance result = measured(where.leaves, a_T_b, kInfinity);

@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -296,7 +297,6 @@ class SomeCell {
   FramePoses frames;
 };
 
-TEST(GuaranteedDistances, NoStateWithinIsCloser) {
 /// The same with half-spaces and other objects near and far, some on frames that tf does not know, all of them checked
 /// against each other.
 class CrowdedCell : public SomeCell {
@@ -327,6 +327,7 @@ class CrowdedCell : public SomeCell {
   }
 };
 
+TEST(GuaranteedDistances, NoStateWithinIsCloser) {
   Chance chance(38), corners(47), limits(48);
   int pairs = 0, tight = 0, overlaps = 0, states = 0;
   for (int i = 0; i < repeats(150); ++i) {
@@ -439,6 +440,38 @@ TEST(GuaranteedDistances, MinimumOfASceneIsThatOfAllItsPairs) {
       lowest = std::min(lowest, cell.distances.of(pair) - thresholds.of(pair.asked));
     EXPECT_NEAR(found.excess, lowest, 1e-8);
     EXPECT_EQ(found.unknown, 0);
+  }
+}
+
+TEST(GuaranteedDistances, MinimumOfACrowdedSceneIsThatOfAllItsPairs) {
+  Chance chance(51);
+  int of_free_objects = 0;
+  for (int i = 0; i < repeats(60); ++i) {
+    CrowdedCell cell(chance);
+    cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
+    const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
+    const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const PairProximity& pair : all) {
+      const double bound = cell.distances.of(pair);
+      if (!std::isnan(bound)) lowest = std::min(lowest, bound - thresholds.of(pair.asked));
+    }
+    const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
+    EXPECT_NEAR(found.excess, lowest, 1e-8);
+    EXPECT_GT(found.unknown, 0);
+    of_free_objects += found.pair.asked.a.isObject() && found.pair.asked.b.isObject();
+    // A list may have pairs that are not checked, too.
+    std::vector<ShapeRefPair> list;
+    for (const PairProximity& pair : all) list.push_back(pair.asked);
+    const auto unchecked = std::make_shared<const Objects>(cell.objects->withRules({}));
+    cell.scene.use(unchecked);
+    cell.distances.use(unchecked);
+    cell.scene.update(cell.poses, cell.frames);
+    cell.distances.update(cell.poses, cell.frames);
+    EXPECT_NEAR(cell.distances.find(cell.scene, Pairs(list), thresholds).excess, lowest, 1e-8);
+  }
+  if (!kIsSanitized) {
+    EXPECT_GT(of_free_objects, 10);
   }
 }
 
@@ -593,39 +626,6 @@ TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
   }
 }
 
-TEST(GuaranteedDistances, NoPairLosesMoreDuringAMotionThanTheLargestLossOfIt) {
-  Chance chance(44);
-  const auto model = modelOf(kCrane);
-  Scene scene(model);
-  GuaranteedDistances distances(model);
-  for (int i = 0; i < 100; ++i) {
-    distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
-    const std::vector<double> start{chance.between(-3, 3), chance.between(-1, 1)};
-    const std::vector<double> travel{chance.between(0, 2), chance.between(0, 1)};
-    distances.update(forwardKinematics(model->robot, start));
-    const double largest = distances.largestLoss(travel);
-    EXPECT_GE(largest, distances.largestLoss());
-    for (int k = 0; k < 10; ++k) {
-      const BodyPoses later =
-          forwardKinematics(model->robot, std::vector<double>{start[0] + chance.between(-1, 1) * travel[0],
-                                                              start[1] + (k % 2 ? 1.0 : -1.0) * travel[1]});
-      scene.update(later);
-      distances.update(later);
-      const PairProximity pair = scene.proximity(pairOf(*model, "post", "hook"));
-      const double bound = distances.of(pair);
-      if (bound > 0.0) {
-        EXPECT_GE(bound, pair.result.lower_bound - largest);
-      }
-    }
-  }
-}
-
-TEST(GuaranteedDistances, AllocateNothingOnceTheyHaveTheirRoom) {
-  Chance chance(43);
-  SomeCell cell(chance);
-  cell.distances.assume(someUncertainty(cell.model->robot, 1e-2, 1e-3, chance));
-  std::vector<BodyPoses> states;
-  for (int i = 0; i < 20; ++i)
 TEST(GuaranteedDistances, NoPairOfAnyKindLosesMoreThanTheLargestLoss) {
   Chance chance(52);
   int of_links = 0, of_free_objects = 0, close = 0;
@@ -689,6 +689,142 @@ TEST(GuaranteedDistances, LargestLossOfAMotionIsNotKnownWhileAPoseBetweenIsMissi
   EXPECT_EQ(distances.largestLoss({1.0, 0.0}), std::numeric_limits<double>::infinity());
 }
 
+TEST(GuaranteedDistances, NoPairLosesMoreDuringAMotionThanTheLargestLossOfIt) {
+  Chance chance(44);
+  const auto model = modelOf(kCrane);
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  for (int i = 0; i < 100; ++i) {
+    distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
+    const std::vector<double> start{chance.between(-3, 3), chance.between(-1, 1)};
+    const std::vector<double> travel{chance.between(0, 2), chance.between(0, 1)};
+    distances.update(forwardKinematics(model->robot, start));
+    const double largest = distances.largestLoss(travel);
+    EXPECT_GE(largest, distances.largestLoss());
+    for (int k = 0; k < 10; ++k) {
+      const BodyPoses later =
+          forwardKinematics(model->robot, std::vector<double>{start[0] + chance.between(-1, 1) * travel[0],
+                                                              start[1] + (k % 2 ? 1.0 : -1.0) * travel[1]});
+      scene.update(later);
+      distances.update(later);
+      const PairProximity pair = scene.proximity(pairOf(*model, "post", "hook"));
+      const double bound = distances.of(pair);
+      if (bound > 0.0) {
+        EXPECT_GE(bound, pair.result.lower_bound - largest);
+      }
+    }
+  }
+}
+
+/// Limits the work to so many steps, by their number or as time.
+void limitSteps(std::int64_t most, GuaranteeEnd by, GuaranteedDistances& distances) {
+  GuaranteeLimits limits;
+  (by == GuaranteeEnd::Steps ? limits.most_steps : limits.steps_to_deadline) = most;
+  distances.limit(limits);
+}
+
+// A limit at any step, of pairs one by one and of their minimum. Bounds without limits are compared with states above.
+TEST(GuaranteedDistances, HoldWhereverALimitEndsThem) {
+  Chance chance(53);
+  int same = 0, coarser = 0, coarser_minima = 0;
+  for (int i = 0; i < repeats(100); ++i) {
+    CrowdedCell cell(chance);
+    cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
+    const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
+    std::vector<double> whole;
+    for (const PairProximity& pair : all) whole.push_back(cell.distances.of(pair));
+    const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
+    cell.distances.forget();
+    const double excess = cell.distances.find(cell.scene, thresholds).excess;
+    const auto most = static_cast<std::int64_t>(chance.decades(1.0, 6.0));
+    for (const GuaranteeEnd by : {GuaranteeEnd::Steps, GuaranteeEnd::Time}) {
+      cell.distances.forget();
+      limitSteps(most, by, cell.distances);
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        if (std::isnan(whole[k])) continue;
+        const double bound = cell.distances.of(all[k]);
+        EXPECT_LE(bound, whole[k]);
+        if (cell.distances.end() == GuaranteeEnd::None) {
+          EXPECT_EQ(bound, whole[k]);
+          ++same;
+        }
+        coarser += bound < whole[k];
+      }
+      if (cell.distances.end() != GuaranteeEnd::None) {
+        EXPECT_EQ(cell.distances.end(), by);
+      }
+      cell.distances.forget();
+      limitSteps(most, by, cell.distances);
+      const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
+      EXPECT_LE(found.excess, excess + 1e-12);
+      EXPECT_NEAR(found.guaranteed - thresholds.of(found.pair.asked), found.excess, 1e-12);
+      coarser_minima += found.excess < excess - 1e-12;
+      // The same once more, as in a replay.
+      cell.distances.forget();
+      limitSteps(cell.distances.end() == GuaranteeEnd::Time ? cell.distances.steps() : most, by, cell.distances);
+      const GuaranteedMinimum again = cell.distances.find(cell.scene, thresholds);
+      EXPECT_EQ(again.excess, found.excess);
+      EXPECT_TRUE(again.pair.asked.isSameAs(found.pair.asked));
+    }
+  }
+  if (kIsSanitized) return;
+  EXPECT_GT(same, 500);
+  EXPECT_GT(coarser, 500);
+  EXPECT_GT(coarser_minima, 20);
+}
+
+// The closest pairs lose little; that of the floor and the trolley, which is 2 m above it, loses the most. A search that
+// ends after the closest pairs has to count it.
+TEST(GuaranteedDistances, MinimumThatALimitEndsHoldsForPairsThatWereNotLookedAt) {
+  const auto model = modelOf(kCrane);
+  const Object floor = makeObject("floor", {{HalfSpace{{0, 0, 1}, -0.2}}}, Fixed{at(0, 0, 0)});
+  const Object trolley = makeObject("trolley", {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, Moving{"wheels"});
+  ObjectRules rules;
+  rules.free_objects = ObjectRules::FreeObjects::Checked;
+  const auto objects =
+      std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}, AddObject{trolley}}).withRules(rules));
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  scene.use(objects);
+  distances.use(objects);
+  scene.update(forwardKinematics(model->robot, {}), {at(30, 0, 2)});
+  Uncertainty uncertainty(model->robot);
+  uncertainty.own_objects["floor"] = {0.0, 0.09};
+  distances.assume(uncertainty);
+  distances.update(forwardKinematics(model->robot, {}), scene);
+  const double excess = distances.find(scene, {}).excess;
+  EXPECT_NEAR(excess, 2.1 - 0.09 * 30.1, 0.1);
+  const std::vector<PairProximity> closest = scene.closest(scene.candidates(), 2);
+  for (const GuaranteeEnd by : {GuaranteeEnd::Steps, GuaranteeEnd::Time}) {
+    limitSteps(0, by, distances);
+    distances.forget();
+    EXPECT_LE(distances.find(scene, {}).excess, excess);
+    const GuaranteedMinimum found = distances.find(scene, scene.candidates(), {}, listOf(closest, 1.0));
+    EXPECT_LE(found.excess, excess);
+    EXPECT_NEAR(found.guaranteed, found.excess, 1e-12);
+    EXPECT_EQ(distances.end(), by);
+  }
+}
+
+TEST(GuaranteedDistances, ADeadlineThatHasPassedLeavesTheCoarsestBounds) {
+  LinksAtZero links(modelOf(kCrane), uncertaintyOfJoints(modelOf(kCrane)->robot, 0.1), "post", "hook");
+  const double whole = links.distances.of(links.pair);
+  links.distances.forget();
+  GuaranteeLimits limits;
+  limits.deadline = std::chrono::steady_clock::now();
+  links.distances.limit(limits);
+  // The hook moves by 0.1 m along x, and by 0.1 rad with a radius of 2.1 m at most.
+  EXPECT_NEAR(links.distances.of(links.pair), links.pair.result.lower_bound - 0.1 - 0.21, 1e-9);
+  EXPECT_LT(links.distances.of(links.pair), whole);
+  EXPECT_EQ(links.distances.end(), GuaranteeEnd::Time);
+}
+
+TEST(GuaranteedDistances, AllocateNothingOnceTheyHaveTheirRoom) {
+  Chance chance(43);
+  SomeCell cell(chance);
+  cell.distances.assume(someUncertainty(cell.model->robot, 1e-2, 1e-3, chance));
+  std::vector<BodyPoses> states;
+  for (int i = 0; i < 20; ++i)
     states.push_back(somePoses(cell.model->robot, DegreesOfFreedom(cell.model->robot), chance));
   const auto ask = [&] {
     double sum = 0.0;

@@ -27,8 +27,8 @@ struct MovingState {
   std::vector<double> velocities;
   std::vector<std::optional<double>> positions{};  ///< [rad] stated positions, see motionWithinLimits(); or empty
   RobotMotion::ObjectFrames frames{};              ///< the frames that carry objects; each at rest in its parent
-  /// [m] If the state is not known exactly: no pair is ever nearer than its distance by these poses and velocities minus
-  /// this.
+  /// [m] If the state is not known exactly: no pair that a joint moves is ever nearer than its distance by these poses
+  /// and velocities minus this.
   double largest_loss = 0.0;
   /// [s] If `largest_loss` contains the motion since the time of the poses: how long ago that is. Inequalities, which
   /// `largest_loss` does not cover, have it as additional latency.

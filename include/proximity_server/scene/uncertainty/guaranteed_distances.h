@@ -7,6 +7,7 @@
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/uncertainty/guarantee_limits.h"
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 
@@ -22,8 +23,9 @@ class PairBounds;
 /// The pair of a scene with the smallest guaranteed distance minus its threshold.
 struct GuaranteedMinimum {
   PairProximity pair;  ///< the answer of the scene; it asks for nothing if there is no pair
-  double guaranteed = std::numeric_limits<double>::infinity();  ///< [m] of the pair
-  /// [m] A lower bound of the guaranteed distance minus the threshold, of every pair whose pose is known.
+  /// [m] of the pair. If the work has ended before all pairs were considered, it is lowered with `excess`.
+  double guaranteed = std::numeric_limits<double>::infinity();
+  /// [m] In no state is the distance of a pair whose pose is known minus its threshold below this.
   double excess = std::numeric_limits<double>::infinity();
   int unknown = 0;  ///< the number of pairs without a distance: nothing is guaranteed of them
 };
@@ -76,6 +78,15 @@ class GuaranteedDistances {
   void update(const BodyPoses& poses);
   void update(const BodyPoses& poses, const FramePoses& frames);
 
+  /// Limits the work of all questions until the next call; none are limited before the first one. Each pair may take
+  /// half of the steps that are left. When steps or time end, bounds that are not found yet are replaced by coarser
+  /// ones, which hold as well; so no distance is ever too large. Scenes that are asked have limits of their own.
+  void limit(const GuaranteeLimits& limits);
+
+  /// The steps since the last limit(), and whether a bound is coarser because they, or the time, have ended.
+  std::int64_t steps() const;
+  GuaranteeEnd end() const;
+
   /// Takes the poses that the scene was given last, and those of its moving objects. What the scene has checked is not
   /// checked again. Throws std::invalid_argument for a scene of another robot or with other objects.
   void update(const BodyPoses& poses, const Scene& scene);
@@ -116,7 +127,7 @@ class GuaranteedDistances {
   GuaranteedMinimum find(const ListedPairs& listed, const PairDistances& thresholds = {});
 
   /// Forgets what makes the next bounds cheaper. After that they are those of a new object, to the last bit; otherwise
-  /// they may be tighter or coarser where so many pieces are near that the budget of a bound ends.
+  /// they may be tighter or coarser where so many pieces are near that the budget of a bound, or the limits, end.
   void forget();
 
   /// [m] In no state is a checked pair closer than its present lower bound minus this, and no other pair of a link or of
@@ -131,7 +142,8 @@ class GuaranteedDistances {
 
  private:
   void requireSame(const Scene& scene) const;
-  bool settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds, double enough,
+  double largestLossOf(const Pairs& pairs);
+  bool settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds, double enough, double loss,
               GuaranteedMinimum& minimum);
 
   std::unique_ptr<PairBounds> bounds_;
