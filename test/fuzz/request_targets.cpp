@@ -88,7 +88,7 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const ScenePool::Lease scene = pairs.borrowScene();
   scene->update(poses);
   const QueryStatus status;
-  PairDetails details{gradientsOf(arm(), pairs, request), guaranteesOf(arm(), pairs, request.uncertainty)};
+  PairDetails details{gradientsOf(arm(), pairs, request), guaranteesOf(arm(), pairs, request.uncertainty, question)};
   details.update(poses, {});
   checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question, details));
 }

@@ -20,7 +20,7 @@ constexpr double kShareOfSecond = 0.5;
 constexpr double kTurn = 6.283185307179586;
 
 /// [characters] More than all words and numbers of a text.
-constexpr std::size_t kWords = 256;
+constexpr std::size_t kWords = 384;
 
 /// Appends a length [m] in millimetres.
 void appendMillimetres(std::string& text, double length) {

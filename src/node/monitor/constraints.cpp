@@ -1,5 +1,6 @@
 #include "node/monitor/constraints.h"
 
+#include "node/answers/guarantees.h"
 #include "node/robot/load_config.h"
 #include "node/robot/query_status.h"
 
@@ -47,7 +48,11 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
     return statusOf(QueryStatus::NOT_CONVERGED, std::to_string(rows_.unknown()) +
                                                     " pairs within influence_distance have no distance or no gradient");
   const double rate = settings.damping_gain / (settings.influence_distance - cycle.stop.links);
-  if (inequality_rows_.update(cycle.snapshot.poses, cycle.stated, rate)) return {};
+  if (inequality_rows_.update(cycle.snapshot.poses, cycle.stated, rate)) {
+    QueryStatus status;
+    if (cycle.guaranteed) appendEnd(status.message, "", *cycle.guaranteed);
+    return status;
+  }
   return statusOf(QueryStatus::TF_UNAVAILABLE, "the position of a joint of an inequality is not known");
 }
 

@@ -190,8 +190,10 @@ Lookahead noLookahead(const MonitorSettings& settings) {
   return result;
 }
 
+double searchTime(const MonitorSettings& settings) { return settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025; }
+
 std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings) {
-  return system::deadlineIn(settings.rate > 0.0 ? 0.25 / settings.rate : 0.0025);
+  return system::deadlineIn(searchTime(settings));
 }
 
 Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,

@@ -32,9 +32,12 @@ struct LookaheadStart {
   const FrameSnapshot& frame_poses;  ///< the poses of `frames`
 };
 
-/// The deadline of a search that begins now. It may take a quarter of the monitor's period, so that the whole cycle
-/// ends in time. At rate 0 every new set of transforms starts a cycle; it then has a quarter of 10 ms, because few
-/// robots publish more than a hundred sets per second.
+/// [s] How long a search may take: a quarter of the monitor's period, so that the whole cycle ends in time. At rate 0
+/// every new set of transforms starts a cycle; it then has a quarter of 10 ms, because few robots publish more than a
+/// hundred sets per second.
+double searchTime(const MonitorSettings& settings);
+
+/// The deadline of a search that begins now.
 std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings);
 
 /// Searches for the time of contact of the checked pairs, if the joints keep their velocities and moving objects rest.

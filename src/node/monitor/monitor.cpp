@@ -4,6 +4,7 @@
 #include "node/monitor/pose_age.h"
 #include "node/objects/object_needs.h"
 #include "node/robot/query_status.h"
+#include "system/durations.h"
 
 #include <algorithm>
 #include <chrono>
@@ -165,9 +166,24 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
                               settings);
 }
 
-/// Prepares the guaranteed distances at the poses of this cycle.
+/// The limits of the guaranteed distances of a cycle that begins now: steps for the time of a search, and the clock if
+/// they take twice as long.
+scene::GuaranteeLimits Monitor::limits(const MonitorSettings& settings) const {
+  scene::GuaranteeLimits limits;
+  limits.most_steps = scene::stepsIn(searchTime(settings));
+  if (steps_to_deadline_)
+    limits.steps_to_deadline = *steps_to_deadline_;
+  else
+    limits.deadline = system::deadlineIn(2.0 * searchTime(settings));
+  return limits;
+}
+
+/// Prepares the guaranteed distances at the poses of this cycle. No cycle depends on those before it, so that a replay
+/// ends them at the same steps.
 QueryStatus Monitor::updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities) {
   if (!guarantees_) return {};
+  guarantees_->limit(limits(cycle.settings));
+  guarantees_->distances().forget();
   guarantees_->update(cycle.snapshot.poses, *scene_);
   if (robot_->config().pose_latency == PoseLatency::Off) return {};
   const QueryStatus status =
@@ -241,6 +257,7 @@ void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& 
   clearance_.status.message.reserve(text_capacity_);
   text_->write(clearance_.status.message, clearance_, explained_.gradient);
   if (broken_) text_->append(clearance_.status.message, *broken_);
+  if (guarantees_) appendEnd(clearance_.status.message, "; ", guarantees_->distances());
 }
 
 /// Finds the inequality that is broken most.

@@ -78,6 +78,10 @@ class Monitor {
   /// For a replay: the level before the first cycle, by which hysteresis may hold it. INVALID: none.
   void assumeLevel(Clearance::_level_type level);
 
+  /// For a replay: the time for the guaranteed distances of a cycle is over after so many steps, as it was in the record,
+  /// whatever the clock says.
+  void endTimeAfter(std::int64_t steps) { steps_to_deadline_ = steps; }
+
   /// The message of the latest cycle; its `cycle` is 0 before the first one.
   const Clearance& latest() const { return clearance_; }
 
@@ -91,6 +95,7 @@ class Monitor {
     QueryStatus age{};  ///< OK if guaranteed distances are known
   };
   QueryStatus updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities);
+  scene::GuaranteeLimits limits(const MonitorSettings& settings) const;
   void measurePairs(Cycle cycle, const VelocitySnapshot& velocities);
   void reserveMemory(Proximity& message, const MonitorSettings& settings) const;
   void assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair);
@@ -122,6 +127,7 @@ class Monitor {
   SplineScenePool::Lease spline_scene_;  ///< nullptr until it is needed
   MonitoredObjects monitored_;
   std::optional<Guarantees> guarantees_;               ///< for this robot and these objects, if the robot is uncertain
+  std::optional<std::int64_t> steps_to_deadline_;      ///< of a replay, see endTimeAfter()
   std::vector<scene::PairProximity> near_;             ///< the closest pairs of this cycle, for the guarantees
   double others_ = 0.0;                                ///< [m] all other pairs are farther apart
   scene::Uncertainty aged_;                            ///< that of the robot, with the motion since the poses

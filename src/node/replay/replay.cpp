@@ -1,9 +1,11 @@
 #include "node/replay/replay.h"
 
+#include "node/answers/guarantees.h"
 #include "node/replay/record_reader.h"
 #include "node/robot/level_name.h"
 
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <stdexcept>
@@ -13,6 +15,7 @@ namespace proximity_server::node {
 namespace {
 
 constexpr std::size_t kMostDifferences = 10;
+constexpr std::int64_t kNoEnd = std::numeric_limits<std::int64_t>::max();
 
 std::string formatted(const char* format, double number) {
   char text[64];
@@ -148,14 +151,17 @@ ReplayResult replay(const ReplayOptions& options, std::ostream& rows) {
     expected = cycle.clearance.cycle + 1;
     MonitorSettings settings = cycle.settings;
     settings.lookahead = 0.0;
+    monitor.endTimeAfter(stepsOfTimeOver(cycle.clearance.status.message).value_or(kNoEnd));
     const Clearance& now = monitor.cycle(snapshotOf(cycle), {}, settings, {cycle.frames, {}, {}});
     writeRow(rows, now, cycle.clearance);
     ++result.cycles;
+    const std::string number = "cycle " + std::to_string(cycle.clearance.cycle) + ": ";
+    const std::string end = endIn(cycle.clearance.status.message);
+    if (!end.empty() && ++result.coarse <= kMostDifferences) result.first_coarse.push_back(number + end);
     const std::string difference = differenceOf(now, cycle.clearance);
     if (difference.empty()) return;
     ++result.different;
-    if (result.first_differences.size() < kMostDifferences)
-      result.first_differences.push_back("cycle " + std::to_string(cycle.clearance.cycle) + ": " + difference);
+    if (result.first_differences.size() < kMostDifferences) result.first_differences.push_back(number + difference);
   });
   result.reasons = reasonsOf(reader, options);
   return result;

@@ -24,6 +24,8 @@ struct ReplayOptions {
 struct ReplayResult {
   std::uint64_t cycles = 0, different = 0;
   std::vector<std::string> first_differences;  ///< a line for each of the first ten
+  std::uint64_t coarse = 0;                    ///< cycles of the record whose guaranteed distances ended at a limit
+  std::vector<std::string> first_coarse;       ///< a line for each of the first ten
   std::vector<std::string> reasons;            ///< what is not as it was: the version, the mesh tolerance, ...
   bool agrees() const { return different == 0; }
 };

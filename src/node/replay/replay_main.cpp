@@ -143,6 +143,9 @@ int run(int argc, char** argv) {
   }
   const auto result = proximity_server::node::replay(options, std::cout);
   std::cerr << "clearance: " << result.cycles << " cycles, " << result.different << " differ from the record\n";
+  if (result.coarse > 0)
+    std::cerr << "clearance: in " << result.coarse << " of them a limit ended guaranteed distances\n";
+  for (const std::string& line : result.first_coarse) std::cerr << "  " << line << '\n';
   if (result.agrees()) return 0;
   for (const std::string& line : result.first_differences) std::cerr << "  " << line << '\n';
   for (const std::string& reason : result.reasons) std::cerr << "  possible reason: " << reason << '\n';

@@ -115,7 +115,7 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scene = pairs.borrowScene();
-    PairDetails details{gradientsOf(robot, pairs, in_each), guaranteesOf(robot, pairs, request.uncertainty)};
+    PairDetails details{gradientsOf(robot, pairs, in_each), guaranteesOf(robot, pairs, request.uncertainty, question)};
     std::optional<FreeMotions> free_motions;
     if (request.want_free_motion) free_motions.emplace(robot, pairs, request, question.deadline);
     for (const JointValues& state : states) {

@@ -78,8 +78,8 @@ std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& p
   return gradients;
 }
 
-std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs,
-                                       const std::string& uncertainty) {
+std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs, const std::string& uncertainty,
+                                       const scene::Question& question) {
   std::optional<Guarantees> guarantees;
   try {
     const scene::Uncertainty wanted = uncertainty.empty()
@@ -91,7 +91,16 @@ std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs&
     refuse(error.what());
   }
   guarantees->use(pairs.sharedObjects());
+  scene::GuaranteeLimits limits;
+  limits.deadline = question.deadline;
+  guarantees->limit(limits);
   return guarantees;
+}
+
+QueryStatus statusOf(const Robot& robot, const Guarantees& guarantees) {
+  if (guarantees.distances().end() == scene::GuaranteeEnd::None) return {};
+  return statusOf(QueryStatus::OVER_BUDGET, "the time was over: guaranteed distances are coarse, max_request_time is " +
+                                                system::secondsText(robot.config().max_request_time));
 }
 
 void PairDetails::update(const scene::BodyPoses& poses, const scene::FramePoses& frames) {
@@ -119,6 +128,7 @@ StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedStat
     if (pair.result.status != narrowphase::Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));
   }
+  if (details.guarantees && answer.status.code == QueryStatus::OK) answer.status = statusOf(robot, *details.guarantees);
   const bool decided = request.mode == QueryPairsRequest::FIRST && !found.empty();
   if (answer.pairs_unknown > 0 && !decided) {
     const bool posed = state.status.code == QueryStatus::OK;

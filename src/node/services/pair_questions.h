@@ -33,9 +33,13 @@ struct PosedState {
 std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs, const QueryPairsRequest& request);
 
 /// Makes the object that computes the guaranteed distances of the requested pairs within an uncertainty: the text of a
-/// request, or if it is empty that of the parameters. nullopt if nothing is uncertain. Throws RequestError naming the
-/// field of the text that is wrong.
-std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs, const std::string& uncertainty);
+/// request, or if it is empty that of the parameters. They end at the deadline of the question. nullopt if nothing is
+/// uncertain. Throws RequestError naming the field of the text that is wrong.
+std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs, const std::string& uncertainty,
+                                       const scene::Question& question);
+
+/// OVER_BUDGET if the time for guaranteed distances was over, so that they are coarse; otherwise OK.
+QueryStatus statusOf(const Robot& robot, const Guarantees& guarantees);
 
 /// Writes gradients and guaranteed distances into the messages of pairs, if the request wants them.
 struct PairDetails {

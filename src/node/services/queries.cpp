@@ -43,7 +43,7 @@ template <class Response, class Request>
 void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
                    Response& response) {
   const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-  std::optional<Guarantees> guarantees = guaranteesOf(robot, pairs, request.uncertainty);
+  std::optional<Guarantees> guarantees = guaranteesOf(robot, pairs, request.uncertainty, question);
   const PosedScene posed(robot, tf, pairs, request.stamp);
   response.header = posed.header;
   require(posed.snapshot.status);
@@ -64,6 +64,7 @@ void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, cons
     guarantees->assign(response.pair, *closest);
   else
     response.pair.guaranteed = kNaN;
+  if (response.status.code == QueryStatus::OK) response.status = statusOf(robot, *guarantees);
 }
 
 geometry_msgs::Vector3 unknownVector() {
@@ -151,7 +152,7 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     requireAnswersWithinBatch(robot, request, pairs.size());
     const PosedScene posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
-    PairDetails details{gradientsOf(robot, pairs, request), guaranteesOf(robot, pairs, request.uncertainty)};
+    PairDetails details{gradientsOf(robot, pairs, request), guaranteesOf(robot, pairs, request.uncertainty, question)};
     details.update(posed.snapshot.poses, posed.frames.poses);
     StateProximity found =
         askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, details);

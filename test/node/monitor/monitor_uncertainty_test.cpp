@@ -82,6 +82,27 @@ TEST_F(UncertainMonitor, TakesThePairWithTheSmallestGuaranteedDistance) {
   EXPECT_NEAR(clearance.object_minimum.guaranteed, 0.15, 1e-9);
 }
 
+TEST_F(UncertainMonitor, SaysWhereALimitEndsTheGuaranteedDistances) {
+  EXPECT_EQ(cycleWith(0.03).status.message.find("coarse"), std::string::npos);
+  const double whole = monitor_.latest().deciding.guaranteed;
+  const auto expectCoarse = [&](const std::string& end) {
+    const Clearance& clearance = cycle();
+    EXPECT_EQ(clearance.level, Clearance::WARN);
+    EXPECT_LE(clearance.deciding.guaranteed, whole);
+    EXPECT_NE(clearance.status.message.find("; guaranteed distances are coarse: " + end), std::string::npos)
+        << clearance.status.message;
+    EXPECT_EQ(monitor_.constraints(snapshot(), settings_).status.message, endIn(clearance.status.message));
+  };
+  settings_.influence_distance = 0.4;
+  monitor_.endTimeAfter(0);
+  expectCoarse("their time was over after ");
+  EXPECT_GE(stepsOfTimeOver(monitor_.latest().status.message), 0);
+  monitor_.endTimeAfter(std::numeric_limits<std::int64_t>::max());
+  settings_.rate = 1e9;  // a quarter of the period has no step
+  expectCoarse("the steps of a cycle are too few");
+  EXPECT_EQ(stepsOfTimeOver(monitor_.latest().status.message), std::nullopt);
+}
+
 TEST_F(UncertainMonitor, HasConstraintRowsOfGuaranteedDistances) {
   cycleWith(0.03);
   settings_.influence_distance = 0.25;  // 0.3 m apart, guaranteed 0.24

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +36,9 @@ inline scene::Fixed standingAt(double x, double y, double z) {
 /// A monitor of the sliders and their objects in this process.
 class MonitorOfSliders : public testing::Test {
  protected:
+  /// No clock ends the guaranteed distances, which are compared.
+  MonitorOfSliders() { monitor_.endTimeAfter(std::numeric_limits<std::int64_t>::max()); }
+
   void follow(const std::string& srdf) {
     robot_ = std::make_shared<const Robot>(kSliders, srdf, config_);
     monitor_.follow(robot_);

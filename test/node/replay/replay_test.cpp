@@ -6,9 +6,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <iomanip>
+#include <limits>
 #include <map>
 #include <random>
 #include <sstream>
+#include <string>
+#include <vector>
 
 namespace proximity_server::node::replay_test {
 
@@ -53,6 +58,45 @@ TEST_F(Replayed, AreHeldByTheHysteresisOfBefore) {
   EXPECT_EQ(cycleAt(0.221).level, Clearance::STOP) << "the distance of 21 mm is within the hysteresis";
   std::ostringstream rows;
   EXPECT_TRUE(replay({stop().file, {}}, rows).agrees());
+}
+
+// Poses without turns are the same numbers in messages, so all bits are the same.
+TEST_F(Replayed, EndGuaranteedDistancesWhereTheirTimeWasOver) {
+  XmlRpc::XmlRpcValue values;
+  values["joint_uncertainty"]["*"] = 0.03;
+  const Config before = config_;
+  config_ = configFrom(values, "node");
+  config_.record_directory = before.record_directory;
+  config_.record_memory = before.record_memory;
+  start();
+  std::vector<std::string> guaranteed;
+  std::uint64_t coarse = 0;
+  for (int i = 0; i < 60; ++i) {
+    monitor_.endTimeAfter(i % 3 == 0 ? 0 : std::numeric_limits<std::int64_t>::max());
+    const Clearance& clearance = cycleAt(0.2 + 0.002 * i);
+    coarse += !endIn(clearance.status.message).empty();
+    std::ostringstream number;
+    number << std::setprecision(17) << clearance.deciding.guaranteed;
+    guaranteed.push_back(number.str());
+  }
+  std::stringstream rows;
+  const ReplayResult result = replay({stop().file, {}}, rows);
+  EXPECT_TRUE(result.agrees()) << result.first_differences[0];
+  EXPECT_EQ(result.coarse, coarse);
+  EXPECT_GE(coarse, 10u);
+  EXPECT_LT(coarse, 60u);
+  EXPECT_EQ(result.first_coarse.size(), 10u);
+  EXPECT_EQ(result.first_coarse.at(0).rfind("cycle 1: guaranteed distances are coarse: their time was over after ", 0),
+            0u)
+      << result.first_coarse[0];
+  std::string row, field;
+  std::getline(rows, row);
+  for (const std::string& expected : guaranteed) {
+    std::getline(rows, row);
+    std::istringstream fields(row);
+    for (int i = 0; i < 7; ++i) std::getline(fields, field, ',');
+    EXPECT_EQ(field, expected);
+  }
 }
 
 TEST_F(Replayed, TellWhatDiffersWithAnotherPadding) {

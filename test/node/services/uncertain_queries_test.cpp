@@ -99,6 +99,21 @@ TEST(UncertaintyOfTheParameters, IsThatOfRequestsWithoutOne) {
   EXPECT_NEAR(gantry.ask(request).pair.guaranteed, 0.3, kTolerance);
 }
 
+// Bounds of the scene tell without a deadline that the two do not overlap.
+TEST(UncertaintyOfTheParameters, IsTakenCoarselyWhenTheTimeIsOver) {
+  Config config;
+  config.max_request_time = 1e-9;
+  AskedRobot gantry({robotText("gantry.urdf"), robotText("gantry.srdf")}, config);
+  auto request = between<PenetrationDepthRequest>("base", "ball", gantry.moveTo(Gantry::all({0.5, 0.0, 0.0})));
+  request.uncertainty = "0.01";
+  const auto response = gantry.ask(request);
+  EXPECT_FALSE(response.success);
+  EXPECT_EQ(response.status.code, QueryStatus::OVER_BUDGET);
+  EXPECT_EQ(response.status.message, "the time was over: guaranteed distances are coarse, max_request_time is 1e-09 s");
+  EXPECT_LE(response.pair.guaranteed, 0.29);
+  EXPECT_GT(response.pair.guaranteed, 0.0);
+}
+
 TEST(UncertaintyOfTheParameters, IsRefusedByName) {
   Config config;
   config.uncertainty.joint = {scene::FileValue::Map{{"x_axs", {0.1}}}};
