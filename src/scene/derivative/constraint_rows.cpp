@@ -270,7 +270,7 @@ bool InequalityRows::update(const BodyPoses& poses, const std::vector<std::optio
     if (largest_[row] == 0.0) continue;
     const std::optional<double> excess = excessAt(model_->robot, model_->robot.inequalities[row], poses, stated);
     if (!excess) return false;
-    bounds_[row] = std::min(rate * *excess, 0.5 * largest_[row]);
+    bounds_[row] = std::min(rate * *excess, largest_[row]);
   }
   return true;
 }

@@ -175,7 +175,7 @@ class ConstraintRows {
 /// robot approaches a bound at most exponentially, and does not pass it in steps of the time dt with rate * dt <= 1. A
 /// row of which no column moves is 0, with the bound -infinity.
 ///
-/// A bound that is positive is at most half of what the largest velocities of the joints in the URDF can do.
+/// A bound that is positive is at most what the largest velocities of the joints in the URDF can do.
 /// Memory: nothing is allocated after construction.
 class InequalityRows {
  public:
