@@ -20,15 +20,23 @@ using Eigen::Vector3d;
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
 
 /// The time in [0, 1] at which a joint reaches a limit; infinity if it reaches none.
-double stopTime(PosedPosition position, PositionLimits limits, std::optional<double> stated, double travel) {
-  if (travel == 0.0) return kInfinity;
+struct StopTime {
+  double time = kInfinity;
+  bool is_assumed = false;  ///< on another turn that the limits allow, it would be earlier, and below 1
+};
+StopTime stopTime(PosedPosition position, PositionLimits limits, std::optional<double> stated, double travel) {
+  if (travel == 0.0) return {};
   if (travel < 0.0) {
     position = position.mirrored();
     limits = limits.mirrored();
     if (stated) stated = -*stated;
   }
-  if (std::isinf(limits.upper)) return kInfinity;
-  return std::max(0.0, limits.upper - positionWithin(limits, position, stated)) / std::abs(travel);
+  if (std::isinf(limits.upper)) return {};
+  const auto timeFrom = [&](double start) { return std::max(0.0, limits.upper - start) / std::abs(travel); };
+  const double start = positionWithin(limits, position, stated);
+  if (stated || !(position.spacing > 0.0)) return {timeFrom(start)};
+  const double last = position.atOrBelow(limits.upper + kBeyondLimit);
+  return {timeFrom(start), last > start + 0.5 * position.spacing && timeFrom(last) < 1.0};
 }
 
 bool turns(const Joint& joint) { return joint.type == Joint::Type::Revolute || joint.type == Joint::Type::Continuous; }
@@ -46,8 +54,9 @@ void requireNearLimits(const RobotModel& model, const std::vector<double>& trave
   }
 }
 
+/// Adds the joints whose turn is assumed to `assumed`.
 std::vector<JointStop> stopsOf(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
-                               const std::vector<std::optional<double>>& stated) {
+                               const std::vector<std::optional<double>>& stated, std::vector<int>& assumed) {
   std::vector<JointStop> stops;
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const Joint& joint = model.joints[i];
@@ -55,8 +64,9 @@ std::vector<JointStop> stopsOf(const RobotModel& model, const BodyPoses& start, 
     const std::optional<PosedPosition> position = posedPosition(model, start, static_cast<int>(i));
     if (!position) continue;
     const std::optional<double> own = stated.empty() ? std::nullopt : stated[i];
-    const double time = stopTime(*position, {joint.lower, joint.upper}, own, travel[i]);
-    if (time < 1.0) stops.push_back({static_cast<int>(i), time});
+    const StopTime stop = stopTime(*position, {joint.lower, joint.upper}, own, travel[i]);
+    if (stop.time < 1.0) stops.push_back({static_cast<int>(i), stop.time});
+    if (stop.is_assumed) assumed.push_back(static_cast<int>(i));
   }
   std::stable_sort(stops.begin(), stops.end(), [](const JointStop& p, const JointStop& q) { return p.time < q.time; });
   return stops;
@@ -171,9 +181,10 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
     throw std::invalid_argument("there are " + std::to_string(stated.size()) + " stated positions for " +
                                 std::to_string(model.joints.size()) + " joints");
   requireNearLimits(model, travel, stated);
-  std::vector<JointStop> stops = stopsOf(model, start, travel, stated);
+  std::vector<int> assumed;
+  std::vector<JointStop> stops = stopsOf(model, start, travel, stated, assumed);
   const std::optional<InequalityBreak> broken = firstBreak(model, start, travel, stops, stated);
-  if (stops.empty()) return {unlimited, {}, broken};
+  if (stops.empty()) return {unlimited, {}, broken, std::move(assumed)};
   const std::vector<double> times = borders(stops);
   std::vector<PhasedMotion::Phase> phases;
   BodyPoses poses = start;
@@ -182,7 +193,7 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
     phases.push_back({times[i], times[i + 1], RobotMotion::ofTravel(model, poses, during)});
     poses = phases.back().motion.at(1.0);
   }
-  return {PhasedMotion(std::move(phases)), std::move(stops), broken};
+  return {PhasedMotion(std::move(phases)), std::move(stops), broken, std::move(assumed)};
 }
 
 }  // namespace proximity_server::scene

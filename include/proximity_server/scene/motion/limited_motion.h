@@ -59,6 +59,8 @@ struct LimitedMotion {
   PhasedMotion motion;
   std::vector<JointStop> stops;           ///< in the order of their times
   std::optional<InequalityBreak> broken;  ///< the first one; an inequality is left out if a pose of it is missing
+  /// The joints that would stop earlier on another turn that their limits allow: their position is not stated.
+  std::vector<int> assumed = {};
 };
 
 /// Moves every joint at constant velocity until it reaches a limit, where it rests from then on.
