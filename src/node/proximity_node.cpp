@@ -27,7 +27,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
     : nh_(nh),
       private_nh_(private_nh),
       robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
-      tf_listener_(tf_, robot_->config().realtime_priority),
+      tf_listener_(tf_, *robot_),
       recorder_(robot_->config(), private_nh_.getNamespace()),
       objects_(
           robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
@@ -119,6 +119,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
       });
     });
     tf_.watch(*loaded);
+    tf_listener_.follow(*loaded);
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);

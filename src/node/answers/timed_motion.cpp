@@ -91,6 +91,13 @@ std::string brokenText(const scene::RobotModel& robot, const scene::BodyPoses& s
          system::secondsText(broken->time * duration) + " on";
 }
 
+/// Tells the turns that are assumed; "" for none.
+std::string assumedText(const scene::RobotModel& robot, const std::vector<int>& joints) {
+  std::string text;
+  for (const int joint : joints) text += (text.empty() ? "'" : ", '") + robot.joints[joint].name + "'";
+  return text.empty() ? text : "nothing tells the turn of " + text + ": each is taken to stop as late as a turn allows";
+}
+
 }  // namespace
 
 TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const std::vector<double>& travel,
@@ -109,7 +116,8 @@ TimedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses
           referenceFrom(robot, poses),
           worldOf(robot, poses),
           std::move(limited.stops),
-          std::move(broken)};
+          std::move(broken),
+          assumedText(robot.robotModel(), limited.assumed)};
 }
 
 TimedMotion motionOfTwists(const scene::BodyPoses& poses, const std::vector<scene::RobotMotion::Twist>& twists,

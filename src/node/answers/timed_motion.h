@@ -35,6 +35,7 @@ struct TimedMotion {
 
   std::vector<scene::JointStop> stops = {};  ///< stops of joints at their limits, with parameters in [0, 1]
   std::string broken = {};                   ///< a text about the inequality that it breaks first; "": none
+  std::string assumed = {};                  ///< a text about the joints of LimitedMotion::assumed; "": none
 
   /// The time [s] for which the parameter stands.
   double timeAt(double parameter) const { return begin + parameter * duration; }

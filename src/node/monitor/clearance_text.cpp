@@ -129,7 +129,7 @@ std::size_t ClearanceText::capacity(std::size_t longest_name) const {
   std::size_t longest_inequality = 0;
   for (const scene::JointInequality& inequality : robot_.inequalities)
     longest_inequality = std::max(longest_inequality, inequality.text.size());
-  return 2 * longest_name + 2 * longest_joint + longest_inequality + kWords;
+  return 2 * longest_name + 3 * longest_joint + longest_inequality + kWords;
 }
 
 }  // namespace proximity_server::node

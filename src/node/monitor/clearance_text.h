@@ -39,7 +39,8 @@ class ClearanceText {
   /// Appends: "; '2*j1 - j2 <= 1.7' is broken by 0.2".
   static void append(std::string& text, const BrokenInequality& broken);
 
-  /// [characters] The longest text about links and objects whose names have at most `longest_name` characters.
+  /// [characters] The longest text about links and objects whose names have at most `longest_name` characters, with
+  /// that about a JointBeyond.
   std::size_t capacity(std::size_t longest_name) const;
 
  private:

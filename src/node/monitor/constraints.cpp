@@ -48,7 +48,7 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
     return statusOf(QueryStatus::NOT_CONVERGED, std::to_string(rows_.unknown()) +
                                                     " pairs within influence_distance have no distance or no gradient");
   const double rate = settings.damping_gain / (settings.influence_distance - cycle.stop.links);
-  if (inequality_rows_.update(cycle.snapshot.poses, cycle.stated, rate)) {
+  if (inequality_rows_.update(cycle.snapshot.poses, cycle.snapshot.stated, rate)) {
     QueryStatus status;
     if (cycle.guaranteed) appendEnd(status.message, "", *cycle.guaranteed);
     return status;

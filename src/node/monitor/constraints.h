@@ -12,7 +12,6 @@
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 namespace proximity_server::node {
@@ -25,9 +24,8 @@ struct MeasuredCycle {
   const Gradients& gradients;
   const scene::PairDistances& stop;
   RobotAndObjects model;
-  scene::GuaranteedDistances* guaranteed;            ///< nullptr if the robot is not uncertain
-  std::size_t longest_name;                          ///< [characters] of the names in any pair
-  const std::vector<std::optional<double>>& stated;  ///< positions of joint_states, or empty
+  scene::GuaranteedDistances* guaranteed;  ///< nullptr if the robot is not uncertain
+  std::size_t longest_name;                ///< [characters] of the names in any pair
 };
 
 /// Makes messages with the constraint rows of one robot. Not thread-safe. After the first few messages no memory is

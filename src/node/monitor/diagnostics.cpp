@@ -96,9 +96,10 @@ void Diagnostics::reportClearance(Status& status) {
     return;
   }
   const std::string reason = last.status.message.empty() ? "" : ": " + last.status.message;
-  const std::uint8_t least = health_.broken.empty() ? Level::OK : Level::WARN;
+  const std::uint8_t least = health_.broken.empty() && health_.beyond.empty() ? Level::OK : Level::WARN;
   status.summary(std::max(severity(last.level), least), std::string(levelName(last.level)) + reason);
   if (!health_.broken.empty()) status.add("joint inequality", health_.broken);
+  if (!health_.beyond.empty()) status.add("joint_states", health_.beyond);
   status.add("distance [m]", last.minimum.distance);
   status.add("between", last.minimum.a.link + " and " + last.minimum.b.link);
   status.add("level set by", last.deciding.a.link + " and " + last.deciding.b.link);

@@ -106,7 +106,6 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
   assignJoints(snapshot, settings);
-  stated_ = velocities.positions;
   findBroken(snapshot);
   measurePairs({snapshot, frames, settings}, velocities);
   lookAhead(snapshot, velocities, settings, frames, commanded);
@@ -162,7 +161,7 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
   return constraints_->rowsOf({clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(),
-                               guarantees_ ? &guarantees_->distances() : nullptr, monitored_.longest_name, stated_},
+                               guarantees_ ? &guarantees_->distances() : nullptr, monitored_.longest_name},
                               settings);
 }
 
@@ -258,6 +257,9 @@ void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& 
   text_->write(clearance_.status.message, clearance_, explained_.gradient);
   if (broken_) text_->append(clearance_.status.message, *broken_);
   if (guarantees_) appendEnd(clearance_.status.message, "; ", guarantees_->distances());
+  if (!snapshot.beyond) return;
+  clearance_.status.message += "; ";
+  append(clearance_.status.message, *robot_, *snapshot.beyond);
 }
 
 /// Finds the inequality that is broken most.
@@ -265,7 +267,7 @@ void Monitor::findBroken(const PoseSnapshot& snapshot) {
   broken_.reset();
   double largest = 1.0;
   for (const scene::JointInequality& inequality : robot_->robotModel().inequalities) {
-    const auto excess = excessAt(robot_->robotModel(), inequality, snapshot.poses, stated_);
+    const auto excess = excessAt(robot_->robotModel(), inequality, snapshot.poses, snapshot.stated);
     if (!excess || !(*excess / inequality.tolerance() > largest)) continue;
     largest = *excess / inequality.tolerance();
     broken_ = BrokenInequality{&inequality, *excess};

@@ -135,7 +135,6 @@ class Monitor {
   bool has_gradients_ = false;                         ///< of this cycle
   std::optional<ClearanceText> text_;                  ///< for this robot
   std::size_t text_capacity_ = 0;                      ///< [characters] of the longest text
-  std::vector<std::optional<double>> stated_;          ///< positions of joint_states, in the latest cycle; or empty
   std::optional<BrokenInequality> broken_;             ///< of the robot, in the latest cycle
   Proximity explained_;                                ///< has the gradient of the pair that sets the level
   std::optional<Constraints> constraints_;             ///< for this robot; made when they are first needed

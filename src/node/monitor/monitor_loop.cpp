@@ -25,8 +25,8 @@ ros::WallDuration keepAlivePeriod(const MonitorSettings& settings, const Config&
   return ros::WallDuration(settings.rate > 0.0 ? std::max(1.0, 2.0 / settings.rate) : std::min(1.0, config.max_tf_age));
 }
 
-/// [s] During this wall time after the start no warning is logged, because the first transforms may take so long to
-/// arrive.
+/// [s] During this wall time after the start no warning is logged, and no velocity scale of 0 is made of not knowing,
+/// because the first transforms and joint_states may take so long to arrive.
 const ros::WallDuration kFirstTransformsTimeout(1.0);
 /// [s] Shortest wall time between two warnings about the level INVALID.
 const ros::WallDuration kWarningPeriod(10.0);
@@ -38,23 +38,18 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
     : tf_(tf),
       recorder_(recorder),
       public_nh_(nh),
-      velocities_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
       steady_timer_([priority = robot->config().realtime_priority] { runInRealTime(priority); },
                     [this] { cycleOfTimer(); }) {
   health_.enabled = true;
   health_.settings = robot->config().monitor;
-  next_warning_ = ros::SteadyTime::now() + kFirstTransformsTimeout;
+  next_warning_ = first_scale_until_ = ros::SteadyTime::now() + kFirstTransformsTimeout;
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   constraints_pub_ = nh_.advertise<ConstraintRows>("constraints", 1);
-  const auto on_listeners = [this](const ros::SingleSubscriberPublisher&) {
-    const Lock lock(mutex_);
-    listenToJoints();
-  };
-  velocity_scale_pub_ = nh_.advertise<std_msgs::Float64>("collision_velocity_scale", 1, on_listeners, on_listeners);
+  velocity_scale_pub_ = nh_.advertise<std_msgs::Float64>("collision_velocity_scale", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   simulated_timer_ = nh_.createTimer(
@@ -90,7 +85,7 @@ void MonitorLoop::follow(const std::shared_ptr<const Robot>& robot) {
   lookup_.reset();  // it refers to the robot that is replaced next
   monitor_.follow(robot);
   lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
-  listenToJoints();
+  listenToCommands();
   markers_.reset();
   keep_alive_.setPeriod(keepAlivePeriod(health_.settings, robot->config()));
   redrawPieces();
@@ -135,7 +130,7 @@ void MonitorLoop::configure(const MonitorSettings& settings) {
   health_.settings = settings;
   on_tf_ = settings.rate == 0.0;
   changed_pending_ = false;
-  listenToJoints();
+  listenToCommands();
   setRate(settings.rate);
   keep_alive_.setPeriod(keepAlivePeriod(settings, monitor_.robot()->config()));
   if (redraw) redrawPieces();
@@ -227,15 +222,20 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   const ros::SteadyTime begin = ros::SteadyTime::now();
   has_cycled_ = true;
   const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
-  const VelocitySnapshot velocities = lookUpVelocities();
+  // Asked once: a subscriber that comes during the cycle waits for the next one, which looks the velocities up.
+  const bool is_scaled = velocity_scale_pub_.getNumSubscribers() > 0;
+  const bool needs_velocities =
+      is_scaled || health_.settings.lookahead > 0.0 || monitor_.robot()->config().pose_latency != PoseLatency::Off;
+  const VelocitySnapshot velocities = needs_velocities ? lookUpVelocities() : VelocitySnapshot();
   const Clearance& clearance =
       monitor_.cycle(snapshot, velocities, health_.settings, frames, lookUpCommands(snapshot, velocities));
   clearance_pub_.publish(clearance);
   recorder_.add(*monitor_.robot(), snapshot, frames, clearance, health_.settings);
   warnIfInvalid(clearance);
+  warnOfPositions(snapshot);
   if (constraints_pub_.getNumSubscribers() > 0)
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
-  if (velocity_scale_pub_.getNumSubscribers() > 0) publishVelocityScale(snapshot, velocities, frames);
+  if (is_scaled) publishVelocityScale(snapshot, velocities, frames);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
   health_.slowest_cycle = std::max(health_.slowest_cycle, ros::Duration((ros::SteadyTime::now() - begin).toSec()));
 }
@@ -248,32 +248,33 @@ void MonitorLoop::warnIfInvalid(const Clearance& clearance) {
   ROS_WARN_STREAM("~clearance is INVALID: " << statusName(clearance.status.code) << ": " << clearance.status.message);
 }
 
+void MonitorLoop::warnOfPositions(const PoseSnapshot& snapshot) {
+  health_.beyond.clear();
+  if (!snapshot.beyond) return;
+  append(health_.beyond, *monitor_.robot(), *snapshot.beyond);
+  ROS_WARN_STREAM_THROTTLE(10.0, health_.beyond);
+}
+
 void MonitorLoop::publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                        const FrameSnapshot& frames) {
   const StoppingScale found = monitor_.velocityScale(snapshot, velocities, health_.settings, frames);
-  if (found.status.code != QueryStatus::OK)
+  if (found.status.code == QueryStatus::OK) {
+    first_scale_until_ = {};
+  } else {
+    if (ros::SteadyTime::now() < first_scale_until_) return;
     ROS_WARN_STREAM_THROTTLE(10.0, "~collision_velocity_scale is 0: " << found.status.message);
+  }
   std_msgs::Float64 message;
   message.data = found.scale;
   velocity_scale_pub_.publish(message);
 }
 
-bool MonitorLoop::needsVelocities() const {
-  return health_.settings.lookahead > 0.0 || velocity_scale_pub_.getNumSubscribers() > 0 ||
-         monitor_.robot()->config().pose_latency != PoseLatency::Off;
-}
-
-void MonitorLoop::listenToJoints() {
-  needsVelocities() ? velocities_.listen(*monitor_.robot()) : velocities_.stopListening();
+void MonitorLoop::listenToCommands() {
   health_.settings.lookahead > 0.0 ? commands_.listen(public_nh_, monitor_.robot()) : commands_.stopListening();
 }
 
 VelocitySnapshot MonitorLoop::lookUpVelocities() {
-  VelocitySnapshot velocities;
-  velocities.status.code = QueryStatus::NO_VELOCITY;
-  velocities.status.message = "nobody has asked for the velocities yet";
-  if (!needsVelocities()) return velocities;
-  velocities = velocities_.lookUp(*monitor_.robot(), monitor_.joints(), ros::Time::now());
+  VelocitySnapshot velocities = velocitiesOf(*monitor_.robot(), tf_.stated(), monitor_.joints(), ros::Time::now());
   velocities.roots = tf_.standingStill(*monitor_.robot(), monitor_.roots());
   if (velocities.status.code == QueryStatus::OK) velocities.status = velocities.roots;
   return velocities;

@@ -28,6 +28,7 @@ struct MonitorHealth {
   MonitorSettings settings;
   bool enabled;
   std::string broken;           ///< a text about the inequality that the latest poses break most; "": none
+  std::string beyond;           ///< a text about the joint that is farthest beyond its limits, see farthestBeyond()
   ros::Duration slowest_cycle;  ///< since the previous call of MonitorLoop::health(); it includes publishing
 };
 
@@ -40,7 +41,7 @@ struct MonitorHealth {
 /// time. Thread-safe.
 class MonitorLoop {
  public:
-  /// Subscribes to joint_states and trajectories in the namespace of `nh`, and publishes in that of `private_nh`.
+  /// Subscribes to trajectories in the namespace of `nh`, and publishes in that of `private_nh`.
   MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
               const std::shared_ptr<const Robot>& robot, Recorder& recorder);
   ~MonitorLoop();
@@ -74,19 +75,18 @@ class MonitorLoop {
   void redrawPieces();
   void sendPieces(const ros::SingleSubscriberPublisher& subscriber);
   void warnIfInvalid(const Clearance& clearance);
+  void warnOfPositions(const PoseSnapshot& snapshot);
   PoseSnapshot lookUpWithStoppedClock();
   bool mustCycle() const;
   const PoseSnapshot& lookUp();
   void useNextObjects();
   VelocitySnapshot lookUpVelocities();
   CommandedMotion lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities);
-  bool needsVelocities() const;
-  void listenToJoints();
+  void listenToCommands();
 
   TfPoses& tf_;
   Recorder& recorder_;
   ros::NodeHandle public_nh_;
-  JointVelocities velocities_;
   CommandedTrajectories commands_;
   ros::CallbackQueue queue_;
   ros::NodeHandle nh_;
@@ -110,6 +110,7 @@ class MonitorLoop {
   MonitorHealth health_{};                   // its `last` is not used, because the monitor has it
   bool has_cycled_ = false;                  // true if a cycle ran since the last keep-alive
   ros::SteadyTime next_warning_;             // the earliest time of the next warning about INVALID
+  ros::SteadyTime first_scale_until_;        // until then an unknown velocity scale is not published; 0: one was known
   ros::Time last_keep_alive_;                // ROS time of the last keep-alive
   bool clock_stands_still_ = false;          // true if the clock did not advance between the last two keep-alives
   std::optional<ClearanceMarkers> markers_;  // for the monitor's robot; made for the first subscriber

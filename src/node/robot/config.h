@@ -41,7 +41,7 @@ struct RobotSource {
   std::string semantic;        ///< name of the parameter with the SRDF, searched upwards; "" if the robot has no SRDF
   bool needs_semantic = true;  ///< true if it is an error that the parameter `semantic` does not exist
   std::string tf_prefix;       ///< prefix of the robot's frames, see tfFrame()
-  std::string joint_states = "joint_states";  ///< topic with the robot's joint velocities
+  std::string joint_states = "joint_states";  ///< topic with the positions and velocities of its joints
   std::vector<std::string> trajectories;      ///< see Config::trajectories
 
   /// The parameter that sets the prefix: "tf_prefix" or, for example, "robots/left/tf_prefix".

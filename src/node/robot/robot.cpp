@@ -234,7 +234,9 @@ std::vector<int> rootEdgesOf(const Robot& robot) {
 
 }  // namespace
 
-Robot::Robot(const ros::NodeHandle& nh, const Config& config) : Robot(textsOf(nh, config), config) {}
+Robot::Robot(const ros::NodeHandle& nh, const Config& config) : Robot(textsOf(nh, config), config) {
+  for (RobotSource& source : sources_) source.joint_states = nh.resolveName(source.joint_states);
+}
 
 Robot::Robot(const std::string& urdf, const std::string& srdf, const Config& config)
     : Robot({RobotTexts{urdf, srdf}}, config) {}

@@ -48,7 +48,8 @@ class Robot {
   const std::shared_ptr<const scene::SceneModel>& sharedModel() const { return model_; }
   const scene::RobotModel& robotModel() const { return model_->robot; }
 
-  /// The sources of the robots of the model, in the order of RobotModel::robots.
+  /// The sources of the robots of the model, in the order of RobotModel::robots. If they were read from the parameter
+  /// server, RobotSource::joint_states is the full name of the topic.
   const std::vector<RobotSource>& sources() const { return sources_; }
 
   /// The texts of these robots.

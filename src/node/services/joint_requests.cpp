@@ -91,6 +91,7 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
   if (!missing.empty()) return tf.awaitJoints(robot, missing, stamp);
   JointSnapshot nothing;
   nothing.joints.resize(robot.robotModel().joints.size());
+  nothing.stated.resize(robot.robotModel().joints.size());
   nothing.roots.resize(robot.robotModel().robots.size());
   return nothing;
 }
@@ -118,12 +119,16 @@ double onTurnNearestTo(double next, double position, const scene::Joint& joint) 
 }
 
 double presentPosition(const Robot& robot, int index, const JointSnapshot& from_tf, double next) {
-  const scene::RobotModel& model = robot.robotModel();
-  const scene::Joint& joint = model.joints[index];
-  const Eigen::Isometry3d& parent_T_joint = from_tf.joints[index].value();
-  const double position =
-      scene::jointPosition(model, joint, model.links[joint.parent_link].body_T_link * parent_T_joint);
-  return onTurnNearestTo(next, position, joint);
+  if (from_tf.stated[index]) return *from_tf.stated[index];
+  const double position = positionAt(robot.robotModel(), index, from_tf.joints[index].value());
+  return onTurnNearestTo(next, position, robot.robotModel().joints[index]);
+}
+
+bool isTurnAssumed(const Robot& robot, int index, const JointSnapshot& from_tf, double position) {
+  const scene::Joint& joint = robot.robotModel().joints[index];
+  if (joint.type != scene::Joint::Type::Revolute || from_tf.stated[index]) return false;
+  return position - kWholeTurn >= joint.lower - scene::kBeyondLimit ||
+         position + kWholeTurn <= joint.upper + scene::kBeyondLimit;
 }
 
 std::vector<int> coupledJoints(const scene::RobotModel& robot, const std::vector<JointValues>& states) {

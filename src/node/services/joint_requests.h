@@ -44,12 +44,17 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
 FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp);
 
-/// A transform does not tell the turn of a revolute joint. Returns the position within the limits that is nearest to
-/// `next`, where the joint goes first; if none is within them, the one nearest to them.
+/// The turn of a revolute joint if nothing tells it. Returns the position within the limits that is nearest to `next`,
+/// where the joint goes first; if none is within them, the one nearest to them.
 double onTurnNearestTo(double next, double position, const scene::Joint& joint);
 
-/// The position [rad] or [m] of a joint in tf, which `from_tf` must have, on the turn nearest to `next`.
+/// The position [rad] or [m] of a joint in tf, which `from_tf` must have, on the turn that joint_states tell, or else
+/// onTurnNearestTo(next).
 double presentPosition(const Robot& robot, int joint, const JointSnapshot& from_tf, double next);
+
+/// Returns whether the turn of a joint at such a position is an assumption: joint_states do not tell it, and the limits
+/// allow another one.
+bool isTurnAssumed(const Robot& robot, int joint, const JointSnapshot& from_tf, double position);
 
 /// The joints without a position in a state whose other joints share an inequality with them.
 std::vector<int> coupledJoints(const scene::RobotModel& robot, const std::vector<JointValues>& states);

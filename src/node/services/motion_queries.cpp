@@ -46,7 +46,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const CarrierFrames asked_frames = pairs.frames();
     const FrameSnapshot frames = tf.awaitFrames(robot, asked_frames, start, request.stamp);
     require(frames.status);
-    TimedMotion motion = motionOf(robot, start.poses, request);
+    TimedMotion motion = motionOf(robot, start, request);
     carryObjects(robot, asked_frames, frames.poses, motion);
     assignStops(response, robot, motion);
 
@@ -62,7 +62,9 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
       response.minimum = toMessage(model, motion, minimum);
       response.status = statusOf(minimum.status, question);
     }
-    if (response.status.code == QueryStatus::OK) response.status.message = motion.broken;
+    if (response.status.code != QueryStatus::OK) return;
+    response.status.message = motion.broken + (motion.broken.empty() || motion.assumed.empty() ? "" : "; ");
+    response.status.message += motion.assumed;
   });
 }
 

@@ -83,10 +83,10 @@ TimedMotion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, co
   return node::motionOfTwists(poses, twists, request.horizon);
 }
 
-/// The positions [rad] or [m] in the request. NaN means that a position is not known.
+/// The positions [rad] or [m] in the request, or else those that joint_states tell. NaN in the request means that a
+/// position is not known.
 JointValues statedPositions(const scene::RobotModel& robot, const std::vector<int>& joints,
-                            const std::vector<double>& positions) {
-  JointValues stated(robot.joints.size());
+                            const std::vector<double>& positions, JointValues stated) {
   if (positions.empty()) return stated;
   if (positions.size() != joints.size()) {
     refuse("joints: " + std::to_string(positions.size()) + " positions for " + std::to_string(joints.size()) +
@@ -100,16 +100,16 @@ JointValues statedPositions(const scene::RobotModel& robot, const std::vector<in
   return stated;
 }
 
-TimedMotion motionOfJoints(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
+TimedMotion motionOfJoints(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request) {
   const std::vector<int> joints = jointsNamed(robot.robotModel(), request.joints.name, "joints");
-  const JointValues stated = statedPositions(robot.robotModel(), joints, request.joints.position);
+  const JointValues stated = statedPositions(robot.robotModel(), joints, request.joints.position, start.stated);
   const JointValues velocities = valuesOf(robot.robotModel(), joints, request.joints.velocity, "velocity", "joints");
   std::vector<double> travel;
   for (const std::optional<double>& velocity : velocities) {
     travel.push_back(finite(velocity.value_or(0.0) * request.horizon, "joints: a velocity times the horizon"));
   }
   try {
-    return motionWithinLimits(robot, poses, travel, stated, request.horizon);
+    return motionWithinLimits(robot, start.poses, travel, stated, request.horizon);
   } catch (const std::invalid_argument& error) {  // a stated position is too far beyond the limits of its joint
     refuse(std::string("joints: ") + error.what());
   }
@@ -137,12 +137,12 @@ double timeBudget(const Robot& robot, const ros::Duration& asked) {
   return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
 }
 
-TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
+TimedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request) {
   if (request.links.size() != request.twists.size()) refuse("links and twists must have the same length");
   if (request.links.empty() && request.joints.name.empty()) refuse("nothing moves: name links with twists, or joints");
-  if (request.links.empty()) return motionOfJoints(robot, poses, request);
+  if (request.links.empty()) return motionOfJoints(robot, start, request);
   if (!request.joints.name.empty()) refuse("name links with twists, or joints, not both");
-  return motionOfTwists(robot, poses, request);
+  return motionOfTwists(robot, start.poses, request);
 }
 
 }  // namespace proximity_server::node

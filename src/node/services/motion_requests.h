@@ -19,7 +19,7 @@ scene::MotionQuestion motionQuestion(double contact_distance, double tolerance, 
 /// Config::max_request_time.
 double timeBudget(const Robot& robot, const ros::Duration& asked);
 
-/// The requested motion. It starts at `poses`, which are in the reference frame.
-TimedMotion motionOf(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request);
+/// The requested motion. It starts at these poses.
+TimedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request);
 
 }  // namespace proximity_server::node

@@ -95,14 +95,16 @@ WayPoints drivenFromPresent(const Robot& robot, const WayPoints& points, const J
   if (first == points.points.end()) refuse("no point of the trajectory is later than the present state, at time 0");
   scene::TrajectoryPoint start;
   start.positions.assign(model.joints.size(), 0.0);
-  for (const int joint : points.joints)
+  WayPoints driven = points;
+  for (const int joint : points.joints) {
     start.positions[joint] = presentPosition(robot, joint, from_tf, first->positions[joint]);
+    if (isTurnAssumed(robot, joint, from_tf, start.positions[joint])) driven.assumed.push_back(joint);
+  }
   start.velocities.assign(model.joints.size(), 0.0);
   if (!request.present_velocities.empty())
     start.velocities =
         orZero(valuesOf(model, points.joints, request.present_velocities, "velocity", "present_velocities"));
   start.accelerations.assign(model.joints.size(), 0.0);
-  WayPoints driven = points;
   driven.points = scene::drivenFrom(model, std::move(start), points.points);
   return driven;
 }
@@ -157,6 +159,10 @@ std::string motionText(const Robot& robot, const WayPoints& points, const std::v
   add(linear, "linear", "velocities");
   add(cubic, "cubic", "accelerations");
   if (request.from_present_state) text += ", from the present state on";
+  for (const int joint : points.assumed)
+    text += ", where " + scene::quoted(robot.robotModel().joints[joint].name) + " is taken to be at " +
+            scene::shortest(points.points.front().positions[joint]) +
+            " rad, on the turn nearest to the first point: joint_states do not tell its turn";
   if (tracking_error.empty()) return text;
   text += ", and all motions about them with";
   for (std::size_t i = 0; i < points.joints.size(); ++i) {

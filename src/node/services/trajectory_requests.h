@@ -27,6 +27,7 @@ struct WayPoints {
       MissingJoints::FromTf;  ///< where all others rest; their positions in `points` are 0 and mean nothing
   /// With the velocities and accelerations that the interpolation of the request uses, if the point has them.
   std::vector<scene::TrajectoryPoint> points;
+  std::vector<int> assumed;  ///< the joints of which the first point assumes the turn, see isTurnAssumed()
 
   /// The positions at a state of the trajectory; nullopt for a joint that rests as in tf.
   JointValues valuesAt(const scene::Positions& positions) const;

@@ -33,6 +33,11 @@ std::vector<int> edgesTo(const Robot& asked, const std::vector<int>& bodies) {
   return edges;
 }
 
+double positionAt(const scene::RobotModel& robot, int joint, const Eigen::Isometry3d& parent_T_child) {
+  const scene::Joint& model = robot.joints[joint];
+  return scene::jointPosition(robot, model, robot.links[model.parent_link].body_T_link * parent_T_child);
+}
+
 bool hasPosition(const scene::RobotModel& robot, int joint, const JointValues& positions) {
   return positions[robot.leaderOf(joint).joint].has_value();
 }

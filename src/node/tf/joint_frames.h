@@ -21,12 +21,18 @@ using JointValues = std::vector<std::optional<double>>;
 /// it is not known.
 using RootPoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
+/// Real joints exceed the velocity limits of their URDF. They are taken to be at most so many times as fast.
+inline constexpr double kVelocityFactor = 2.0;
+
 /// The transforms that are needed for the poses of `bodies` in the reference frame, as indices into Robot::tfEdges():
 /// * the joints between the roots and these bodies,
 /// * the joints above the reference frame, if it is the frame of a link,
 /// * the edges to the roots of the robots that have some of the bodies; if there is a single robot, always the edge to
 ///   it.
 std::vector<int> edgesTo(const Robot& robot, const std::vector<int>& bodies);
+
+/// The position [rad] in (-pi, pi], or [m], of a joint with one position.
+double positionAt(const scene::RobotModel& robot, int joint, const Eigen::Isometry3d& parent_T_child);
 
 /// Returns whether `positions` has the position of a joint. For a mimic joint this is the position of its leader.
 bool hasPosition(const scene::RobotModel& robot, int joint, const JointValues& positions);

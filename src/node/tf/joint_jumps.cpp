@@ -1,6 +1,7 @@
 #include "node/tf/joint_jumps.h"
 
 #include "node/tf/edge_transforms.h"
+#include "node/tf/joint_frames.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +11,8 @@
 namespace proximity_server::node {
 namespace {
 
-constexpr double kVelocityFactor = 2.0;  // because real joints exceed the velocity limits of their URDF
-constexpr double kStampJitter = 0.02;    // [s] largest error of the stamps of one publisher
-constexpr double kCrossingTime = 0.05;   // [s] no joint without a velocity limit crosses half of its range faster
+constexpr double kStampJitter = 0.02;   // [s] largest error of the stamps of one publisher
+constexpr double kCrossingTime = 0.05;  // [s] no joint without a velocity limit crosses half of its range faster
 constexpr double kQuarterTurn =
     M_PI_2;                          // [rad] replaces half of a large range, because a pose does not show full turns
 constexpr double kLongestGap = 1.0;  // [s] largest difference of the stamps of two transforms that are compared

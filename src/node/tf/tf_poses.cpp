@@ -25,6 +25,7 @@ bool isAvailable(const TfLookup::Edge& edge) { return edge.transform.status.code
 void clearSnapshot(const ros::Time& stamp, JointSnapshot& snapshot) {
   std::fill(snapshot.joints.begin(), snapshot.joints.end(), std::nullopt);
   std::fill(snapshot.roots.begin(), snapshot.roots.end(), std::nullopt);
+  std::fill(snapshot.stated.begin(), snapshot.stated.end(), std::nullopt);
   snapshot.stamp = stamp;
   snapshot.age = snapshot.skew = ros::Duration();
   snapshot.status = {};
@@ -49,9 +50,26 @@ void copyTransforms(TfLookup& lookup) {
   }
 }
 
-PoseSnapshot posesFrom(const Robot& robot, const JointSnapshot& joints, scene::BodyPoses reused) {
-  return {inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(reused)), joints.roots),
-          joints.stamp, joints.age, joints.skew, joints.status};
+/// Sets the positions of the joints whose turns are told.
+void findTurns(const StatedJoints::View& stated, TfLookup& lookup) {
+  JointSnapshot& found = lookup.joint_snapshot;
+  for (const TfLookup::Edge& edge : lookup.edges) {
+    if (edge.number >= static_cast<int>(found.joints.size()) || !found.joints[edge.number]) continue;
+    if (const StatedJoints::Entry* const entry = stated.find(*lookup.robot, edge.number))
+      found.stated[edge.number] =
+          onStatedTurn(*lookup.robot, edge.number, *found.joints[edge.number], found.stamp, *entry);
+  }
+}
+
+/// Sets all but PoseSnapshot::beyond, in the memory that the snapshot has.
+void assignPoses(const Robot& robot, const JointSnapshot& joints, PoseSnapshot& snapshot) {
+  snapshot.poses =
+      inReference(robot, posesInRoot(robot.robotModel(), joints.joints, std::move(snapshot.poses)), joints.roots);
+  snapshot.stamp = joints.stamp;
+  snapshot.age = joints.age;
+  snapshot.skew = joints.skew;
+  snapshot.status = joints.status;
+  snapshot.stated = joints.stated;
 }
 
 /// The difference of two stamps, clamped to 63 years: stamps of other programs may have any value, and ros::Duration
@@ -169,6 +187,7 @@ TfLookup::TfLookup(const Robot& asked, const std::vector<int>& numbers) : robot(
   const std::vector<TfEdge>& all = *asked.tfEdges();
   for (const int edge : numbers) edges.push_back({edge, &all[edge], {}});
   joint_snapshot.joints.resize(asked.robotModel().joints.size());
+  joint_snapshot.stated.resize(asked.robotModel().joints.size());
   joint_snapshot.roots.resize(asked.robotModel().robots.size());
 }
 
@@ -221,12 +240,15 @@ ros::Time TfPoses::readClock() {
 }
 
 const PoseSnapshot& TfPoses::lookUp(TfLookup& lookup, const ros::Time& stamp) {
-  lookup.pose_snapshot = posesFrom(*lookup.robot, lookUpJoints(lookup, stamp), std::move(lookup.pose_snapshot.poses));
+  assignPoses(*lookup.robot, lookUpJoints(lookup, stamp), lookup.pose_snapshot);
+  lookup.pose_snapshot.beyond = farthestBeyond(*lookup.robot, stated_, ros::Time::now());
   return lookup.pose_snapshot;
 }
 
 PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
-  return posesFrom(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp), {});
+  PoseSnapshot snapshot;
+  assignPoses(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp), snapshot);
+  return snapshot;
 }
 
 std::shared_ptr<const tf2::BufferCore> TfPoses::latestOf(const Robot& robot, std::vector<TfLookup::Edge>& edges) {
@@ -272,6 +294,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   }
   snapshot.status = summary(lookup, *buffer);
   copyTransforms(lookup);
+  findTurns(stated_.view(), lookup);
   return snapshot;
 }
 

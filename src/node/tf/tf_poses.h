@@ -4,6 +4,7 @@
 #include "node/tf/edge_transforms.h"
 #include "node/tf/joint_frames.h"
 #include "node/tf/joint_jumps.h"
+#include "node/tf/stated_joints.h"
 #include "node/tf/tf_tree.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -28,6 +29,7 @@ namespace proximity_server::node {
 struct JointSnapshot {
   JointFrames joints;  ///< nullopt if unknown or not needed
   RootPoses roots;     ///< nullopt if unknown or not needed
+  JointValues stated;  ///< [rad] positions with the turn that joint_states tell, see onStatedTurn()
   ros::Time stamp;     ///< the common time of all transforms; 0 if there is none
   ros::Duration age;   ///< now - stamp
   ros::Duration skew;  ///< stamp of the newest minus stamp of the oldest of the latest transforms
@@ -42,6 +44,10 @@ struct PoseSnapshot {
   ros::Duration skew;      ///< stamp of the newest minus stamp of the oldest of the latest transforms
   QueryStatus
       status;  ///< OK, or the name of the first joint whose transform is missing, stale or not known at this time
+  /// [rad] Positions at these poses with the turn that joint_states tell, see onStatedTurn(). For each of
+  /// RobotModel::joints, or empty.
+  JointValues stated;
+  std::optional<JointBeyond> beyond;  ///< see farthestBeyond(); of TfPoses::lookUp() only
 };
 
 /// The poses of tf frames that carry objects, in Robot::referenceFrame().
@@ -86,7 +92,8 @@ struct TfLookup {
 /// latest stamps of all joints, so that nothing is extrapolated. Fixed joints are taken from the URDF, so /tf_static is
 /// not needed. If a transform is missing, is not finite or is no rotation, the poses of the bodies beyond it are
 /// unknown. If the stamp of a transform is too far from the clock, all poses are unknown. If the clock jumps back, all
-/// transforms are forgotten. Thread-safe.
+/// transforms are forgotten. The turns of joints, which transforms do not tell, are those of joint_states, if it tells
+/// them; it is never waited for. Thread-safe.
 class TfPoses {
  public:
   /// Adds the transforms of a message of /tf or /tf_static, see TfListener.
@@ -94,6 +101,9 @@ class TfPoses {
 
   /// Sets the function that add() calls at its end.
   void onChange(std::function<void()> listener);
+
+  /// What joint_states tell, see TfListener.
+  StatedJoints& stated() { return stated_; }
 
   /// Sets the robot whose joints jumps() reports.
   void watch(const Robot& robot) { jumps_.watch(robot); }
@@ -153,6 +163,7 @@ class TfPoses {
   ros::Time last_now_;
   LatestTransforms latest_;
   JointJumps jumps_;
+  StatedJoints stated_;
   TfTree tree_;
 };
 

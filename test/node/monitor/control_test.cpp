@@ -143,6 +143,22 @@ TEST_F(ControlTopics, ChangesTheRowsWithTheParameters) {
   set("damping_gain", 0.5);
 }
 
+// Regression: velocities were asked for with the first subscriber only, so that it got 0 for some cycles.
+TEST_F(ControlTopics, KnowTheVelocityScaleFromTheFirstMessageOfEachSubscriber) {
+  gantry().hold({0.9, 0.0, 0.0});
+  JointStates joint_states;
+  joint_states.hold(slidingAt(0.1));
+  int cycles = 0;
+  Inbox<Clearance> inbox(ros::NodeHandle(), kNode + "clearance");
+  ASSERT_TRUE(inbox.next([&](const Clearance&) { return ++cycles > 20; }));  // the node hears joint_states meanwhile
+  for (int i = 0; i < 6; ++i) {
+    Inbox<std_msgs::Float64> scales(ros::NodeHandle(), kNode + "collision_velocity_scale");
+    const auto first = scales.next();
+    ASSERT_TRUE(first) << i;
+    EXPECT_EQ(first->data, 1.0) << i;
+  }
+}
+
 // ---- the velocity scale: the age of the poses is part of the latency, so that the numbers are bounds only
 
 class VelocityScaleTopic : public ControlTopics {

@@ -1,5 +1,6 @@
 #include <proximity_server/Clearance.h>
 #include "node/answers.h"
+#include "node/diagnosis.h"
 #include "node/gantry.h"
 #include "node/joint_states.h"
 #include "node/limited_robot.h"
@@ -8,6 +9,7 @@
 
 #include <trajectory_msgs/JointTrajectory.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -174,14 +176,17 @@ TEST_F(LookaheadOfTheMonitor, IsUnknownWithoutPoses) {
 TEST_F(LookaheadOfTheMonitor, IsOffUntilItIsAskedFor) {
   joint_states_.hold(slidingAt(-0.5));
   Inbox<Clearance> inbox(ros::NodeHandle(), "/off/clearance");
-  const auto off = inbox.next([](const Clearance& message) { return message.level != Clearance::INVALID; });
+  int cycles = 0;  // while the node hears joint_states
+  const auto off =
+      inbox.next([&](const Clearance& message) { return ++cycles > 20 && message.level != Clearance::INVALID; });
   ASSERT_TRUE(off);
   EXPECT_EQ(off->lookahead.state, Lookahead::OFF);
   EXPECT_TRUE(std::isnan(off->lookahead.time_to_contact));
 
   set("/off/", "lookahead", 2.0);
-  const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state == Lookahead::CONTACT; });
+  const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state != Lookahead::OFF; });
   ASSERT_TRUE(on);
+  EXPECT_EQ(on->lookahead.state, Lookahead::CONTACT) << on->lookahead.status.message;
   EXPECT_NEAR(on->lookahead.time_to_contact, 1.36, 1e-5);  // the stop distance is 0.02
 }
 
@@ -308,6 +313,30 @@ TEST_F(LookaheadWithinLimits, TakesTheTurnFromThePositionsOfJointStates) {
   ASSERT_TRUE(unknown);
   EXPECT_EQ(unknown->status.code, QueryStatus::NO_VELOCITY);
   EXPECT_NE(unknown->status.message.find("joint 'turn' is stated to be at 9.5"), std::string::npos);
+}
+
+// 257.8 is 4.5 rad in degrees, where tf has the hand, too. The level is that of tf.
+TEST_F(LookaheadWithinLimits, IsBesideAWarningOfPositionsInDegrees) {
+  robot().hold(1.0, 257.8);
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.0}}, {{"run", 1.0}, {"turn", 257.8}});
+  const std::string text =
+      "joint 'turn' is at 257.8 rad in joint_states, beyond its limits of -6.25 and 6.25: in degrees?";
+  const auto warned = inbox_.next(
+      [&](const Clearance& message) { return message.status.message.find("; " + text) != std::string::npos; });
+  ASSERT_TRUE(warned);
+  EXPECT_EQ(warned->level, Clearance::CLEAR);
+  EXPECT_EQ(warned->status.code, QueryStatus::OK);
+  Diagnosis diagnosis("limits/proximity_server: clearance");
+  const auto found = diagnosis.next([&](const Diagnosis::Status& status) {
+    return status.message.find(text) != std::string::npos && status.level == Diagnosis::Status::WARN;
+  });
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(std::any_of(found->values.begin(), found->values.end(), [&](const diagnostic_msgs::KeyValue& value) {
+    return value.key == "joint_states" && value.value == text;
+  }));
+  joint_states_.hold({{"run", 0.0}, {"turn", 0.0}}, {{"run", 1.0}, {"turn", 4.5}});
+  EXPECT_TRUE(inbox_.next(
+      [](const Clearance& message) { return message.status.message.find("joint_states") == std::string::npos; }));
 }
 
 }  // namespace proximity_server::node::lookahead_test

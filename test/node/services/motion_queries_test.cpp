@@ -3,11 +3,13 @@
 #include "node/limited_robot.h"
 #include "node/object_messages.h"
 #include "node/services/queries.h"
+#include "robots/urdf.h"
 
 #include <Eigen/Core>
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <set>
 #include <string>
 #include <vector>
@@ -380,6 +382,15 @@ class JointLimits : public TimeOfContact {
     return request;
   }
 
+  /// Publishes joint_states.
+  void stateTurn(double position, const ros::Time& stamp) {
+    sensor_msgs::JointState state;
+    state.header.stamp = stamp;
+    state.name = {"turn"};
+    state.position = {position};
+    limited_.tf().stated().add(state, "joint_states");
+  }
+
   AskedRobot limited_{{robotText("limits.urdf"), ""}};
 };
 
@@ -435,6 +446,29 @@ TEST_F(JointLimits, CountInTheTurnThatTheRequestTells) {
   expectStops(response, {"turn"}, {0.5});
   request.joints.position = {6.0, 6.0};
   expectFailure(limited_.ask(request), QueryStatus::INVALID_ARGUMENT, "2 positions for 1 names");
+}
+
+// Regression: the request had to tell the turn, although joint_states did.
+TEST_F(JointLimits, CountInTheTurnThatJointStatesTell) {
+  auto request = moving("pin", "hand", "turn", 0.5, moveLimitedTo(1.0, 6.0));
+  const std::string assumed = "nothing tells the turn of 'turn': each is taken to stop as late as a turn allows";
+  EXPECT_EQ(limited_.ask(request).status.message, assumed);
+  request.horizon = 0.4;  // no limit is reached on any turn
+  EXPECT_EQ(limited_.ask(request).status.message, "");
+  request.horizon = 3.0;
+  stateTurn(6.0, request.stamp);
+  for (const std::vector<double>& unknown : {std::vector<double>{}, {kNaN}}) {
+    request.joints.position = unknown;
+    const auto response = limited_.ask(request);
+    expectNoContact(response, 2.0 * std::sin((0.5 - (6.25 - 2.0 * M_PI)) / 2.0) - 0.2);
+    expectStops(response, {"turn"}, {0.5});
+    EXPECT_EQ(response.status.message, "");
+  }
+  request.joints.position = {6.0 - 2.0 * M_PI};  // the request tells another one
+  EXPECT_TRUE(limited_.ask(request).contact);
+  request.joints.position.clear();
+  stateTurn(5.9, request.stamp);  // not as tf
+  EXPECT_EQ(limited_.ask(request).status.message, assumed);
 }
 
 // Regression: a joint stated more than 0.05 rad beyond a limit was taken to be a turn away, within its limits.
@@ -839,6 +873,113 @@ TEST_F(JointLimits, TellTheTurnOfThePresentState) {
   EXPECT_NEAR(startsAt(6.2), 6.0, 1e-9);
   EXPECT_NEAR(startsAt(1.0), 6.0 - 2.0 * M_PI, 1e-9);
   EXPECT_NEAR(startsAt(-6.2), 6.0 - 2.0 * M_PI, 1e-9) << "6 - 4 pi is nearer, but beyond the limit";
+}
+
+class PresentTurn : public JointLimits {
+ protected:
+  QueryTrajectoryRequest wayTo(double next, const ros::Time& stamp) {
+    QueryTrajectoryRequest request = node::between<QueryTrajectoryRequest>("pin", "hand", stamp);
+    request.trajectory.joint_names = {"turn"};
+    request.trajectory.points.resize(1);
+    request.trajectory.points[0].time_from_start = ros::Duration(1.0);
+    request.trajectory.points[0].positions = {next};
+    request.from_present_state = true;
+    return request;
+  }
+};
+
+const std::string kFromPresent = "the joints at constant velocity between the points, from the present state on";
+
+TEST_F(PresentTurn, IsThatOfJointStates) {
+  auto request = wayTo(1.0, moveLimitedTo(1.0, 6.0));
+  request.contact_distance = 3.0;  // in contact from the start on: `state` is the present state
+  stateTurn(6.0, request.stamp);
+  const auto response = limited_.ask(request);
+  ASSERT_EQ(response.state.position.size(), 1u) << response.status.message;
+  EXPECT_NEAR(response.state.position[0], 6.0, 1e-9);
+  EXPECT_EQ(response.certified, kFromPresent);
+}
+
+TEST_F(PresentTurn, IsToldWhereItIsAssumed) {
+  const auto request = wayTo(1.0, moveLimitedTo(1.0, 6.0));
+  const auto expectAssumed = [&](const char* why) {
+    const std::string text = limited_.ask(request).certified;
+    EXPECT_EQ(text.find(kFromPresent + ", where \"turn\" is taken to be at -0.28318530717"), 0u) << why << ": " << text;
+    EXPECT_NE(text.find(" rad, on the turn nearest to the first point: joint_states do not tell its turn"),
+              std::string::npos)
+        << text;
+  };
+  expectAssumed("nothing is on joint_states");
+  stateTurn(6.0, request.stamp - ros::Duration(0.3));
+  expectAssumed("it is old");
+  stateTurn(5.0, request.stamp);
+  expectAssumed("tf says otherwise");
+  stateTurn(6.0 * 180.0 / M_PI, request.stamp);
+  expectAssumed("it is in degrees");
+  stateTurn(6.0 + 20.0 * M_PI, request.stamp);
+  expectAssumed("it is far beyond the limits");
+  stateTurn(6.0, request.stamp);
+  EXPECT_EQ(limited_.ask(request).certified, kFromPresent);
+}
+
+TEST_F(PresentTurn, IsNoAssumptionWhereTheLimitsAllowOneOnly) {
+  std::string urdf = robotText("limits.urdf");
+  urdf.replace(urdf.find("upper=\"6.25\""), 12, "upper=\"6.00\"");
+  AskedRobot narrower({urdf, ""});
+  const auto textAt = [&](double turn) {
+    return narrower.ask(wayTo(1.0, narrower.moveTo(LimitedRobot::all(1.0, turn)))).certified;
+  };
+  EXPECT_EQ(textAt(-0.1), kFromPresent);
+  EXPECT_NE(textAt(0.1), kFromPresent) << "or 0.1 - 2 pi";
+}
+
+// What joint_states tell is the same as a first point that tells it, for an arm whose joints turn twice.
+TEST(RandomPresentTurns, AreThoseOfAWayFromTheStatedPositions) {
+  using namespace robots;
+  const std::string two_turns = axis("0 0 1") + limits("-6.28", "6.28", "3");
+  AskedRobot arm({urdfOf(link("base") + link("upper", ball("0.1", "0.5 0 0")) + link("lower", ball("0.1", "0.5 0 0")) +
+                         link("post", ball("0.1", "0.55 0.6 0")) + joint("stand", "fixed", "base", "post", "") +
+                         joint("shoulder", "revolute", "base", "upper", two_turns) +
+                         joint("elbow", "revolute", "upper", "lower", origin("0.5 0 0") + two_turns)),
+                  ""});
+  std::mt19937 random(56);
+  std::uniform_real_distribution<double> position(-6.28, 6.28);
+  int other_turns = 0;
+  for (int i = 0; i < 100; ++i) {
+    const std::vector<double> start{position(random), position(random)}, end{position(random), position(random)};
+    std::vector<geometry_msgs::TransformStamped> transforms(2);
+    const std::vector<std::string> parents{"base", "upper"}, children{"upper", "lower"};
+    for (std::size_t k = 0; k < 2; ++k) {
+      transforms[k].header.frame_id = parents[k];
+      transforms[k].child_frame_id = children[k];
+      transforms[k].transform.translation.x = 0.5 * static_cast<double>(k);
+      transforms[k].transform.rotation.z = std::sin(0.5 * start[k]);
+      transforms[k].transform.rotation.w = std::cos(0.5 * start[k]);
+    }
+    auto told = along({"shoulder", "elbow"}, {{2.0, end}});
+    told.a = shape("post");
+    told.b = shape("lower");
+    told.from_present_state = true;
+    told.stamp = arm.moveTo(transforms);
+    const auto before = arm.ask(told);
+    sensor_msgs::JointState state;
+    state.header.stamp = told.stamp;
+    state.name = {"shoulder", "elbow"};
+    state.position = start;
+    arm.tf().stated().add(state, "joint_states");
+    auto explicitly = along({"shoulder", "elbow"}, {{0.0, start}, {2.0, end}});
+    explicitly.a = told.a;
+    explicitly.b = told.b;
+    const auto found = arm.ask(told), expected = arm.ask(explicitly);
+    ASSERT_TRUE(found.success && expected.success) << found.status.message << expected.status.message;
+    EXPECT_NEAR(found.t_free, expected.t_free, 1e-4) << i;
+    EXPECT_EQ(found.contact, expected.contact) << i;
+    EXPECT_NEAR(found.segments.at(0).lower_bound, expected.segments.at(0).lower_bound, 2.0 * kMotionTolerance) << i;
+    EXPECT_EQ(found.certified, kFromPresent) << i;
+    other_turns += std::abs(before.segments.at(0).lower_bound - found.segments.at(0).lower_bound) > 1e-3;
+    EXPECT_NE(before.certified, kFromPresent) << i;
+  }
+  EXPECT_GT(other_turns, 10);
 }
 
 using BadSpline = AskedGantry;

@@ -1,0 +1,139 @@
+#include "node/tf/stated_joints.h"
+
+#include "node/tf/joint_frames.h"
+#include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/model/posed_position.h"
+#include "system/number_text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace proximity_server::node {
+namespace {
+
+constexpr double kTurn = 2.0 * 3.14159265358979323846;
+constexpr double kDegree = kTurn / 360.0;
+constexpr double kAgreement = 0.05;  // [rad] by which positions of two programs may differ, such as by a calibration
+
+/// The robot of a joint, as an index into RobotModel::robots.
+int memberOf(const scene::RobotModel& model, int joint) {
+  return model.bodies[model.links[model.joints[joint].child_link].body].robot;
+}
+
+/// Returns whether another robot on the same topic has a joint that its URDF calls `own_name`, too.
+bool isAmbiguous(const Robot& robot, int member, const std::string& own_name) {
+  const scene::RobotModel& model = robot.robotModel();
+  for (int other = 0; other < static_cast<int>(model.robots.size()); ++other) {
+    if (other == member || robot.sources()[other].joint_states != robot.sources()[member].joint_states) continue;
+    if (scene::findNamed(model.joints, model.robots[other].nameInModel(own_name)) >= 0) return true;
+  }
+  return false;
+}
+
+/// Computed in double, because ros::Duration throws for stamps that are decades apart.
+double secondsBetween(const ros::Time& a, const ros::Time& b) { return std::abs(a.toSec() - b.toSec()); }
+
+/// [rad] or [m] Negative or 0 within the limits.
+double excessOf(const scene::Joint& joint, double position) {
+  return scene::PositionLimits{joint.lower, joint.upper}.excess(position);
+}
+
+bool seemsInDegrees(const scene::Joint& joint, double position) {
+  return joint.type == scene::Joint::Type::Revolute && std::abs(position) > kTurn &&
+         excessOf(joint, position * kDegree) <= scene::kBeyondLimit;
+}
+
+}  // namespace
+
+bool StatedJoints::Number::isFresh(const ros::Time& time, double max_age) const {
+  return std::isfinite(value) && secondsBetween(time, stamp) <= max_age;
+}
+
+void StatedJoints::add(const sensor_msgs::JointState& state, const std::string& topic) {
+  const bool has_positions = state.position.size() == state.name.size();
+  const bool has_velocities = state.velocity.size() == state.name.size();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Entries& entries = latest_[topic];
+  for (std::size_t i = 0; i < state.name.size(); ++i) {
+    Entry& entry = entries[state.name[i]];
+    if (has_positions) entry.position = {state.position[i], state.header.stamp};
+    if (has_velocities) entry.velocity = {state.velocity[i], state.header.stamp};
+  }
+}
+
+void StatedJoints::keepTopicsOf(const Robot& robot) {
+  const std::vector<RobotSource>& sources = robot.sources();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (auto known = latest_.begin(); known != latest_.end();) {
+    const bool is_kept = std::any_of(sources.begin(), sources.end(),
+                                     [&](const RobotSource& source) { return source.joint_states == known->first; });
+    known = is_kept ? std::next(known) : latest_.erase(known);
+  }
+}
+
+const StatedJoints::Entry* StatedJoints::View::find(const Robot& robot, int joint) const {
+  const scene::RobotModel& model = robot.robotModel();
+  const auto entries = latest_.find(topicOf(robot, joint));
+  if (entries == latest_.end()) return nullptr;
+  const std::string& name = model.joints[joint].name;
+  auto hit = entries->second.find(name);
+  if (hit == entries->second.end()) {
+    const int member = memberOf(model, joint);
+    const std::string own = model.robots[member].ownName(name);
+    if (!isAmbiguous(robot, member, own)) hit = entries->second.find(own);
+  }
+  return hit == entries->second.end() ? nullptr : &hit->second;
+}
+
+const std::string& topicOf(const Robot& robot, int joint) {
+  return robot.sources()[memberOf(robot.robotModel(), joint)].joint_states;
+}
+
+std::optional<double> onStatedTurn(const Robot& robot, int index, const Eigen::Isometry3d& parent_T_child,
+                                   const ros::Time& stamp, const StatedJoints::Entry& entry) {
+  const scene::Joint& joint = robot.robotModel().joints[index];
+  const bool turns = joint.type == scene::Joint::Type::Revolute || joint.type == scene::Joint::Type::Continuous;
+  if (!turns || joint.mimic || !entry.position.isFresh(stamp, robot.config().max_tf_age)) return std::nullopt;
+  const double stated = entry.position.value;
+  const double position =
+      scene::PosedPosition{positionAt(robot.robotModel(), index, parent_T_child), kTurn}.nearestTo(stated);
+  const double time = secondsBetween(stamp, entry.position.stamp);
+  const double meanwhile = time > 0.0 ? kVelocityFactor * joint.max_velocity * time : 0.0;  // the limit may be infinite
+  if (std::abs(stated - position) > std::min(kAgreement + meanwhile, 0.25 * kTurn)) return std::nullopt;
+  if (excessOf(joint, position) > 0.5 * kTurn) return std::nullopt;
+  return position;
+}
+
+std::optional<JointBeyond> farthestBeyond(const Robot& robot, const StatedJoints& stated, const ros::Time& now) {
+  std::optional<JointBeyond> farthest;
+  double largest = scene::kBeyondLimit;
+  const StatedJoints::View view = stated.view();
+  const std::vector<scene::Joint>& joints = robot.robotModel().joints;
+  for (int index = 0; index < static_cast<int>(joints.size()); ++index) {
+    if (joints[index].mimic || !scene::hasOnePosition(joints[index])) continue;
+    const StatedJoints::Entry* const entry = view.find(robot, index);
+    if (!entry || !entry->position.isFresh(now, robot.config().max_tf_age)) continue;
+    const double excess = excessOf(joints[index], entry->position.value);
+    if (!(excess > largest)) continue;
+    largest = excess;
+    farthest = JointBeyond{index, entry->position.value};
+  }
+  return farthest;
+}
+
+void append(std::string& text, const Robot& robot, const JointBeyond& beyond) {
+  const scene::Joint& joint = robot.robotModel().joints[beyond.joint];
+  text += "joint '";
+  text += joint.name;
+  text += "' is at ";
+  system::appendRounded(text, beyond.position, 4);
+  text += joint.type == scene::Joint::Type::Prismatic ? " m" : " rad";
+  text += " in joint_states, beyond its limits of ";
+  system::appendRounded(text, joint.lower, 4);
+  text += " and ";
+  system::appendRounded(text, joint.upper, 4);
+  if (seemsInDegrees(joint, beyond.position)) text += ": in degrees?";
+}
+
+}  // namespace proximity_server::node
