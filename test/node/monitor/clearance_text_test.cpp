@@ -52,6 +52,19 @@ TEST_F(ClearanceLine, TellsNoVelocityAcrossAPauseAndAfterTheClockJumpedBack) {
   EXPECT_EQ(at(5.0, -1.0, 0.0, 0.215), "middle is 15.0 mm from right; stop below 20 mm");
 }
 
+// The level is that of tf, as joint_states do not place links.
+TEST_F(ClearanceLine, NamesAJointBeyondItsLimits) {
+  PoseSnapshot snapshot = withTheRightSphereAt(*robot_, 0.5);
+  snapshot.beyond = JointBeyond{2, 300.0};
+  const Clearance& clearance = monitor_.cycle(snapshot, {}, settings_);
+  EXPECT_EQ(clearance.level, Clearance::CLEAR);
+  EXPECT_EQ(
+      clearance.status.message.find("middle is 300.0 mm from right; warn below 50 mm; joint 'to_right' is at 300 m "
+                                    "in joint_states, beyond its limits of "),
+      0u)
+      << clearance.status.message;
+}
+
 TEST_F(ClearanceLine, HasTheGuaranteedDistanceIfThatDecides) {
   config_.uncertainty.joint = {0.0025};
   follow("");

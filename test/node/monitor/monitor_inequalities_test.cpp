@@ -1,6 +1,8 @@
 // Joint inequalities in the monitor: their text, their rows, and the velocity scale.
 #include "node/monitor/slider_robot.h"
+#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/file_value.h"
+#include "robots/robots.h"
 
 #include <gtest/gtest.h>
 
@@ -82,6 +84,36 @@ TEST_F(CoupledSliders, RowsNeedThePoseOfEachJoint) {
   const ConstraintRows& rows = monitor_.constraints(without_left, settings_);
   EXPECT_EQ(rows.status.code, QueryStatus::TF_UNAVAILABLE);
   EXPECT_TRUE(has(rows.status.message, "inequality")) << rows.status.message;
+}
+
+// At 6 rad tf shows 6 - 2 pi, which obeys. Regression: joint_states were read for the lookahead and the scale only.
+TEST(CoupledTurns, AreThoseOfJointStates) {
+  Config config;
+  config.joint_inequalities = scene::readYaml("- turn + run <= 6", "");
+  config.monitor.influence_distance = 0.5;
+  const auto robot = std::make_shared<const Robot>(robotText("limits.urdf"), "", config);
+  Monitor monitor;
+  monitor.follow(robot);
+  const std::vector<scene::Joint>& joints = robot->robotModel().joints;
+  const int turn = scene::findNamed(joints, "turn");
+  std::vector<double> positions(joints.size(), 0.0);
+  positions[scene::findNamed(joints, "run")] = 1.0;
+  positions[turn] = 6.0;
+  PoseSnapshot snapshot;
+  snapshot.poses = scene::forwardKinematics(robot->robotModel(), positions);
+  const auto bound = [&] {
+    monitor.cycle(snapshot, {}, config.monitor);
+    const ConstraintRows& rows = monitor.constraints(snapshot, config.monitor);
+    return rows.lower_bounds.empty() ? kNaN : rows.lower_bounds.back();
+  };
+  const double rate = config.monitor.damping_gain / (0.5 - config.monitor.stop_distance);
+  EXPECT_NEAR(bound(), rate * (6.0 - 2.0 * M_PI + 1.0 - 6.0), 1e-9);
+  EXPECT_FALSE(monitor.broken());
+  snapshot.stated.resize(joints.size());
+  snapshot.stated[turn] = 6.0;
+  EXPECT_NEAR(bound(), rate * 1.0, 1e-9);
+  ASSERT_TRUE(monitor.broken());
+  EXPECT_NEAR(monitor.broken()->excess, 1.0, 1e-9);
 }
 
 // Joints brake with 2 m/s^2 after 0.15 s, the latency and the age of the poses: 0.15 s + 0.25 s^2 = 0.28 for s = 0.8.

@@ -4,14 +4,18 @@
 #include "node/faults/child_process.h"
 #include "node/faults/running_node.h"
 #include "node/gantry.h"
+#include "node/joint_states.h"
 #include "node/threads/grants_real_time.h"
 #include "robots/urdf.h"
 #include "sanitized.h"
 #include "tools/program/run_command.h"
 
+#include <std_msgs/Float64.h>
+
 #include <sched.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 
 // A node that cannot do its job must not start, and say why.
@@ -177,6 +181,24 @@ TEST_F(Startup, RunsMonitorAndTfInRealTimeWhereAsked) {
         << realtimeThreads(process);
   }
   ros::param::del("/ready");
+}
+
+// Regression: a node that started said 0 until the first transforms and joint_states came, and halted its robot.
+TEST_F(Startup, IsSilentAboutTheVelocityScaleUntilItIsKnown) {
+  ros::param::set("/early/max_deceleration", 2.0);
+  Gantry gantry{ros::NodeHandle()};
+  gantry.hold({0.9, 0.0, 0.0});
+  JointStates joint_states;
+  joint_states.hold(slidingAt(0.0));
+  Inbox<std_msgs::Float64> inbox(ros::NodeHandle(), "/early/collision_velocity_scale");
+  const auto start = std::chrono::steady_clock::now();
+  const ChildProcess node({NODE_EXECUTABLE, "__name:=early"});
+  const auto first = inbox.next();
+  ASSERT_TRUE(first);
+  // Where a machine is so busy that nothing is known after a second, it says so.
+  const bool is_late = std::chrono::steady_clock::now() - start >= std::chrono::seconds(1);
+  EXPECT_TRUE(first->data == 1.0 || is_late) << first->data;
+  ros::param::del("/early");
 }
 
 TEST_F(Startup, RefusesAnSrdfThatIsNamedAndNotThere) {
