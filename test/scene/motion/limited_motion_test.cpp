@@ -303,8 +303,8 @@ TEST(MotionWithinLimits, EndsWhereEveryJointIsWithinRoundingOfItsLimit) {
 
 // From 6 rad, which is -0.28 rad as well, upwards: 0.25 rad or 6.53 rad are left, or 12.25 rad and 5.97 rad downwards.
 TEST(MotionWithinLimits, NamesAJointThatWouldStopEarlierOnAnotherTurn) {
-  const RobotModel robot = robotOf(oneJoint("revolute", limits(-6.25, 6.25)));
-  const auto assumed = [&](double position, double travel, const Stated& stated = {}) {
+  const auto assumed = [](double position, double travel, const Stated& stated = {}, double limit = 6.25) {
+    const RobotModel robot = robotOf(oneJoint("revolute", limits(-limit, limit)));
     return motionWithinLimits(robot, forwardKinematics(robot, std::vector<double>{position}), {travel}, stated).assumed;
   };
   const std::vector<int> named{0}, none;
@@ -313,7 +313,7 @@ TEST(MotionWithinLimits, NamesAJointThatWouldStopEarlierOnAnotherTurn) {
   EXPECT_EQ(assumed(6.0, 0.0), none);
   EXPECT_EQ(assumed(6.0, -6.5), named);
   EXPECT_EQ(assumed(6.0, -5.5), none);
-  EXPECT_EQ(assumed(0.0, 9.0), none) << "the limits allow one turn";
+  EXPECT_EQ(assumed(0.0, 9.0, {}, 3.0), none) << "the limits allow one turn";
   EXPECT_EQ(assumed(6.0, 1.0, {6.0}), none) << "it is stated";
 }
 
