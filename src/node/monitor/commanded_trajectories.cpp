@@ -13,28 +13,26 @@
 #include <exception>
 #include <iomanip>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 namespace proximity_server::node {
 namespace {
 
 using Lock = std::lock_guard<std::mutex>;
+using scene::SplineDelays;
 
 constexpr double kWholeTurn = 2.0 * 3.14159265358979323846;
 constexpr std::size_t kMostWaiting = 100;
+constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kResolutionOfTime = 1e-9;  // [s] that of stamps; differences of times have smaller errors
-/// A delay of 0.1 s counts as much as an error of 1 mrad, so that noise at rest is not taken for a delay.
-constexpr double kPriceOfDelay = 0.01;
 
 bool turns(const scene::Joint& joint) {
   return scene::hasOnePosition(joint) && joint.type != scene::Joint::Type::Prismatic;
 }
-
-double squared(double x) { return x * x; }
 
 bool contains(const std::vector<int>& joints, int joint) {
   return std::find(joints.begin(), joints.end(), joint) != joints.end();
@@ -49,12 +47,47 @@ std::optional<double> positionOf(const scene::RobotModel& robot, const scene::Bo
   return stated && position->spacing > 0.0 ? position->nearestTo(*stated) : position->value;
 }
 
+/// The joint that has the given index among those whose positions are known.
+int knownJoint(const std::vector<int>& joints, const JointValues& positions, std::size_t index) {
+  auto joint = joints.begin();
+  for (;; ++joint)
+    if (positions[*joint] && index-- == 0) return *joint;
+}
+
 /// The segment of a time, and this time on the segment: before 0 or after 1 if it belongs to none.
 std::pair<const scene::SplineSegment*, double> placeOf(const CommandedSplines& splines, double time) {
   const auto is_later = [](double t, const scene::SplineSegment& segment) { return t < segment.begin(); };
   const auto next = std::upper_bound(splines.segments.begin() + 1, splines.segments.end(), time, is_later);
   const scene::SplineSegment& segment = *std::prev(next);
   return {&segment, (time - segment.begin()) / (segment.end() - segment.begin())};
+}
+
+bool hasPoints(const CommandedSplines& splines) { return splines.exact_from < kNever; }
+
+/// How far the splines of a command may be off until its first point, as they go on from the state at its begin, which
+/// may be that of a time up to `reach` [s] earlier or later. What a polynomial makes of other positions, velocities and
+/// accelerations at its start is at most 1, 0.1976 and 0.0173 of them, in its time; `point` tells which of them it has.
+std::vector<double> errorsOfStart(const CommandedSplines& before, const scene::SplineSegment& first,
+                                  const scene::TrajectoryPoint& point, double reach) {
+  const double begin = first.begin(), duration = first.end() - begin;
+  const scene::TrajectoryPoint start = before.stateAt(begin);
+  scene::Positions positions(start.positions.size(), 0.0), velocities = positions, accelerations = positions;
+  for (int i = -4; i <= 4; ++i) {
+    const scene::TrajectoryPoint state = before.stateAt(begin + 0.25 * i * reach);
+    for (std::size_t joint = 0; joint < positions.size(); ++joint) {
+      const auto raise = [joint](double& largest, const scene::Positions& a, const scene::Positions& b) {
+        largest = std::max(largest, std::abs(a[joint] - b[joint]));
+      };
+      raise(positions[joint], state.positions, start.positions);
+      raise(velocities[joint], state.velocities, start.velocities);
+      raise(accelerations[joint], state.accelerations, start.accelerations);
+    }
+  }
+  for (std::size_t joint = 0; joint < positions.size(); ++joint) {
+    if (!point.velocities.empty()) positions[joint] += 0.2 * duration * velocities[joint];
+    if (!point.accelerations.empty()) positions[joint] += 0.018 * duration * duration * accelerations[joint];
+  }
+  return positions;
 }
 
 /// The name in the model of a joint that may be named as in its URDF. `member`: its robot, or -1 if it may be any.
@@ -85,10 +118,23 @@ WayPoints wayPointsOf(const Robot& robot, int member, trajectory_msgs::JointTraj
 scene::TrajectoryPoint CommandedSplines::stateAt(double time) const {
   const auto [segment, place] = placeOf(*this, time);
   scene::TrajectoryPoint state = segment->stateAt(std::clamp(place, 0.0, 1.0));
+  state.time = time;
   if (place >= 0.0 && place <= 1.0) return state;
   std::fill(state.velocities.begin(), state.velocities.end(), 0.0);
   std::fill(state.accelerations.begin(), state.accelerations.end(), 0.0);
   return state;
+}
+
+double CommandedSplines::positionAt(int joint, double time) const {
+  const auto [segment, place] = placeOf(*this, time);
+  return segment->positionAt(joint, std::clamp(place, 0.0, 1.0));
+}
+
+double CommandedSplines::largestSpeed(int joint, double from, double to) const {
+  double largest = 0.0;
+  for (const scene::SplineSegment& segment : segments)
+    if (segment.begin() <= to && segment.end() >= from) largest = std::max(largest, segment.largestSpeed(joint));
+  return largest;
 }
 
 scene::SplineSegment CommandedSplines::between(double from, double to) const {
@@ -112,23 +158,27 @@ void CommandedTrajectories::listen(ros::NodeHandle nh, const std::shared_ptr<con
   follow(robot, topics);
   for (auto known = subscribers_.begin(); known != subscribers_.end();)
     known = topics.count(known->first) ? std::next(known) : subscribers_.erase(known);
-  const auto onTrajectory = [this](const std::string& topic, const trajectory_msgs::JointTrajectory& trajectory) {
-    const std::string problem = take(topic, trajectory, ros::Time::now());
-    if (!problem.empty()) ROS_WARN_STREAM_THROTTLE(10.0, topic << ": " << problem << "; the trajectory before is kept");
-  };
   for (const auto& topic : topics) {
     const std::string& name = topic.first;
     if (subscribers_.count(name)) continue;
     const bool is_action = name.size() > 5 && name.compare(name.size() - 5, 5, "/goal") == 0;
     if (is_action)
-      subscribers_[name] = nh.subscribe<TrajectoryActionGoal>(
-          name, 10,
-          [=](const boost::shared_ptr<const TrajectoryActionGoal>& goal) { onTrajectory(name, goal->trajectory); });
+      subscribers_[name] = subscribed<TrajectoryActionGoal>(nh, name, [](const auto& goal) { return goal.trajectory; });
     else
-      subscribers_[name] = nh.subscribe<trajectory_msgs::JointTrajectory>(
-          name, 10,
-          [=](const trajectory_msgs::JointTrajectory::ConstPtr& trajectory) { onTrajectory(name, *trajectory); });
+      subscribers_[name] =
+          subscribed<trajectory_msgs::JointTrajectory>(nh, name, [](const auto& trajectory) { return trajectory; });
   }
+}
+
+/// The command comes when its message does, not when this node finds the time for it.
+template <class Message, class TrajectoryOf>
+ros::Subscriber CommandedTrajectories::subscribed(ros::NodeHandle& nh, const std::string& name,
+                                                  const TrajectoryOf& trajectoryOf) {
+  using Event = ros::MessageEvent<const Message>;
+  return nh.subscribe<Message, const Event&>(name, 10, [this, name, trajectoryOf](const Event& event) {
+    const std::string problem = take(name, trajectoryOf(*event.getConstMessage()), event.getReceiptTime());
+    if (!problem.empty()) ROS_WARN_STREAM_THROTTLE(10.0, name << ": " << problem << "; the trajectory before is kept");
+  });
 }
 
 void CommandedTrajectories::stopListening() {
@@ -149,6 +199,7 @@ void CommandedTrajectories::forget() {
   waiting_.clear();
   driven_.clear();
   last_now_ = {};
+  last_begun_ = last_number_;
 }
 
 /// [s] Computed in double, because ros::Duration throws for stamps that are decades apart.
@@ -178,16 +229,19 @@ std::string CommandedTrajectories::take(const std::string& topic, const trajecto
   return {};
 }
 
-/// Keeps a command until it begins. It replaces those of its joints that do not begin before it. If it begins at once,
-/// it replaces those that no cycle has seen yet, too.
+/// Keeps a command until it begins. It replaces those of its joints that do not begin before it; of too many those that
+/// do, too.
 void CommandedTrajectories::await(Command command, const ros::Time& stamp, const ros::Time& now) {
   if (waiting_.empty() && driven_.empty()) epoch_ = now;
   const double received = secondsAt(now);
   command.zero = stamp.isZero() ? received : secondsAt(stamp);
   command.begin = command.points.empty() ? received : std::max(command.zero, received);
+  command.begin_error = command.begin > received ? 0.0 : SplineDelays::kLargestLead;
+  command.least_delay = stamp.isZero() ? -SplineDelays::kLargestLead : 0.0;
+  command.number = ++last_number_;
   const auto is_replaced = [&](const Command& other) {
     if (command.joints.empty()) return other.topic == command.topic;
-    return (other.begin >= command.begin || command.begin <= received) &&
+    return (other.begin >= command.begin || waiting_.size() >= kMostWaiting) &&
            std::all_of(other.joints.begin(), other.joints.end(),
                        [&](int joint) { return contains(command.joints, joint); });
   };
@@ -206,77 +260,150 @@ CommandedMotion CommandedTrajectories::lookUp(const std::vector<int>& joints, co
   const bool is_known = poses.status.code == QueryStatus::OK && velocities.status.code == QueryStatus::OK;
   if ((waiting_.empty() && driven_.empty()) || !is_known) return {};
 
-  Present present{secondsAt(poses.stamp), secondsAt(now), JointValues(velocities.velocities.size()), velocities};
-  for (const int joint : joints)
-    present.positions[joint] = positionOf(robot_->robotModel(), poses.poses, velocities, joint);
+  positions_.assign(velocities.velocities.size(), std::nullopt);
+  for (const int joint : joints) positions_[joint] = positionOf(robot_->robotModel(), poses.poses, velocities, joint);
+  const Present present{secondsAt(poses.stamp), secondsAt(now), positions_, velocities};
   for (Driven& driven : driven_) track(driven, present);
-  const auto has_begun = [&](const Command& command) { return command.begin <= present.now; };
   for (const Command& command : waiting_)
-    if (has_begun(command)) begin(command, present);
+    if (mustBegin(command)) begin(command, present);
+  const auto has_begun = [&](const Command& command) { return command.begin <= present.now; };
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_begun), waiting_.end());
-  const auto is_over = [&](const Driven& driven) {
-    const double end = driven.splines->segments.back().end();
-    return present.time - driven.delay >= end || present.time >= end + kLargestDelay;
+  const auto is_gone = [&](const Driven& driven) {
+    return isOver(driven, present) && !(driven.delays.fits() && hasPoints(*driven.splines));
   };
-  driven_.erase(std::remove_if(driven_.begin(), driven_.end(), is_over), driven_.end());
+  driven_.erase(std::remove_if(driven_.begin(), driven_.end(), is_gone), driven_.end());
   return motionFrom(present);
 }
 
+/// Returns whether the last point has passed, with each possible delay.
+bool CommandedTrajectories::isOver(const Driven& driven, const Present& present) {
+  return present.time - driven.delays.most() >= driven.splines->segments.back().end();
+}
+
+/// Returns whether a command has no splines yet, or waits while the robot has left them.
+bool CommandedTrajectories::mustBegin(const Command& command) const {
+  const auto is_left = [&](const Driven& driven) { return driven.number == command.number && !driven.delays.fits(); };
+  return command.number > last_begun_ || std::any_of(driven_.begin(), driven_.end(), is_left);
+}
+
 void CommandedTrajectories::begin(const Command& command, const Present& present) {
-  std::optional<Driven> next;
+  last_begun_ = std::max(last_begun_, command.number);
+  const auto is_moved = [&](const Driven& driven, int joint) {
+    return command.joints.empty() ? driven.splines->topic == command.topic : contains(command.joints, joint);
+  };
+  std::vector<Driven> next;
+  std::vector<int> others = command.joints;
   try {
-    if (!command.points.empty())
-      next = Driven{std::make_shared<const CommandedSplines>(splinesOf(command, present)), command.joints};
+    for (const Driven& before : driven_) {
+      std::vector<int> joints;
+      std::copy_if(before.joints.begin(), before.joints.end(), std::back_inserter(joints),
+                   [&](int joint) { return is_moved(before, joint); });
+      if (joints.empty() || !goesOn(command, before)) continue;
+      others.erase(
+          std::remove_if(others.begin(), others.end(), [&](int joint) { return contains(joints, joint); }),
+          others.end());
+      next.push_back(continued(command, before, std::move(joints)));
+    }
+    if (!others.empty() && !command.points.empty()) next.push_back(begun(command, std::move(others), present));
   } catch (const std::invalid_argument& error) {
     ROS_WARN_STREAM_THROTTLE(10.0, command.topic << ": " << error.what() << "; the trajectory before is kept");
     return;
   }
-  const auto is_replaced = [&](int joint) { return contains(command.joints, joint); };
   for (Driven& driven : driven_) {
     std::vector<int>& joints = driven.joints;
-    joints.erase(std::remove_if(joints.begin(), joints.end(), is_replaced), joints.end());
-    if (command.joints.empty() && driven.splines->topic == command.topic) joints.clear();
+    joints.erase(std::remove_if(joints.begin(), joints.end(), [&](int joint) { return is_moved(driven, joint); }),
+                 joints.end());
   }
   driven_.erase(std::remove_if(driven_.begin(), driven_.end(), [](const Driven& d) { return d.joints.empty(); }),
                 driven_.end());
-  if (!next) return;
-  track(*next, present);
-  driven_.push_back(std::move(*next));
+  for (Driven& driven : next) {
+    track(driven, present);
+    driven_.push_back(std::move(driven));
+  }
 }
 
-/// They begin with what was commanded until then, if the robot is there, as it may still follow that; else with the way
-/// from the present state to that at the begin.
-CommandedSplines CommandedTrajectories::splinesOf(const Command& command, const Present& present) const {
-  const auto before = std::find_if(driven_.begin(), driven_.end(), [&](const Driven& driven) {
-    return driven.stray_joint < 0 && std::all_of(command.joints.begin(), command.joints.end(),
-                                                 [&](int joint) { return contains(driven.joints, joint); });
-  });
+/// Returns whether a command goes on from what was commanded until then. The robot is there, or was until it began to
+/// follow the command, which this node may have received late.
+bool CommandedTrajectories::goesOn(const Command& command, const Driven& before) {
+  const bool has_ended = before.splines->segments.back().end() < command.begin - SplineDelays::kLargest;
+  if (command.points.empty() && has_ended) return false;  // it rests
+  return before.delays.fits() || command.begin - before.delays.lastFit() <= SplineDelays::kLargest;
+}
+
+/// The splines before, until the command begins, and then its own. Without points, they end there.
+CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& command, const Driven& before,
+                                                               std::vector<int> joints) const {
+  const CommandedSplines& old = *before.splines;
+  const double reach = command.begin_error + old.begin_error;
+  const double until = command.points.empty() ? command.begin + reach : command.begin;
+  const double earliest = command.begin - SplineDelays::kLargest - robot_->config().max_tf_age;
+  CommandedSplines splines{command.topic, {}, {}, command.begin_error, kNever, {}};
+  for (const scene::SplineSegment& segment : old.segments) {
+    if (segment.end() < earliest || segment.begin() > until - kResolutionOfTime) continue;
+    const double part = (until - segment.begin()) / (segment.end() - segment.begin());
+    splines.segments.push_back(part < 1.0 ? segment.between(0.0, part) : segment);
+  }
+  const std::size_t count = splines.segments.size();
+  std::vector<double>& errors = splines.inexact_before;
+  errors.assign(robot_->robotModel().joints.size(), 0.0);
+  double slack = reach;
+  if (command.points.empty()) {
+    slack += SplineDelays::kLargest;  // it may have stopped anywhere on the way to the end
+  } else {
+    addPoints(command, old.stateAt(command.begin), splines);
+    splines.exact_from = splines.segments[count].end();
+    errors = errorsOfStart(old, splines.segments[count], *firstPoint(command, command.begin + kResolutionOfTime), reach);
+  }
+  for (const int joint : joints) {
+    errors[joint] = std::max(errors[joint], slack * old.largestSpeed(joint, earliest, until + reach));
+    errors[joint] += old.inexactAt(joint, command.begin);
+    // At a stamp that is past, the way to the first point takes more or less time, by the error of its begin.
+    if (command.least_delay == 0.0 && !command.points.empty())
+      errors[joint] += 1.5 * command.begin_error * splines.segments[count].largestSpeed(joint);
+  }
+  const bool is_same = joints.size() == before.joints.size() && !command.points.empty();
+  const double since = is_same && before.delays.fits() ? before.delays.agreedSince() : kNever;
+  return {std::make_shared<const CommandedSplines>(std::move(splines)), std::move(joints),
+          SplineDelays(command.least_delay, since), command.number};
+}
+
+/// The way from the present state to that at the begin, and then the splines of the command. The joints may have been
+/// commanded to rest where they are, within the tracking error.
+CommandedTrajectories::Driven CommandedTrajectories::begun(const Command& command, std::vector<int> joints,
+                                                           const Present& present) const {
+  const double begin = std::max(command.begin, present.time);
+  CommandedSplines splines{command.topic, {}, {}, command.begin_error, begin, {}};
+  scene::TrajectoryPoint start = presentState(command, present, begin);
+  if (present.time < begin - kResolutionOfTime)
+    splines.segments.emplace_back(robot_->robotModel(), presentState(command, present, present.time), start);
+  const std::size_t count = splines.segments.size();
+  addPoints(command, std::move(start), splines);
+  splines.exact_from = splines.segments[count].end();
+  splines.inexact_before.assign(robot_->robotModel().joints.size(), 0.0);
+  for (const int joint : joints)
+    splines.inexact_before[joint] =
+        allowed(joint) + command.begin_error * std::abs(present.velocities.velocities[joint]);
+  return {std::make_shared<const CommandedSplines>(std::move(splines)), std::move(joints),
+          SplineDelays(command.least_delay), command.number};
+}
+
+/// The first point of a command from a time on.
+auto CommandedTrajectories::firstPoint(const Command& command, double time) -> Points::const_iterator {
+  return std::find_if(command.points.begin(), command.points.end(),
+                      [&](const scene::TrajectoryPoint& point) { return command.zero + point.time >= time; });
+}
+
+/// Adds the splines of a command from a state on.
+void CommandedTrajectories::addPoints(const Command& command, scene::TrajectoryPoint start,
+                                      CommandedSplines& splines) const {
   const scene::RobotModel& robot = robot_->robotModel();
-  const bool continues = before != driven_.end();
-  const double begin = continues ? command.begin : std::max(command.begin, present.time);
-  scene::TrajectoryPoint start = continues ? before->splines->stateAt(begin) : presentState(command, present, begin);
-  CommandedSplines splines{command.topic, {}, {}};
-  if (continues) {
-    const double earliest = begin - kLargestDelay - robot_->config().max_tf_age;
-    for (const scene::SplineSegment& segment : before->splines->segments) {
-      if (segment.end() < earliest || segment.begin() > begin - kResolutionOfTime) continue;
-      const double part = (begin - segment.begin()) / (segment.end() - segment.begin());
-      splines.segments.push_back(part < 1.0 ? segment.between(0.0, part) : segment);
-    }
-  } else if (present.time < begin - kResolutionOfTime) {
-    splines.segments.emplace_back(robot, presentState(command, present, present.time), start);
-  }
-  std::vector<scene::TrajectoryPoint> points;
-  for (const scene::TrajectoryPoint& point : command.points) {
-    if (command.zero + point.time < begin + kResolutionOfTime) continue;
-    points.push_back(point);
-    points.back().time += command.zero - begin;
-  }
+  const double begin = start.time;
+  std::vector<scene::TrajectoryPoint> points(firstPoint(command, begin + kResolutionOfTime), command.points.end());
+  for (scene::TrajectoryPoint& point : points) point.time += command.zero - begin;
   points = scene::drivenFrom(robot, std::move(start), points);
   for (scene::TrajectoryPoint& point : points) point.time += begin;
   for (std::size_t i = 0; i + 1 < points.size(); ++i) splines.segments.emplace_back(robot, points[i], points[i + 1]);
   findBeyond(command.joints, splines);
-  return splines;
 }
 
 void CommandedTrajectories::findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const {
@@ -292,11 +419,11 @@ void CommandedTrajectories::findBeyond(const std::vector<int>& joints, Commanded
   }
 }
 
-/// The state at a time if the joints of a command keep their present velocities until then.
+/// The state at a time if the joints of a command keep their present velocities until then. Before a command that begins
+/// later than now they rest.
 scene::TrajectoryPoint CommandedTrajectories::presentState(const Command& command, const Present& present,
                                                            double time) const {
-  const auto later = [&](const scene::TrajectoryPoint& point) { return command.zero + point.time > time; };
-  const auto first = std::find_if(command.points.begin(), command.points.end(), later);
+  const auto first = firstPoint(command, time);
   const scene::Positions none(present.positions.size(), 0.0);
   scene::TrajectoryPoint state{time, first == command.points.end() ? none : first->positions, none, none};
   for (const int joint : command.joints) {
@@ -304,42 +431,29 @@ scene::TrajectoryPoint CommandedTrajectories::presentState(const Command& comman
     double position = *present.positions[joint];
     if (!present.velocities.positions[joint])
       position = onTurnNearestTo(state.positions[joint], position, robot_->robotModel().joints[joint]);
-    state.velocities[joint] = present.velocities.velocities[joint];
+    if (command.begin <= present.now) state.velocities[joint] = present.velocities.velocities[joint];
     state.positions[joint] = position + state.velocities[joint] * (time - present.time);
   }
   return state;
 }
 
-/// Finds the delay with which the robot follows the splines, and a joint that does not follow them.
-void CommandedTrajectories::track(Driven& driven, const Present& present) const {
-  const auto price = [&](double delay) {
-    const scene::TrajectoryPoint commanded = driven.splines->stateAt(present.time - delay);
-    double sum = squared(kPriceOfDelay * delay);
-    for (const int joint : driven.joints)
-      if (present.positions[joint]) sum += squared(offBy(joint, *present.positions[joint], commanded.positions[joint]));
-    return sum;
-  };
-  double best = 0.0, least = price(best);
-  const auto consider = [&](double delay) {
-    if (std::abs(delay) > kLargestDelay) return;
-    const double own = price(delay);
-    if (own < least) std::tie(least, best) = std::tie(own, delay);
-  };
-  for (int i = 1; i <= 10; ++i)
-    for (const double delay : {0.1 * i * kLargestDelay, -0.1 * i * kLargestDelay}) consider(delay);
-  for (double step = 0.05 * kLargestDelay; step > 1e-5; step *= 0.5)
-    for (const double delay : {best + step, best - step}) consider(delay);
-
-  driven.delay = best;
-  driven.stray_joint = -1;
-  const scene::TrajectoryPoint commanded = driven.splines->stateAt(present.time - best);
+/// Finds the delays with which the robot may follow the splines.
+void CommandedTrajectories::track(Driven& driven, const Present& present) {
+  measured_.clear();
   for (const int joint : driven.joints) {
     if (!present.positions[joint]) continue;
-    const double off = std::abs(offBy(joint, *present.positions[joint], commanded.positions[joint]));
-    if (off <= allowed(joint) || (driven.stray_joint >= 0 && off <= driven.off)) continue;
-    driven.stray_joint = joint;
-    driven.off = off;
+    const double commanded = driven.splines->positionAt(joint, present.time);
+    measured_.push_back({commanded + offBy(joint, *present.positions[joint], commanded),
+                         present.velocities.velocities[joint],
+                         secondsAt(present.velocities.stamps[joint]) - present.time,
+                         allowed(joint) + driven.splines->inexactAt(joint, present.time - SplineDelays::kLargest),
+                         robot_->trackingVelocityErrors()[joint].value_or(0.0)});
   }
+  // Captures no more than std::function keeps without allocating.
+  const auto positionAt = [&driven, &present](std::size_t joint, double delay) {
+    return driven.splines->positionAt(knownJoint(driven.joints, present.positions, joint), present.time - delay);
+  };
+  driven.delays.observe(present.time, measured_, positionAt);
 }
 
 /// [rad] or [m] Positions of joints that turn are equal after a whole turn.
@@ -355,46 +469,62 @@ double CommandedTrajectories::allowed(int joint) const {
 
 /// "joint 'elbow' is 0.12 rad off the trajectory of /arm: velocities are taken"
 std::string CommandedTrajectories::textOfStray(const Driven& driven) const {
-  const scene::Joint& joint = robot_->robotModel().joints[driven.stray_joint];
+  const int stray = knownJoint(driven.joints, positions_, driven.delays.farthestJoint());
+  const scene::Joint& joint = robot_->robotModel().joints[stray];
   std::ostringstream text;
-  text << std::setprecision(3) << "joint '" << joint.name << "' is " << driven.off << (turns(joint) ? " rad" : " m")
+  text << std::setprecision(3) << "joint '" << joint.name << "' is " << driven.delays.farthest() << (turns(joint) ? " rad" : " m")
        << " off the trajectory of " << driven.splines->topic << ": velocities are taken";
   return text.str();
 }
 
 CommandedMotion CommandedTrajectories::motionFrom(const Present& present) const {
   CommandedMotion motion;
-  for (const Driven& driven : driven_)
-    if (driven.stray_joint >= 0) return {{}, {}, {}, textOfStray(driven)};
-  for (const std::optional<double>& position : present.positions) motion.positions.push_back(position.value_or(0.0));
-  motion.tracking_error.assign(present.positions.size(), 0.0);
-  std::ostringstream text;
-  text << std::setprecision(3);
+  std::string strays;
   for (const Driven& driven : driven_) {
-    FollowedSplines followed{driven.splines, {}, present.time - driven.delay};
-    const scene::TrajectoryPoint commanded = driven.splines->stateAt(followed.time);
-    for (const int joint : driven.joints) {
-      if (!present.positions[joint]) continue;
-      followed.joints.push_back(joint);
-      const double position = commanded.positions[joint];
-      motion.positions[joint] = position + offBy(joint, *present.positions[joint], position);
-      motion.tracking_error[joint] = allowed(joint);
+    if (isOver(driven, present)) continue;
+    if (motion.positions.empty()) {
+      for (const std::optional<double>& position : present.positions) motion.positions.push_back(position.value_or(0.0));
+      motion.tracking_error.assign(present.positions.size(), 0.0);
     }
-    if (followed.joints.empty()) continue;
-    text << (motion.followed.empty() ? "along the trajectory of " : " and of ") << driven.splines->topic
-         << ", with a delay of " << driven.delay << " s";
-    const auto& beyond = driven.splines->beyond;
-    const auto next = std::find_if(beyond.begin(), beyond.end(), [&](const CommandedSplines::Excess& excess) {
-      return excess.time >= followed.time;
-    });
-    if (next != beyond.end()) text << ", where in " << next->time - followed.time << " s " << next->text;
-    motion.followed.push_back(std::move(followed));
+    if (driven.delays.fits())
+      follow(driven, present, motion);
+    else if (hasPoints(*driven.splines))
+      strays += (strays.empty() ? "" : "; ") + textOfStray(driven);
   }
-  for (const Command& command : waiting_)
-    text << (motion.followed.empty() ? "" : "; ") << "that of " << command.topic << " begins in "
-         << command.begin - present.now << " s and is not seen yet";
-  motion.text = text.str();
+  motion.text += (motion.text.empty() || strays.empty() ? "" : "; ") + strays;
   return motion;
+}
+
+/// Adds the joints that may follow splines, and which splines these are.
+void CommandedTrajectories::follow(const Driven& driven, const Present& present, CommandedMotion& motion) const {
+  using Certainty = FollowedSplines::Certainty;
+  const SplineDelays& delays = driven.delays;
+  FollowedSplines followed{driven.splines,
+                           {},
+                           present.time - delays.best(),
+                           delays.most() - delays.best(),
+                           delays.best() - delays.least(),
+                           delays.areFollowed() ? Certainty::Followed : Certainty::PerhapsFollowed};
+  for (const int joint : driven.joints) {
+    if (!present.positions[joint]) continue;
+    followed.joints.push_back(joint);
+    const double position = driven.splines->positionAt(joint, followed.time);
+    motion.positions[joint] = position + offBy(joint, *present.positions[joint], position);
+    motion.tracking_error[joint] = allowed(joint);
+  }
+  if (followed.joints.empty()) return;
+  motion.followed.push_back(followed);
+  if (!hasPoints(*driven.splines)) return;
+  std::ostringstream text;
+  text << std::setprecision(3) << (motion.text.empty() ? "along the trajectory of " : " and of ") << driven.splines->topic
+       << (followed.certainty == Certainty::PerhapsFollowed ? " or with the velocities" : "") << ", with a delay of "
+       << delays.best() << " s";
+  const auto& beyond = driven.splines->beyond;
+  const auto next = std::find_if(beyond.begin(), beyond.end(), [&](const CommandedSplines::Excess& excess) {
+    return excess.time >= followed.time;
+  });
+  if (next != beyond.end()) text << ", where in " << next->time - followed.time << " s " << next->text;
+  motion.text += text.str();
 }
 
 }  // namespace proximity_server::node

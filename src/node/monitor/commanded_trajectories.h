@@ -5,6 +5,7 @@
 #include "node/tf/joint_frames.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/motion/joint_spline.h"
+#include "proximity_server/scene/motion/spline_delays.h"
 
 #include <ros/node_handle.h>
 #include <trajectory_msgs/JointTrajectory.h>
@@ -27,18 +28,29 @@ struct CommandedSplines {
     std::string text;  ///< "joint 'elbow' goes to 2.4, and its upper limit is 2.1"
   };
   std::vector<Excess> beyond;
+  /// [s] The controller may have begun by so much earlier or later than the splines.
+  double begin_error = 0.0;
+  double exact_from = 0.0;             ///< [s] the first point of the command; infinity: it has none, and ends a motion
+  std::vector<double> inexact_before;  ///< [rad] or [m] of all joints: how far the splines may be off until then
 
   /// Before the first segment, between two and after the last, the joints rest.
   scene::TrajectoryPoint stateAt(double time) const;
+  double positionAt(int joint, double time) const;
   /// The motion between two times, if no segment begins or ends between them.
   scene::SplineSegment between(double from, double to) const;
+  /// [rad/s] or [m/s] The largest speed between two times.
+  double largestSpeed(int joint, double from, double to) const;
+  /// [rad] or [m] How far they may be off at a time, and from then on.
+  double inexactAt(int joint, double time) const { return time < exact_from ? inexact_before[joint] : 0.0; }
 };
 
-/// Joints that follow splines.
+/// Joints that follow splines, or may do so.
 struct FollowedSplines {
   std::shared_ptr<const CommandedSplines> splines;
   std::vector<int> joints;  ///< indices into RobotModel::joints
-  double time;              ///< [s] that of the splines at the stamp of the poses
+  double time;              ///< [s] that of the splines at the stamp of the poses, with the delay that fits best
+  double behind, ahead;     ///< [s] the time of the splines is not before `time` - `behind` or after `time` + `ahead`
+  enum class Certainty { Followed, PerhapsFollowed } certainty;
 };
 
 /// The motion of the joints that follow commands, from the time of the poses on.
@@ -52,16 +64,20 @@ struct CommandedMotion {
 /// Listens to the trajectories that controllers get, see Config::trajectories, and makes of them the splines that
 /// joint_trajectory_controller drives. Thread-safe.
 ///
-/// 1. A command replaces the motion of its joints when it begins: at its stamp, or at once if that is 0 or past. One
-///    without points ends the motion of the joints it names, or of all that its topic commanded.
-/// 2. The splines begin at the state that was commanded until then, if the robot was there. Otherwise they begin at the
-///    positions of tf and the velocities of joint_states.
-/// 3. A robot follows its command with a delay. It is the one of at most kLargestDelay, to either side, at which the
-///    positions fit best. If a joint is then farther off than its tracking error, no command is used.
-/// 4. Joints rest after their last point. When it has passed, they follow no command any more.
+/// 1. A command replaces the motion of its joints when it begins: at its stamp, or at once if that is 0 or past. Until
+///    then the motion before goes on. One without points ends the motion of the joints it names, or of all that its
+///    topic commanded.
+/// 2. The splines begin at the state that was commanded until then, if the robot was there, also if it holds the end of
+///    a trajectory. Otherwise they begin at the positions of tf and the velocities of joint_states.
+/// 3. A robot follows its command with a constant delay of at most SplineDelays::kLargest. It is negative only as far
+///    as the controller can have received a command without a stamp before this node: by SplineDelays::kLargestLead.
+///    If a controller can have begun at another time, the splines are not exact until the first point of the command.
+/// 4. If a joint is farther off than its tracking error with each such delay, the joints of this command keep their
+///    velocities. If they have agreed with the splines for SplineDelays::kAgreement, as it says, they follow them;
+///    before this they may do either.
+/// 5. Joints rest after their last point. When it has passed, they follow no command any more.
 class CommandedTrajectories {
  public:
-  static constexpr double kLargestDelay = 0.1;  ///< [s]
   /// [rad] or [m] Added to each tracking error: by so much encoders and clocks may be off.
   static constexpr double kResolution = 1e-4;
 
@@ -82,38 +98,50 @@ class CommandedTrajectories {
                          const ros::Time& now);
 
  private:
+  using Points = std::vector<scene::TrajectoryPoint>;
   struct Command {
     std::string topic;
     std::vector<int> joints;
-    std::vector<scene::TrajectoryPoint> points;  ///< empty: the motion ends
+    Points points;  ///< empty: the motion ends
     double zero = 0.0;                           ///< [s] time 0 of the points
     double begin = 0.0;                          ///< [s] when the controller takes it
+    double begin_error = 0.0;                    ///< [s] or earlier or later by this
+    double least_delay = 0.0;                    ///< [s]
+    int number = 0;
   };
   struct Driven {
     std::shared_ptr<const CommandedSplines> splines;
     std::vector<int> joints;
-    double delay = 0.0;    ///< [s]
-    int stray_joint = -1;  ///< a joint that is too far off the splines, by `off`; -1: none is
-    double off = 0.0;
+    scene::SplineDelays delays;
+    int number;  ///< of the command
   };
   struct Present {
-    double time, now;       ///< [s] the stamp of the poses, and the time of the cycle
-    JointValues positions;  ///< of the joints in question, if they are known
+    double time, now;              ///< [s] the stamp of the poses, and the time of the cycle
+    const JointValues& positions;  ///< of the joints in question, if they are known
     const VelocitySnapshot& velocities;
   };
 
+  template <class Message, class TrajectoryOf>
+  ros::Subscriber subscribed(ros::NodeHandle& nh, const std::string& name, const TrajectoryOf& trajectoryOf);
   void forget();
   double secondsAt(const ros::Time& time) const;
   void await(Command command, const ros::Time& stamp, const ros::Time& now);
+  static bool isOver(const Driven& driven, const Present& present);
+  bool mustBegin(const Command& command) const;
   void begin(const Command& command, const Present& present);
-  CommandedSplines splinesOf(const Command& command, const Present& present) const;
+  static bool goesOn(const Command& command, const Driven& before);
+  Driven continued(const Command& command, const Driven& before, std::vector<int> joints) const;
+  Driven begun(const Command& command, std::vector<int> joints, const Present& present) const;
+  static Points::const_iterator firstPoint(const Command& command, double time);
+  void addPoints(const Command& command, scene::TrajectoryPoint start, CommandedSplines& splines) const;
   scene::TrajectoryPoint presentState(const Command& command, const Present& present, double time) const;
-  void track(Driven& driven, const Present& present) const;
+  void track(Driven& driven, const Present& present);
   double offBy(int joint, double position, double commanded) const;
   double allowed(int joint) const;
   std::string textOfStray(const Driven& driven) const;
   void findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const;
   CommandedMotion motionFrom(const Present& present) const;
+  void follow(const Driven& driven, const Present& present, CommandedMotion& motion) const;
 
   std::mutex mutex_;  // guards the members from here to the subscribers
   std::shared_ptr<const Robot> robot_;
@@ -121,7 +149,11 @@ class CommandedTrajectories {
   ros::Time epoch_;  // times in seconds count from here
   ros::Time last_now_;
   std::vector<Command> waiting_;                        // until they begin
+  int last_number_ = 0;
+  int last_begun_ = 0;                                  // the number of the last command with splines
   std::vector<Driven> driven_;                          // no two have the same joint
+  JointValues positions_;                               // of the last cycle; kept, as measured_, for their memory
+  std::vector<scene::MeasuredJoint> measured_;
   std::map<std::string, ros::Subscriber> subscribers_;  // destroyed first, because their callbacks use the others
 };
 

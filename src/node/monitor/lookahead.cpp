@@ -11,6 +11,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -70,10 +73,10 @@ std::string assumptionOf(const LookaheadStart& start, const std::string& broken)
          "' are taken to rest where they are" + (broken.empty() ? "" : "; ") + broken;
 }
 
-scene::MotionQuestion questionOf(const scene::PairDistances& stop, const MonitorSettings& settings) {
+scene::MotionQuestion questionOf(const scene::PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
   scene::MotionQuestion question;
   question.thresholds = &stop;
-  question.deadline = searchDeadline(settings);
+  question.deadline = deadline;
   return question;
 }
 
@@ -96,13 +99,30 @@ std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart&
   }
 }
 
-/// The times [s] of the lookahead between which each joint is on one segment: its ends, those of the splines, and the
-/// stops at limits.
-std::vector<double> knotsOf(const CommandedMotion& commanded, const TimedMotion& others) {
-  std::vector<double> knots{0.0, others.duration};
+/// The time of a search along splines: it is exact for those whose delay is known worst. Times [s] count from the stamp
+/// of the poses, with the delay that fits these splines best.
+struct SearchTime {
+  double begin = 0.0, end;           ///< [s]
+  double behind = 0.0, ahead = 0.0;  ///< [s] true times differ from that of the search by at most so much
+  const FollowedSplines* exact = nullptr;
+};
+SearchTime searchTimeOf(const CommandedMotion& commanded, double lookahead) {
+  SearchTime time{0.0, lookahead};
+  for (const FollowedSplines& followed : commanded.followed)
+    if (!time.exact || followed.behind + followed.ahead > time.behind + time.ahead)
+      time = {-followed.behind, lookahead + followed.ahead, followed.behind, followed.ahead, &followed};
+  return time;
+}
+
+/// The times [s] of the search between which each joint is on one segment: its ends, those of the splines, and the stops
+/// at limits.
+std::vector<double> knotsOf(const CommandedMotion& commanded, const TimedMotion& others, const SearchTime& search) {
+  std::vector<double> knots{search.begin, search.end};
   const auto add = [&](double time) {
-    if (time > 0.0 && time < others.duration) knots.push_back(time);
+    if (time > search.begin && time < search.end) knots.push_back(time);
   };
+  if (search.begin < 0.0) add(0.0);
+  add(others.duration);
   for (const scene::JointStop& stop : others.stops) add(others.timeAt(stop.time));
   for (const FollowedSplines& followed : commanded.followed) {
     for (const scene::SplineSegment& segment : followed.splines->segments) {
@@ -115,6 +135,25 @@ std::vector<double> knotsOf(const CommandedMotion& commanded, const TimedMotion&
   return knots;
 }
 
+/// [rad] or [m] How far each joint may be off a segment of the search: by its tracking error, by what its splines are
+/// off, and by its way in the time by which they may be earlier or later than the search.
+std::vector<double> errorsOn(const scene::SplineSegment& segment, const CommandedMotion& commanded,
+                             const std::vector<double>& velocities, const SearchTime& search) {
+  std::vector<double> errors = commanded.tracking_error;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    errors[i] += std::abs(velocities[i]) * std::max(search.behind, search.ahead);
+  for (const FollowedSplines& followed : commanded.followed) {
+    const double shift = &followed == search.exact
+                             ? 0.0
+                             : std::max(search.behind + followed.ahead, search.ahead + followed.behind);
+    const double from = followed.time + segment.begin() - shift, to = followed.time + segment.end() + shift;
+    for (const int joint : followed.joints)
+      errors[joint] +=
+          followed.splines->inexactAt(joint, from) + shift * followed.splines->largestSpeed(joint, from, to);
+  }
+  return errors;
+}
+
 /// The velocities of the joints that follow no commands, and 0 for all others.
 VelocitySnapshot withoutFollowers(VelocitySnapshot velocities, const CommandedMotion& commanded) {
   for (const FollowedSplines& followed : commanded.followed)
@@ -124,15 +163,16 @@ VelocitySnapshot withoutFollowers(VelocitySnapshot velocities, const CommandedMo
 
 /// The motion of all joints between successive knots. `others` and `velocities` are of those that follow no commands.
 std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const CommandedMotion& commanded,
-                                                const TimedMotion& others, const std::vector<double>& velocities) {
+                                                const TimedMotion& others, const std::vector<double>& velocities,
+                                                const SearchTime& search) {
   std::vector<double> stops(velocities.size(), others.duration);
   for (const scene::JointStop& stop : others.stops) stops[stop.joint] = others.timeAt(stop.time);
   const auto pointAt = [&](double time) {
     scene::TrajectoryPoint point{time, commanded.positions};
-    for (std::size_t i = 0; i < stops.size(); ++i) point.positions[i] += velocities[i] * std::min(time, stops[i]);
+    for (std::size_t i = 0; i < stops.size(); ++i) point.positions[i] += velocities[i] * std::clamp(time, 0.0, stops[i]);
     return point;
   };
-  const std::vector<double> knots = knotsOf(commanded, others);
+  const std::vector<double> knots = knotsOf(commanded, others, search);
   std::vector<scene::SplineSegment> segments;
   for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
     segments.emplace_back(robot.robotModel(), pointAt(knots[i]), pointAt(knots[i + 1]));
@@ -147,7 +187,7 @@ std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const Comman
 std::string brokenText(const scene::SplineSegment& segment, const scene::RobotModel& robot) {
   const auto broken = segment.brokenInequalities(robot);
   if (broken.empty()) return {};
-  return "after " + system::secondsText(segment.timeAt(broken.front().time)) + " " +
+  return "after " + system::secondsText(std::max(0.0, segment.timeAt(broken.front().time))) + " " +
          broken.front().inequality->brokenText(broken.front().excess);
 }
 
@@ -159,6 +199,74 @@ SplineMotion motionAlong(const CommandedMotion& commanded, const Robot& robot, c
     return scene::RobotMotion::ofTravel(robot.robotModel(), start.poses, travel).at(1.0);
   };
   return splineMotion(robot, posesAt, commanded.positions, start.frames, start.frame_poses.poses);
+}
+
+/// The answer if all joints of `commanded` follow their splines.
+Lookahead contactAlongAll(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
+                          const LookaheadStart& start, const VelocitySnapshot& velocities,
+                          const scene::MotionQuestion& question, const MonitorSettings& settings) {
+  Lookahead result = noLookahead(settings);
+  const VelocitySnapshot of_others = withoutFollowers(velocities, commanded);
+  const std::optional<TimedMotion> others = motionAhead(robot, start, of_others, settings, result.status);
+  if (!others) return result;
+  const SplineMotion motion = motionAlong(commanded, robot, start);
+  const SearchTime time = searchTimeOf(commanded, settings.lookahead);
+  const auto within = [&](double seconds) { return std::clamp(seconds, 0.0, settings.lookahead); };
+  std::string broken;
+  for (const scene::SplineSegment& segment :
+       segmentsAhead(robot, commanded, *others, of_others.velocities, time)) {
+    const scene::SplineContact found = scene.timeOfContact(
+        robot.candidates(), segment,
+        {question, errorsOn(segment, commanded, of_others.velocities, time), motion.frames, motion.poses});
+    result.status = completeness(found.counts);
+    if (result.status.code != QueryStatus::OK) return result;
+    result.time_free = within(segment.timeAt(found.t_free) - time.ahead);
+    if (broken.empty()) broken = brokenText(segment, robot.robotModel());
+    result.status = statusOfContact(found, result.time_free, question);
+    if (found.contact) {
+      result.state = Lookahead::CONTACT;
+      result.time_to_contact = within(segment.timeAt(found.t_contact));
+      result.pair_contact_distance = question.thresholds->of(found.pair.asked);
+      result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.state, found.pair);
+    }
+    if (found.contact || result.status.code != QueryStatus::OK) break;
+  }
+  assignStops(result, robot, *others);
+  if (result.status.code != QueryStatus::OK) return result;
+  if (result.state != Lookahead::CONTACT) {
+    result.state = Lookahead::FREE;
+    result.time_free = settings.lookahead;
+  }
+  result.status.message = assumptionOf(start, broken);
+  return result;
+}
+
+/// What is true if either answer may be: the earlier contact, and FREE only if both are.
+Lookahead eitherOf(Lookahead a, Lookahead b) {
+  if (std::isnan(b.time_free) || (b.state == Lookahead::CONTACT && !(a.time_to_contact <= b.time_to_contact)) ||
+      (b.state == Lookahead::UNKNOWN && a.state == Lookahead::FREE))
+    std::swap(a, b);
+  if (b.time_free < a.time_free) {
+    a.time_free = b.time_free;
+    if (b.state == Lookahead::UNKNOWN && a.state == Lookahead::CONTACT) a.status = b.status;
+  }
+  return a;
+}
+
+/// The motion in which some of those joints keep their velocities that may follow splines: those of the bits of
+/// `choice`, in their order.
+CommandedMotion without(CommandedMotion commanded, std::uint64_t choice) {
+  const auto keepsVelocities = [&](const FollowedSplines& followed) {
+    if (followed.certainty == FollowedSplines::Certainty::Followed) return false;
+    const bool is_chosen = (choice & 1U) != 0;
+    choice >>= 1U;
+    if (is_chosen)
+      for (const int joint : followed.joints) commanded.tracking_error[joint] = 0.0;
+    return is_chosen;
+  };
+  std::vector<FollowedSplines>& followed = commanded.followed;
+  followed.erase(std::remove_if(followed.begin(), followed.end(), std::ref(keepsVelocities)), followed.end());
+  return commanded;
 }
 
 }  // namespace
@@ -205,7 +313,7 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
 
   const std::optional<TimedMotion> motion = motionAhead(robot, start, velocities, settings, result.status);
   if (!motion) return result;
-  const scene::MotionQuestion question = questionOf(stop, settings);
+  const scene::MotionQuestion question = questionOf(stop, searchDeadline(settings));
   const scene::RobotTimeOfContact found = scene.timeOfContact(robot.candidates(), motion->motion, question);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
@@ -227,33 +335,18 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
 Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
                        const LookaheadStart& start, const VelocitySnapshot& velocities,
                        const scene::PairDistances& stop, const MonitorSettings& settings) {
-  Lookahead result = noLookahead(settings);
-  const VelocitySnapshot of_others = withoutFollowers(velocities, commanded);
-  const std::optional<TimedMotion> others = motionAhead(robot, start, of_others, settings, result.status);
-  if (!others) return result;
-  const SplineMotion motion = motionAlong(commanded, robot, start);
-  const scene::SplineQuestion question{questionOf(stop, settings), commanded.tracking_error, motion.frames,
-                                       motion.poses};
-  std::string broken;
-  for (const scene::SplineSegment& segment : segmentsAhead(robot, commanded, *others, of_others.velocities)) {
-    const scene::SplineContact found = scene.timeOfContact(robot.candidates(), segment, question);
-    result.status = completeness(found.counts);
-    if (result.status.code != QueryStatus::OK) return result;
-    result.time_free = segment.timeAt(found.t_free);
-    if (broken.empty()) broken = brokenText(segment, robot.robotModel());
-    result.status = statusOfContact(found, result.time_free, question.motion);
-    if (found.contact) {
-      result.state = Lookahead::CONTACT;
-      result.time_to_contact = segment.timeAt(found.t_contact);
-      result.pair_contact_distance = stop.of(found.pair.asked);
-      result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.state, found.pair);
-    }
-    if (found.contact || result.status.code != QueryStatus::OK) break;
-  }
-  assignStops(result, robot, *others);
-  if (result.status.code != QueryStatus::OK) return result;
-  if (result.state != Lookahead::CONTACT) result.state = Lookahead::FREE;
-  result.status.message = assumptionOf(start, broken);
+  const scene::MotionQuestion question = questionOf(stop, searchDeadline(settings));
+  const auto along = [&](const CommandedMotion& motion) {
+    return contactAlongAll(motion, robot, scene, start, velocities, question, settings);
+  };
+  const auto uncertain =
+      std::count_if(commanded.followed.begin(), commanded.followed.end(), [](const FollowedSplines& followed) {
+        return followed.certainty == FollowedSplines::Certainty::PerhapsFollowed;
+      });
+  Lookahead result = along(commanded);
+  const std::uint64_t choices = std::uint64_t{1} << std::min<std::ptrdiff_t>(uncertain, 63);
+  for (std::uint64_t choice = 1; choice < choices && result.status.code == QueryStatus::OK; ++choice)
+    result = eitherOf(std::move(result), along(without(commanded, choice)));
   return result;
 }
 

@@ -203,8 +203,12 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("tracking_error", &config.tracking_error, {0, 10}, "rad or m", kReload,
       "For `trajectories`: how far each joint may be off its spline, besides a common delay of up to 0.1 s that the "
       "monitor finds by itself: one number for all joints, or `{elbow: 0.02}`, where the others keep the default. "
-      "`lookahead` proves all motions that are so near. If a joint is farther off, it takes the velocities, and says "
-      "so.");
+      "`lookahead` proves all motions that are so near. If a joint is farther off, it takes the velocities of the "
+      "joints of this trajectory, and says so.");
+  add("tracking_velocity_error", &config.tracking_velocity_error, {0, 100}, "rad/s or m/s", kReload,
+      "For `trajectories`: how far the velocity of each joint in joint_states may be off that of its spline, as "
+      "`tracking_error`. Until positions and velocities have been so near for 0.1 s, `lookahead` takes the velocities, "
+      "too: the earlier contact counts.");
   add("gradients", &monitor.gradients, {}, "", kLive,
       "true: each pair that `~clearance` lists has its gradient by the joints. The message then has their names and "
       "positions.");

@@ -256,6 +256,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       max_decelerations_(limitsOf(model_->robot, config.max_deceleration, "max_deceleration")),
       max_accelerations_(limitsOf(model_->robot, config.max_acceleration, "max_acceleration")),
       tracking_errors_(limitsOf(model_->robot, config.tracking_error, "tracking_error")),
+      tracking_velocity_errors_(limitsOf(model_->robot, config.tracking_velocity_error, "tracking_velocity_error")),
       uncertainty_(uncertaintyOf(model_->robot, config.uncertainty)),
       is_uncertain_(!uncertainty_.isZero() || config.pose_latency != PoseLatency::Off),
       base_speeds_(baseSpeedsOf(model_->robot, config)),

@@ -95,6 +95,9 @@ class Robot {
   /// How far each of RobotModel::joints may be off its trajectory [rad] or [m]; nullopt counts as 0.
   const std::vector<std::optional<double>>& trackingErrors() const { return tracking_errors_; }
 
+  /// How far their velocities may be off [rad/s] or [m/s].
+  const std::vector<std::optional<double>>& trackingVelocityErrors() const { return tracking_velocity_errors_; }
+
   /// How fast roots and moving objects can be.
   const scene::FrameSpeeds& baseSpeeds() const { return base_speeds_; }
   const scene::FrameSpeeds& objectSpeeds() const { return object_speeds_; }
@@ -138,6 +141,7 @@ class Robot {
   std::vector<std::optional<double>> max_decelerations_;
   std::vector<std::optional<double>> max_accelerations_;
   std::vector<std::optional<double>> tracking_errors_;
+  std::vector<std::optional<double>> tracking_velocity_errors_;
   scene::Uncertainty uncertainty_;
   bool is_uncertain_;
   scene::FrameSpeeds base_speeds_, object_speeds_;

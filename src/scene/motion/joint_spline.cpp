@@ -110,12 +110,24 @@ SplineSegment::ControlValues SplineSegment::part(const ControlValues& whole, dou
   return values;
 }
 
-double SplineSegment::valueAt(const ControlValues& values, double time) { return part(values, time, time)[0]; }
+double SplineSegment::valueAt(const ControlValues& values, double time) {
+  ControlValues row = values;
+  for (std::size_t size = row.size() - 1; size > 0; --size)
+    for (std::size_t i = 0; i < size; ++i) row[i] = (1.0 - time) * row[i] + time * row[i + 1];
+  return row[0];
+}
 
 Positions SplineSegment::at(double time) const {
   Positions positions;
   for (const ControlValues& values : joints_) positions.push_back(valueAt(values, time));
   return positions;
+}
+
+double SplineSegment::largestSpeed(int joint) const {
+  const ControlValues& values = joints_[joint];
+  double largest = 0.0;
+  for (std::size_t i = 0; i + 1 < values.size(); ++i) largest = std::max(largest, std::abs(values[i + 1] - values[i]));
+  return 5.0 * largest / (end_ - begin_);
 }
 
 /// The values before the last steps of de Casteljau's algorithm give the derivatives.

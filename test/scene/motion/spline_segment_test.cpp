@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -235,6 +236,25 @@ TEST(SplineSegment, TakesPositionsOfRestingJointsForInequalities) {
   ASSERT_EQ(broken.size(), 1u);
   EXPECT_NEAR(broken[0].excess, 0.5, 1e-12);
   EXPECT_TRUE(segment.brokenInequalities(robot, {std::nullopt, std::nan("")}).empty());
+}
+
+TEST(SplineSegment, IsNowhereFasterThanItsLargestSpeed) {
+  Chance chance(3);
+  for (int i = 0; i < 200; ++i) {
+    const double begin = chance.between(-1.0, 1.0), duration = chance.between(0.1, 3.0);
+    const SplineSegment segment(free(), pointAt(begin, randomState(chance)),
+                                pointAt(begin + duration, randomState(chance)));
+    double fastest = 0.0;
+    for (double time = 0.0; time <= 1.0; time += 0.01) {
+      const TrajectoryPoint state = segment.stateAt(time);
+      EXPECT_EQ(segment.positionAt(0, time), segment.at(time)[0]);
+      fastest = std::max(fastest, std::abs(state.velocities[0]));
+    }
+    EXPECT_LE(fastest, segment.largestSpeed(0));
+    EXPECT_LE(segment.largestSpeed(0), 10.0 * fastest) << i;
+  }
+  const SplineSegment line(free(), {0.0, {0.0}}, {2.0, {3.0}});
+  EXPECT_NEAR(line.largestSpeed(0), 1.5, 1e-15);
 }
 
 }  // namespace proximity_server::scene::spline_segment_test

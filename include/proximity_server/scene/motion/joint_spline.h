@@ -58,6 +58,12 @@ class SplineSegment {
 
   Positions at(double time) const;
 
+  /// That of one joint.
+  double positionAt(int joint, double time) const { return valueAt(joints_[joint], time); }
+
+  /// [rad/s] or [m/s] A joint is nowhere faster: a polynomial is not steeper than its control values.
+  double largestSpeed(int joint) const;
+
   /// Positions, velocities and accelerations, with the time in seconds.
   TrajectoryPoint stateAt(double time) const;
 
