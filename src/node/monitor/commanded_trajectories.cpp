@@ -302,7 +302,8 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
       others.erase(
           std::remove_if(others.begin(), others.end(), [&](int joint) { return contains(joints, joint); }),
           others.end());
-      next.push_back(continued(command, before, std::move(joints)));
+      Driven driven = continued(command, before, std::move(joints));
+      if (!driven.splines->segments.empty()) next.push_back(std::move(driven));  // else a rest has ended
     }
     if (!others.empty() && !command.points.empty()) next.push_back(begun(command, std::move(others), present));
   } catch (const std::invalid_argument& error) {
@@ -325,8 +326,6 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
 /// Returns whether a command goes on from what was commanded until then. The robot is there, or was until it began to
 /// follow the command, which this node may have received late.
 bool CommandedTrajectories::goesOn(const Command& command, const Driven& before) {
-  const bool has_ended = before.splines->segments.back().end() < command.begin - SplineDelays::kLargest;
-  if (command.points.empty() && has_ended) return false;  // it rests
   return before.delays.fits() || command.begin - before.delays.lastFit() <= SplineDelays::kLargest;
 }
 

@@ -167,7 +167,7 @@ TEST_F(Commanded, FindsTheDelayWithWhichTheRobotFollows) {
       const Lookahead lookahead = ahead(time, {-1.0, positionIn(kOvershoot, time - delay), 0.5},
                                         {0.0, velocityIn(kOvershoot, time - delay), 0.0});
       ASSERT_EQ(lookahead.state, Lookahead::CONTACT) << lookahead.status.message;
-      EXPECT_EQ(lookahead.status.message.find("along the trajectory of /arm, with a delay of "), 0U)
+      EXPECT_EQ(lookahead.status.message.find(time < 0.35 ? "along" : "along the trajectory of /arm, with a delay"), 0U)
           << delay << " at " << time << ": " << lookahead.status.message;
       EXPECT_NEAR(lookahead.time_to_contact, kContactOfOvershoot + delay - time, 2e-3) << delay << " at " << time;
     }
@@ -367,6 +367,66 @@ TEST_F(Commanded, IsUnknownFromWhereTheTimeOfTheSearchEnds) {
   EXPECT_EQ(lookahead.state, Lookahead::UNKNOWN);
   EXPECT_EQ(lookahead.status.code, QueryStatus::OVER_BUDGET);
   EXPECT_LT(lookahead.time_free, kContactOfOvershoot);
+}
+
+// The middle sphere swings to the right one, at -2 m/s its trajectory leads to the left; at 0 the two cross.
+TEST_F(Commanded, IsNotFollowedByARobotThatCrossesIt) {
+  config_.tracking_error = {0.01, {}};
+  use(kSliders);
+  settings_.lookahead = 0.5;
+  command(-0.3, "/arm", trajectoryOf("to_middle", {{0.3, 0.0, -0.1}, {2.0, -0.3, 0.0}}));
+  for (double time = -0.3; time < 0.1; time += 0.01) {
+    const Lookahead lookahead = ahead(time, {-1.0, 2.0 * time, 0.5}, {0.0, 2.0, 0.0});
+    ASSERT_EQ(lookahead.state, Lookahead::CONTACT) << time << ": " << lookahead.status.message;
+    EXPECT_NEAR(lookahead.time_to_contact, 0.14 - time, 1e-3) << lookahead.status.message;
+  }
+}
+
+// With both, the contact is that of the velocity, or that of the spline, whichever is the earlier one.
+TEST_F(Commanded, IsTheEarlierContactWhereBothArePossible) {
+  command(0.0, "/arm", trajectoryOf("to_middle", {{1.0, -1.0}}));
+  EXPECT_NEAR(ahead(0.0, {-1.0, 0.0, 0.5}, {0.0, 0.2, 0.0}).time_to_contact, 0.78, 0.01);
+  use(kSliders);
+  command(0.0, "/arm", trajectoryOf("to_middle", {{1.0, -1.0}}));
+  EXPECT_NEAR(ahead(0.0, {-1.0, 0.0, 0.5}, {0.0, 2.0, 0.0}).time_to_contact, 0.14, 1e-3);
+}
+
+// A joint that is off its trajectory leaves those of other controllers on theirs.
+TEST_F(Commanded, OfOneControllerIsFollowedWhileAnotherIsOff) {
+  command(0.0, "/arm", trajectoryOf("to_middle", kOvershoot));
+  command(0.0, "/gripper", trajectoryOf("to_right", {{1.0, 0.8}}));
+  ahead(0.0, {-1.0, 0.0, 0.5});
+  const Lookahead lookahead = ahead(0.5, {-1.0, positionIn(kOvershoot, 0.5), 0.5}, {0.0, velocityIn(kOvershoot, 0.5)});
+  EXPECT_EQ(lookahead.state, Lookahead::CONTACT);
+  EXPECT_EQ(lookahead.status.message.find("along the trajectory of /arm, with a delay of "), 0U);
+  EXPECT_NE(lookahead.status.message.find("off the trajectory of /gripper: velocities are taken"), std::string::npos);
+}
+
+// The controller has held the end of the trajectory before, so it is known to follow.
+TEST_F(Commanded, IsFollowedFromItsFirstCycleAfterAnotherOne) {
+  command(0.0, "/arm", trajectoryOf("to_middle", {{0.5, -0.1}}));
+  ahead(0.0, {-1.0, 0.0, 0.5});
+  EXPECT_EQ(ahead(0.7, {-1.0, -0.1, 0.5}).status.message, "");
+  EXPECT_EQ(ahead(0.9, {-1.0, -0.1, 0.5}).status.message, "");
+  command(1.0, "/arm", trajectoryOf("to_middle", {{2.0, 0.1}}));
+  EXPECT_EQ(ahead(1.0, {-1.0, -0.1, 0.5}).status.message, "along the trajectory of /arm, with a delay of 0 s");
+  JointTrajectory with_stamp = trajectoryOf("to_middle", {{2.0, 0.1}});
+  with_stamp.header.stamp = at(2.0);
+  command(1.0, "/arm", with_stamp);
+  EXPECT_EQ(ahead(1.1, {-1.0, -0.09, 0.5}, {0.0, 0.1, 0.0}).status.message,
+            "along the trajectory of /arm, with a delay of 0 s");
+}
+
+// Once it has ended, somebody else may move the robot.
+TEST_F(Commanded, IsForgottenWhenTheRobotLeavesItsEnd) {
+  command(0.0, "/arm", trajectoryOf("to_middle", {{0.5, -0.1}}));
+  ahead(0.0, {-1.0, 0.0, 0.5});
+  ahead(0.8, {-1.0, -0.1, 0.5});
+  ahead(0.9, {-1.0, -0.2, 0.5});
+  ahead(1.0, {-1.0, -0.1, 0.5});
+  command(1.1, "/arm", trajectoryOf("to_middle", {{2.0, 0.1}}));
+  EXPECT_EQ(ahead(1.1, {-1.0, -0.1, 0.5}).status.message,
+            "along the trajectory of /arm or with the velocities, with a delay of 0 s");
 }
 
 // --- joints that turn
