@@ -233,7 +233,7 @@ std::string CommandedTrajectories::take(const std::string& topic, const trajecto
 /// do, too.
 void CommandedTrajectories::await(Command command, const ros::Time& stamp, const ros::Time& now) {
   if (waiting_.empty() && driven_.empty()) epoch_ = now;
-  const double received = secondsAt(now);
+  const double received = command.received = secondsAt(now);
   command.zero = stamp.isZero() ? received : secondsAt(stamp);
   command.begin = command.points.empty() ? received : std::max(command.zero, received);
   command.begin_error = command.begin > received ? 0.0 : SplineDelays::kLargestLead;
@@ -299,13 +299,18 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
       std::copy_if(before.joints.begin(), before.joints.end(), std::back_inserter(joints),
                    [&](int joint) { return is_moved(before, joint); });
       if (joints.empty() || !goesOn(command, before)) continue;
-      others.erase(
-          std::remove_if(others.begin(), others.end(), [&](int joint) { return contains(joints, joint); }),
-          others.end());
       Driven driven = continued(command, before, std::move(joints));
-      if (!driven.splines->segments.empty()) next.push_back(std::move(driven));  // else a rest has ended
+      if (driven.splines->segments.empty()) continue;  // a rest has ended
+      track(driven, present);
+      if (!driven.delays.fits()) continue;  // the robot had left what was commanded before
+      const auto goes_on = [&](int joint) { return contains(driven.joints, joint); };
+      others.erase(std::remove_if(others.begin(), others.end(), goes_on), others.end());
+      next.push_back(std::move(driven));
     }
-    if (!others.empty() && !command.points.empty()) next.push_back(begun(command, std::move(others), present));
+    if (!others.empty() && !command.points.empty()) {
+      next.push_back(begun(command, std::move(others), present));
+      track(next.back(), present);
+    }
   } catch (const std::invalid_argument& error) {
     ROS_WARN_STREAM_THROTTLE(10.0, command.topic << ": " << error.what() << "; the trajectory before is kept");
     return;
@@ -317,10 +322,7 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
   }
   driven_.erase(std::remove_if(driven_.begin(), driven_.end(), [](const Driven& d) { return d.joints.empty(); }),
                 driven_.end());
-  for (Driven& driven : next) {
-    track(driven, present);
-    driven_.push_back(std::move(driven));
-  }
+  std::move(next.begin(), next.end(), std::back_inserter(driven_));
 }
 
 /// Returns whether a command goes on from what was commanded until then. The robot is there, or was until it began to
@@ -335,7 +337,7 @@ CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& co
   const CommandedSplines& old = *before.splines;
   const double reach = command.begin_error + old.begin_error;
   const double until = command.points.empty() ? command.begin + reach : command.begin;
-  const double earliest = command.begin - SplineDelays::kLargest - robot_->config().max_tf_age;
+  const double earliest = command.received - SplineDelays::kLargest - robot_->config().max_tf_age;
   CommandedSplines splines{command.topic, {}, {}, command.begin_error, kNever, {}};
   for (const scene::SplineSegment& segment : old.segments) {
     if (segment.end() < earliest || segment.begin() > until - kResolutionOfTime) continue;
@@ -351,11 +353,12 @@ CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& co
   } else {
     addPoints(command, old.stateAt(command.begin), splines);
     splines.exact_from = splines.segments[count].end();
-    errors = errorsOfStart(old, splines.segments[count], *firstPoint(command, command.begin + kResolutionOfTime), reach);
+    errors =
+        errorsOfStart(old, splines.segments[count], *firstPoint(command, command.begin + kResolutionOfTime), reach);
   }
   for (const int joint : joints) {
     errors[joint] = std::max(errors[joint], slack * old.largestSpeed(joint, earliest, until + reach));
-    errors[joint] += old.inexactAt(joint, command.begin);
+    errors[joint] += old.inexactAt(joint, earliest);
     // At a stamp that is past, the way to the first point takes more or less time, by the error of its begin.
     if (command.least_delay == 0.0 && !command.points.empty())
       errors[joint] += 1.5 * command.begin_error * splines.segments[count].largestSpeed(joint);
@@ -471,8 +474,9 @@ std::string CommandedTrajectories::textOfStray(const Driven& driven) const {
   const int stray = knownJoint(driven.joints, positions_, driven.delays.farthestJoint());
   const scene::Joint& joint = robot_->robotModel().joints[stray];
   std::ostringstream text;
-  text << std::setprecision(3) << "joint '" << joint.name << "' is " << driven.delays.farthest() << (turns(joint) ? " rad" : " m")
-       << " off the trajectory of " << driven.splines->topic << ": velocities are taken";
+  text << std::setprecision(3) << "joint '" << joint.name << "' is " << driven.delays.farthest()
+       << (turns(joint) ? " rad" : " m") << " off the trajectory of " << driven.splines->topic
+       << ": velocities are taken";
   return text.str();
 }
 
@@ -482,7 +486,8 @@ CommandedMotion CommandedTrajectories::motionFrom(const Present& present) const 
   for (const Driven& driven : driven_) {
     if (isOver(driven, present)) continue;
     if (motion.positions.empty()) {
-      for (const std::optional<double>& position : present.positions) motion.positions.push_back(position.value_or(0.0));
+      for (const std::optional<double>& position : present.positions)
+        motion.positions.push_back(position.value_or(0.0));
       motion.tracking_error.assign(present.positions.size(), 0.0);
     }
     if (driven.delays.fits())
@@ -515,13 +520,12 @@ void CommandedTrajectories::follow(const Driven& driven, const Present& present,
   motion.followed.push_back(followed);
   if (!hasPoints(*driven.splines)) return;
   std::ostringstream text;
-  text << std::setprecision(3) << (motion.text.empty() ? "along the trajectory of " : " and of ") << driven.splines->topic
-       << (followed.certainty == Certainty::PerhapsFollowed ? " or with the velocities" : "") << ", with a delay of "
-       << delays.best() << " s";
+  text << std::setprecision(3) << (motion.text.empty() ? "along the trajectory of " : " and of ")
+       << driven.splines->topic << (followed.certainty == Certainty::PerhapsFollowed ? " or with the velocities" : "")
+       << ", with a delay of " << delays.best() << " s";
   const auto& beyond = driven.splines->beyond;
-  const auto next = std::find_if(beyond.begin(), beyond.end(), [&](const CommandedSplines::Excess& excess) {
-    return excess.time >= followed.time;
-  });
+  const auto next = std::find_if(beyond.begin(), beyond.end(),
+                                 [&](const CommandedSplines::Excess& excess) { return excess.time >= followed.time; });
   if (next != beyond.end()) text << ", where in " << next->time - followed.time << " s " << next->text;
   motion.text += text.str();
 }

@@ -102,11 +102,12 @@ class CommandedTrajectories {
   struct Command {
     std::string topic;
     std::vector<int> joints;
-    Points points;  ///< empty: the motion ends
-    double zero = 0.0;                           ///< [s] time 0 of the points
-    double begin = 0.0;                          ///< [s] when the controller takes it
-    double begin_error = 0.0;                    ///< [s] or earlier or later by this
-    double least_delay = 0.0;                    ///< [s]
+    Points points;             ///< empty: the motion ends
+    double received = 0.0;     ///< [s]
+    double zero = 0.0;         ///< [s] time 0 of the points
+    double begin = 0.0;        ///< [s] when the controller takes it
+    double begin_error = 0.0;  ///< [s] or earlier or later by this
+    double least_delay = 0.0;  ///< [s]
     int number = 0;
   };
   struct Driven {
@@ -148,11 +149,11 @@ class CommandedTrajectories {
   std::map<std::string, int> topics_;
   ros::Time epoch_;  // times in seconds count from here
   ros::Time last_now_;
-  std::vector<Command> waiting_;                        // until they begin
+  std::vector<Command> waiting_;  // until they begin
   int last_number_ = 0;
-  int last_begun_ = 0;                                  // the number of the last command with splines
-  std::vector<Driven> driven_;                          // no two have the same joint
-  JointValues positions_;                               // of the last cycle; kept, as measured_, for their memory
+  int last_begun_ = 0;          // the number of the last command with splines
+  std::vector<Driven> driven_;  // no two have the same joint
+  JointValues positions_;       // of the last cycle; kept, as measured_, for their memory
   std::vector<scene::MeasuredJoint> measured_;
   std::map<std::string, ros::Subscriber> subscribers_;  // destroyed first, because their callbacks use the others
 };

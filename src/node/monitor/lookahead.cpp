@@ -143,9 +143,8 @@ std::vector<double> errorsOn(const scene::SplineSegment& segment, const Commande
   for (std::size_t i = 0; i < errors.size(); ++i)
     errors[i] += std::abs(velocities[i]) * std::max(search.behind, search.ahead);
   for (const FollowedSplines& followed : commanded.followed) {
-    const double shift = &followed == search.exact
-                             ? 0.0
-                             : std::max(search.behind + followed.ahead, search.ahead + followed.behind);
+    const double shift =
+        &followed == search.exact ? 0.0 : std::max(search.behind + followed.ahead, search.ahead + followed.behind);
     const double from = followed.time + segment.begin() - shift, to = followed.time + segment.end() + shift;
     for (const int joint : followed.joints)
       errors[joint] +=
@@ -169,7 +168,8 @@ std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const Comman
   for (const scene::JointStop& stop : others.stops) stops[stop.joint] = others.timeAt(stop.time);
   const auto pointAt = [&](double time) {
     scene::TrajectoryPoint point{time, commanded.positions};
-    for (std::size_t i = 0; i < stops.size(); ++i) point.positions[i] += velocities[i] * std::clamp(time, 0.0, stops[i]);
+    for (std::size_t i = 0; i < stops.size(); ++i)
+      point.positions[i] += velocities[i] * std::clamp(time, 0.0, stops[i]);
     return point;
   };
   const std::vector<double> knots = knotsOf(commanded, others, search);
@@ -213,8 +213,7 @@ Lookahead contactAlongAll(const CommandedMotion& commanded, const Robot& robot, 
   const SearchTime time = searchTimeOf(commanded, settings.lookahead);
   const auto within = [&](double seconds) { return std::clamp(seconds, 0.0, settings.lookahead); };
   std::string broken;
-  for (const scene::SplineSegment& segment :
-       segmentsAhead(robot, commanded, *others, of_others.velocities, time)) {
+  for (const scene::SplineSegment& segment : segmentsAhead(robot, commanded, *others, of_others.velocities, time)) {
     const scene::SplineContact found = scene.timeOfContact(
         robot.candidates(), segment,
         {question, errorsOn(segment, commanded, of_others.velocities, time), motion.frames, motion.poses});

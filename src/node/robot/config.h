@@ -105,7 +105,7 @@ struct Config {
   JointLimits max_deceleration;
   /// Topics from which the robot's controllers take trajectories, or "/goal" topics of their actions.
   std::vector<std::string> trajectories;
-  JointLimits tracking_error{0.01, {}};  ///< [rad] or [m] how far each joint may be off its trajectory
+  JointLimits tracking_error{0.01, {}};          ///< [rad] or [m] how far each joint may be off its trajectory
   JointLimits tracking_velocity_error{0.1, {}};  ///< [rad/s] or [m/s] how far its velocity may be off
   UncertaintyValues uncertainty;
   PoseLatency pose_latency = PoseLatency::Off;

@@ -107,9 +107,9 @@ class Path {
 
 struct Command {
   int controller;
-  double stamp;     ///< [s]; 0: none
-  double received;  ///< [s] by the node
-  double heard;     ///< [s] by the controller
+  double stamp;                                          ///< [s]; 0: none
+  double received;                                       ///< [s] by the node
+  double heard;                                          ///< [s] by the controller
   std::vector<std::pair<int, std::vector<Knot>>> knots;  ///< by joint; empty: the motion ends
 };
 
@@ -182,8 +182,7 @@ class FollowedTrajectories : public MonitorOfSliders {
     controllers_.clear();
     commands_on_their_way_.clear();
     measured_.clear();
-    for (const auto& [topic, joints] :
-         {std::pair<std::string, std::vector<int>>{"/arm", {0, 1}}, {"/gripper", {2}}}) {
+    for (const auto& [topic, joints] : {std::pair<std::string, std::vector<int>>{"/arm", {0, 1}}, {"/gripper", {2}}}) {
       Controller controller{topic, joints, uniform(0.0, 0.08), {}, {}, Controller::Mode::Follows, 0.0, {}};
       for (const int joint : joints) {
         const double home = kHomes[joint] + uniform(-0.1, 0.1);
@@ -203,10 +202,10 @@ class FollowedTrajectories : public MonitorOfSliders {
     for (int i = 0; i < count; ++i) {
       time = rounded(time + uniform(0.2, 0.8));
       const bool is_last = i + 1 == count;
-      knots.push_back({time,
-                       {kHomes[joint] + uniform(-0.3, 0.3), is_last ? 0.0 : uniform(-0.6, 0.6),
-                        is_last ? 0.0 : uniform(-2.0, 2.0)},
-                       degree});
+      knots.push_back(
+          {time,
+           {kHomes[joint] + uniform(-0.3, 0.3), is_last ? 0.0 : uniform(-0.6, 0.6), is_last ? 0.0 : uniform(-2.0, 2.0)},
+           degree});
     }
     return knots;
   }
@@ -260,7 +259,8 @@ class FollowedTrajectories : public MonitorOfSliders {
     }
     messages_.push_back({command.received, topic, message});
     std::ostringstream log;
-    log << topic << " heard at " << command.heard << ", received at " << command.received << ", stamp " << command.stamp;
+    log << topic << " heard at " << command.heard << ", received at " << command.received << ", stamp "
+        << command.stamp;
     for (const auto& [joint, knots] : command.knots) {
       log << ", " << kNames[joint];
       for (const Knot& knot : knots) log << " " << knot.state.position << " at " << knot.time;
@@ -287,7 +287,9 @@ class FollowedTrajectories : public MonitorOfSliders {
     if (controller.mode == Controller::Mode::Ignores) return controller.hold(time);
     std::vector<double> velocities;
     for (std::size_t i = 0; i < controller.joints.size(); ++i)
-      velocities.push_back(happens(0.3) ? 0.0 : happens(0.5) ? controller.stateAt(i, time).velocity : uniform(-1.0, 1.0));
+      velocities.push_back(happens(0.3)   ? 0.0
+                           : happens(0.5) ? controller.stateAt(i, time).velocity
+                                          : uniform(-1.0, 1.0));
     controller.ignore(time, velocities);
   }
 
@@ -396,14 +398,16 @@ class FollowedTrajectories : public MonitorOfSliders {
     std::ostringstream text;
     for (std::size_t i = log_.size() < 12 ? 0 : log_.size() - 12; i < log_.size(); ++i) text << "\n" << log_[i];
     for (const Controller& controller : controllers_) {
-      text << "\n" << controller.topic << (controller.mode == Controller::Mode::Ignores ? " ignores" : " follows")
-           << " since " << controller.since << ", with a delay of " << controller.delay;
+      text << "\n"
+           << controller.topic << (controller.mode == Controller::Mode::Ignores ? " ignores" : " follows") << " since "
+           << controller.since << ", with a delay of " << controller.delay;
       for (std::size_t i = 0; i < controller.joints.size(); ++i)
         text << ", " << kNames[controller.joints[i]] << " at " << controller.stateAt(i, time).position << " with "
              << controller.stateAt(i, time).velocity;
     }
     for (const Command& command : commands_on_their_way_)
-      text << "\n" << controllers_[command.controller].topic << " gets a command at " << command.heard << ", the node at "
+      text << "\n"
+           << controllers_[command.controller].topic << " gets a command at " << command.heard << ", the node at "
            << command.received;
     for (const FollowedSplines& followed : motion_.followed) {
       text << "\nsplines of " << followed.splines->topic
@@ -411,8 +415,8 @@ class FollowedTrajectories : public MonitorOfSliders {
            << followed.time << " - " << followed.behind << " + " << followed.ahead << ", first point at "
            << followed.splines->exact_from;
       for (const int joint : followed.joints)
-        text << ", " << kNames[joint] << " at " << followed.splines->stateAt(followed.time).positions[joint] << ", inexact "
-             << followed.splines->inexactAt(joint, followed.time);
+        text << ", " << kNames[joint] << " at " << followed.splines->stateAt(followed.time).positions[joint]
+             << ", inexact " << followed.splines->inexactAt(joint, followed.time);
     }
     return text.str();
   }
@@ -464,7 +468,8 @@ TEST_F(FollowedTrajectories, IsNotFreeBeforeAContactOfWhatControllersDo) {
         continue;
       }
       if (lookahead.state != Lookahead::FREE || hasUnknown(now)) continue;
-      ASSERT_FALSE(touchesAfter(time)) << "run " << run << " at " << time << ": " << lookahead.status.message << text(time);
+      ASSERT_FALSE(touchesAfter(time)) << "run " << run << " at " << time << ": " << lookahead.status.message
+                                       << text(time);
     }
   }
   RecordProperty("cycles", cycles);

@@ -47,14 +47,14 @@ class SplineDelays {
   void observe(double time, const std::vector<MeasuredJoint>& joints,
                const std::function<double(std::size_t joint, double delay)>& position_at);
 
-  bool fits() const { return last_fit_ == time_; }           ///< the last state, to some delay
-  double lastFit() const { return last_fit_; }               ///< [s] the time of the last state that fitted
-  double agreedSince() const { return agreed_since_; }       ///< [s] infinity: the last state does not agree
+  bool fits() const { return last_fit_ == time_; }      ///< the last state, to some delay
+  double lastFit() const { return last_fit_; }          ///< [s] the time of the last state that fitted
+  double agreedSince() const { return agreed_since_; }  ///< [s] infinity: the last state does not agree
   bool areFollowed() const { return time_ - agreed_since_ >= kAgreement; }
 
-  double least() const;                   ///< [s] no smaller delay is possible
-  double most() const;                    ///< [s] no larger one is
-  double best() const { return best_; }   ///< [s] the one that fits the last state best
+  double least() const;                  ///< [s] no smaller delay is possible
+  double most() const;                   ///< [s] no larger one is
+  double best() const { return best_; }  ///< [s] the one that fits the last state best
 
   int farthestJoint() const { return farthest_joint_; }  ///< that is off most with the best delay, by its error
   double farthest() const { return farthest_; }          ///< [rad] or [m] by so much it is off
