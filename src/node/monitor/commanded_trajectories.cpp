@@ -38,6 +38,11 @@ bool contains(const std::vector<int>& joints, int joint) {
   return std::find(joints.begin(), joints.end(), joint) != joints.end();
 }
 
+void removeFrom(std::vector<int>& joints, const std::vector<int>& removed) {
+  joints.erase(std::remove_if(joints.begin(), joints.end(), [&](int joint) { return contains(removed, joint); }),
+               joints.end());
+}
+
 /// The position of a joint at the poses, on the turn that joint_states tell; without its pose that of joint_states.
 std::optional<double> positionOf(const scene::RobotModel& robot, const scene::BodyPoses& poses,
                                  const VelocitySnapshot& velocities, int joint) {
@@ -289,12 +294,14 @@ bool CommandedTrajectories::mustBegin(const Command& command) const {
 void CommandedTrajectories::begin(const Command& command, const Present& present) {
   last_begun_ = std::max(last_begun_, command.number);
   const auto is_moved = [&](const Driven& driven, int joint) {
+    if (driven.number == command.number && driven.delays.fits()) return false;  // it has begun
     return command.joints.empty() ? driven.splines->topic == command.topic : contains(command.joints, joint);
   };
   std::vector<Driven> next;
   std::vector<int> others = command.joints;
   try {
     for (const Driven& before : driven_) {
+      if (before.number == command.number && before.delays.fits()) removeFrom(others, before.joints);
       std::vector<int> joints;
       std::copy_if(before.joints.begin(), before.joints.end(), std::back_inserter(joints),
                    [&](int joint) { return is_moved(before, joint); });
@@ -303,8 +310,7 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
       if (driven.splines->segments.empty()) continue;  // a rest has ended
       track(driven, present);
       if (!driven.delays.fits()) continue;  // the robot had left what was commanded before
-      const auto goes_on = [&](int joint) { return contains(driven.joints, joint); };
-      others.erase(std::remove_if(others.begin(), others.end(), goes_on), others.end());
+      removeFrom(others, driven.joints);
       next.push_back(std::move(driven));
     }
     if (!others.empty() && !command.points.empty()) {
