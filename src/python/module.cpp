@@ -340,7 +340,11 @@ joints are not looked at.
 
 Each answer depends on its state alone, to the last bit: not on the other states and their number, nor on the threads,
 the processor and the C library, with objects as without. The fields of the rows are described at the top of the module,
-help(proximity); where the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.)";
+help(proximity); where the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.
+
+A question that takes `time_budget` [s] ends when it is over, and returns what it has: the states that are not answered by
+then have no answer (Status.UNKNOWN, Verdict.UNKNOWN, NaN), and neither have edges that were not begun. The bounds of an
+edge that was begun hold; its status is ITERATION_LIMIT. Raises ValueError for a time that is negative or not a number.)";
 
 constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 
@@ -455,7 +459,8 @@ lower, upper  the ends of the intervals, float64 of shape (joints,); by default 
               continuous joint. Columns of mimic joints are ignored: they follow their leader
 distance      at least 0; flush faces are 0 apart by rounding only
 boxes         parts of the box that are examined for each pair at most
-seconds       after which what is left is undecided; with it the answer depends on the computer
+time_budget   [s] after which what is left is undecided; with it the answer depends on the computer
+seconds       another name of time_budget
 Returns (rows, closest): for each of Robot.pairs a row of the dtype PROOF, and the state in which the pair was found
 closest, float64 of shape (pairs, joints), NaN where none was measured. See scene/proof/prove_apart.h.
 Raises ValueError, with its name, for a floating or planar joint between two links of a pair, and for a joint whose
@@ -662,45 +667,59 @@ void declareObjects(py::class_<Robot>& robot) {
 }
 
 void declareQuestions(py::class_<Robot>& robot) {
-  robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a, py::kw_only(), "accuracy"_a = py::none());
-  robot.def("level", &Robot::level, kLevelDoc, "q"_a);
-  robot.def("closest", &Robot::closest, kClosestDoc, "q"_a, "k"_a);
-  robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a);
-  robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a);
-  robot.def("gradient", &Robot::gradient, kGradientDoc, "q"_a, "k"_a = py::none());
+  robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a, py::kw_only(), "accuracy"_a = py::none(),
+            "time_budget"_a = py::none());
+  robot.def("level", &Robot::level, kLevelDoc, "q"_a, py::kw_only(), "time_budget"_a = py::none());
+  robot.def("closest", &Robot::closest, kClosestDoc, "q"_a, "k"_a, py::kw_only(), "time_budget"_a = py::none());
+  robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a, py::kw_only(), "time_budget"_a = py::none());
+  robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a, py::kw_only(),
+            "time_budget"_a = py::none());
+  robot.def("gradient", &Robot::gradient, kGradientDoc, "q"_a, "k"_a = py::none(), py::kw_only(),
+            "time_budget"_a = py::none());
   robot.def(
       "guaranteed",
-      [](Robot& self, const py::object& q, const py::object& uncertainty) {
+      [](Robot& self, const py::object& q, const py::object& uncertainty, Robot::TimeBudget time_budget) {
         const bool is_text = py::isinstance<py::str>(uncertainty);
         const py::object text = is_text ? uncertainty : py::module_::import("json").attr("dumps")(uncertainty);
-        return self.guaranteed(q, text.cast<std::string>());
+        return self.guaranteed(q, text.cast<std::string>(), time_budget);
       },
-      kGuaranteedDoc, "q"_a, "uncertainty"_a);
+      kGuaranteedDoc, "q"_a, "uncertainty"_a, py::kw_only(), "time_budget"_a = py::none());
   robot.def("free_motion", &Robot::freeMotion, kFreeMotionDoc, "q"_a, "distance"_a = 0.0, py::kw_only(),
-            "influence_distance"_a = 0.2);
+            "influence_distance"_a = 0.2, "time_budget"_a = py::none());
   robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),
-            "influence_distance"_a = 0.2);
-  robot.def("prove", &Robot::prove, kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(),
-            "distance"_a = scene::kContactDistance, py::kw_only(), "boxes"_a = 100000, "seconds"_a = py::none());
+            "influence_distance"_a = 0.2, "time_budget"_a = py::none());
+  robot.def(
+      "prove",
+      [](Robot& self, const py::object& lower, const py::object& upper, double distance, long boxes,
+         Robot::TimeBudget time_budget, Robot::TimeBudget seconds) {
+        if (time_budget && seconds) throw py::type_error("seconds is another name of time_budget: give one of them");
+        return self.prove(lower, upper, distance, boxes, time_budget ? time_budget : seconds);
+      },
+      kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(), "distance"_a = scene::kContactDistance, py::kw_only(),
+      "boxes"_a = 100000, "time_budget"_a = py::none(), "seconds"_a = py::none());
   robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
   robot.def(
       "first_contact",
       [](Robot& self, const py::object& start, const py::object& goal, double distance, double tolerance,
          const py::object& velocities, const py::object& accelerations, const py::object& duration,
-         const py::object& tracking_error) {
+         const py::object& tracking_error, Robot::TimeBudget time_budget) {
         return self.firstContact(start, goal, distance, tolerance,
-                                 {velocities, accelerations, duration, tracking_error});
+                                 {velocities, accelerations, duration, tracking_error}, time_budget);
       },
       kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0, py::kw_only(), "tolerance"_a = 1e-6,
-      "velocities"_a = py::none(), "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none());
+      "velocities"_a = py::none(), "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none(),
+      "time_budget"_a = py::none());
   robot.def(
       "minimum_between",
       [](Robot& self, const py::object& start, const py::object& goal, double tolerance, const py::object& velocities,
-         const py::object& accelerations, const py::object& duration, const py::object& tracking_error) {
-        return self.minimumBetween(start, goal, tolerance, {velocities, accelerations, duration, tracking_error});
+         const py::object& accelerations, const py::object& duration, const py::object& tracking_error,
+         Robot::TimeBudget time_budget) {
+        return self.minimumBetween(start, goal, tolerance, {velocities, accelerations, duration, tracking_error},
+                                   time_budget);
       },
       kMinimumBetweenDoc, "start"_a, "goal"_a, py::kw_only(), "tolerance"_a = 1e-6, "velocities"_a = py::none(),
-      "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none());
+      "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none(),
+      "time_budget"_a = py::none());
 }
 
 }  // namespace

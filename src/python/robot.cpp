@@ -9,11 +9,9 @@
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "python/signal_watch.h"
-#include "system/durations.h"
 #include "system/pipeline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -209,25 +207,28 @@ AnsweredPairs pairsOf(const std::vector<scene::PairProximity>& minima, Eigen::In
 }
 
 // These function objects ask the questions that return a fixed number of pairs for each state.
+using Block = JointPositions::Block;
 struct Closest {
   int k;
-  const scene::StatePairs& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
-    return batch.closest(states, k);
+  const auto& operator()(scene::SceneBatch& batch, const Block& states, const scene::Deadline& deadline) const {
+    return batch.closest(states, k, deadline);
   }
 };
-constexpr auto kMinimum = [](scene::SceneBatch & batch, const JointPositions::Block& states) -> const auto& {
-  return batch.minimum(states);
+struct Minimum {
+  const auto& operator()(scene::SceneBatch& batch, const Block& states, const scene::Deadline& deadline) const {
+    return batch.minimum(states, deadline);
+  }
 };
 struct MinimumWithin {
   double accuracy;
-  const auto& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
-    return batch.minimumWithin(states, accuracy);
+  const auto& operator()(scene::SceneBatch& batch, const Block& states, const scene::Deadline& deadline) const {
+    return batch.minimumWithin(states, accuracy, deadline);
   }
 };
 struct Deciding {
   const scene::LevelThresholds& thresholds;
-  const auto& operator()(scene::SceneBatch& batch, const JointPositions::Block& states) const {
-    return batch.deciding(states, thresholds);
+  const auto& operator()(scene::SceneBatch& batch, const Block& states, const scene::Deadline& deadline) const {
+    return batch.deciding(states, thresholds, deadline);
   }
 };
 
@@ -487,46 +488,49 @@ std::shared_ptr<Scratch> Robot::borrow() {
 }
 
 template <typename Answer>
-void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer) {
-  SignalWatch signals;
+void Robot::answerBlocks(Eigen::Index count, Eigen::Index block, SignalWatch& watch, const Answer& answer) {
   const auto thread_count = static_cast<int>(std::min<Eigen::Index>(threads_, (count + block - 1) / block));
-  {
-    const py::gil_scoped_release released;
+  watch.run([&] {
     std::vector<std::shared_ptr<Scratch>> scratch(static_cast<std::size_t>(std::max(1, thread_count)));
-    std::atomic<bool> may_continue{true};
     Eigen::Index next = 0;
     const auto read = [&](Eigen::Index& first) {
       first = next;
       next += block;
-      return may_continue && first < count;
+      return !watch.isInterrupted() && first < count;
     };
     const auto work = [&](Eigen::Index first, int thread) {
-      if (thread == 0) may_continue = signals.mayContinue();
-      if (!may_continue) return;
       std::shared_ptr<Scratch>& own = scratch[thread];
       if (!own) own = borrow();
       answer(*own, first, std::min(block, count - first));
     };
     system::runPipeline<Eigen::Index>({read, work},
                                       {static_cast<int>(scratch.size()), system::PipelineThreads::TooFew::Enough});
-  }
-  signals.rethrow();
-}
-
-template <typename Answer>
-void Robot::answerStates(const JointPositions& positions, const Answer& answer) {
-  answerBlocks(positions.count(), kBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
-    if (!scratch.batch) scratch.batch.emplace(freshBatch().forAnotherThread());
-    answer(*scratch.batch, scratch, positions.block(first, count), first);
   });
 }
 
+scene::SceneBatch& Robot::batchOf(Scratch& scratch) const {
+  if (!scratch.batch) scratch.batch.emplace(freshBatch().forAnotherThread());
+  return *scratch.batch;
+}
+
+template <typename Answer>
+void Robot::answerStates(const JointPositions& positions, SignalWatch& watch, const Answer& answer) {
+  const auto answerBlock = [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+    answer(batchOf(scratch), scratch, positions.block(first, count), first);
+  };
+  // The distances of one state take about as long as to start a thread.
+  if (positions.count() != 1) return answerBlocks(positions.count(), kBlock, watch, answerBlock);
+  const py::gil_scoped_release released;
+  answerBlock(*borrow(), 0, 1);
+}
+
 template <typename Ask>
-void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows,
-                       double* gradients) {
-  answerStates(positions,
+void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, TimeBudget time_budget,
+                       RowTable& rows, double* gradients) {
+  SignalWatch watch(time_budget);
+  answerStates(positions, watch,
                [&](scene::SceneBatch& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-                 const auto& answers = ask(batch, block);
+                 const auto& answers = ask(batch, block, watch.deadline());
                  for (Eigen::Index i = 0; i < block.rows(); ++i) {
                    const AnsweredPairs of_state = pairsOf(answers, i);
                    const Eigen::Index begin = (first + i) * k;
@@ -537,34 +541,34 @@ void Robot::answerRows(const JointPositions& positions, Eigen::Index k, const As
                });
 }
 
-py::object Robot::minimum(const py::object& q, std::optional<double> accuracy) {
+py::object Robot::minimum(const py::object& q, std::optional<double> accuracy, TimeBudget time_budget) {
   if (accuracy && !(*accuracy > 0.0)) throw std::invalid_argument("accuracy must be positive");
   const JointPositions positions(q, model().robot);
   RowTable rows(newArray(rowType(thresholds()), positions, {}));
   if (accuracy)
-    answerRows(positions, 1, MinimumWithin{*accuracy}, rows, nullptr);
+    answerRows(positions, 1, MinimumWithin{*accuracy}, time_budget, rows, nullptr);
   else
-    answerRows(positions, 1, kMinimum, rows, nullptr);
+    answerRows(positions, 1, Minimum(), time_budget, rows, nullptr);
   return scalarIfSingle(rows.array());
 }
 
-py::object Robot::level(const py::object& q) {
+py::object Robot::level(const py::object& q, TimeBudget time_budget) {
   if (!thresholds()) throw std::invalid_argument("the robot was made without thresholds=, and has no levels");
   const JointPositions positions(q, model().robot);
   RowTable rows(newArray(rowType(thresholds()), positions, {}));
-  answerRows(positions, 1, Deciding{*thresholds()}, rows, nullptr);
+  answerRows(positions, 1, Deciding{*thresholds()}, time_budget, rows, nullptr);
   return scalarIfSingle(rows.array());
 }
 
-py::object Robot::closest(const py::object& q, long k) {
+py::object Robot::closest(const py::object& q, long k, TimeBudget time_budget) {
   const JointPositions positions(q, model().robot);
   const Closest ask{checkedCount(k)};
   RowTable rows(newArray(rowType(thresholds()), positions, {k}));
-  answerRows(positions, k, ask, rows, nullptr);
+  answerRows(positions, k, ask, time_budget, rows, nullptr);
   return rows.array();
 }
 
-py::tuple Robot::gradient(const py::object& q, std::optional<long> k) {
+py::tuple Robot::gradient(const py::object& q, std::optional<long> k, TimeBudget time_budget) {
   const JointPositions positions(q, model().robot);
   std::vector<py::ssize_t> shape;
   if (k) shape.push_back(checkedCount(*k));
@@ -572,32 +576,35 @@ py::tuple Robot::gradient(const py::object& q, std::optional<long> k) {
   shape.push_back(static_cast<py::ssize_t>(model().robot.joints.size()));
   py::array_t<double> gradients = newArray<double>(positions, shape);
   if (k) {
-    answerRows(positions, *k, Closest{checkedCount(*k)}, rows, gradients.mutable_data());
+    answerRows(positions, *k, Closest{checkedCount(*k)}, time_budget, rows, gradients.mutable_data());
   } else {
-    answerRows(positions, 1, kMinimum, rows, gradients.mutable_data());
+    answerRows(positions, 1, Minimum(), time_budget, rows, gradients.mutable_data());
   }
   return py::make_tuple(scalarIfSingle(rows.array()), gradients);
 }
 
-py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty) {
+py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty, TimeBudget time_budget) {
   const scene::Uncertainty within = scene::uncertaintyFrom(uncertainty, "uncertainty", model().robot);
   const JointPositions positions(q, model().robot);
   RowTable rows(newArray(rowType(thresholds()), positions, {}));
   py::array_t<double> guaranteed = newArray<double>(positions, {});
   double* const out = guaranteed.mutable_data();
-  answerStates(positions, [&](scene::SceneBatch& batch, Scratch& scratch, const JointPositions::Block& block,
-                              Eigen::Index first) {
+  SignalWatch watch(time_budget);
+  const scene::Deadline& deadline = watch.deadline();
+  answerBlocks(positions.count(), kBlock, watch, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+    const JointPositions::Block block = positions.block(first, count);
+    scene::SceneBatch& batch = batchOf(scratch);
     if (!scratch.guaranteed) {
       scratch.guaranteed.emplace(scratch.loaded->model);
       scratch.guaranteed->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
     }
     scratch.guaranteed->assume(within);
-    const double reach = reachOfGuarantees(batch.minimum(block), block, scratch);
-    const scene::StatePairs& near = batch.below(block, reach);
+    const double reach = reachOfGuarantees(batch.minimum(block, deadline), block, scratch);
+    const scene::StatePairs& near = batch.below(block, reach, deadline);
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
       scene::GuaranteedMinimum found;
       const AnsweredPairs listed = pairsOf(near, i);
-      const bool is_known = near.unknown[static_cast<std::size_t>(i)] == 0;
+      const bool is_known = near.unknown[static_cast<std::size_t>(i)] == 0 && !deadline.hasPassed();
       if (is_known) found = placeGuaranteed(block, i, scratch).find({listed.first, listed.first + listed.count, reach});
       rows.write(first + i, rowOf(first + i, found.pair, pairs(), thresholds()));
       out[first + i] = is_known && found.unknown == 0 ? found.guaranteed : kNaN;
@@ -606,26 +613,29 @@ py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty)
   return py::make_tuple(scalarIfSingle(rows.array()), scalarIfSingle(guaranteed));
 }
 
-py::object Robot::below(const py::object& q, double distance) {
+py::object Robot::below(const py::object& q, double distance, TimeBudget time_budget) {
   const JointPositions positions(q, model().robot);
   py::array_t<VerdictRow> rows = newArray<VerdictRow>(positions, {});
   VerdictRow* const out = rows.mutable_data();
-  answerStates(positions,
+  SignalWatch watch(time_budget);
+  answerStates(positions, watch,
                [&](scene::SceneBatch& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
-                 const std::vector<scene::StateVerdict>& verdicts = batch.anyBelow(block, distance);
+                 const std::vector<scene::StateVerdict>& verdicts = batch.anyBelow(block, distance, watch.deadline());
                  std::transform(verdicts.begin(), verdicts.end(), out + first,
                                 [](const scene::StateVerdict& verdict) { return rowOf(verdict); });
                });
   return scalarIfSingle(rows);
 }
 
-py::object Robot::pairsBelow(const py::object& q, double distance) {
+py::object Robot::pairsBelow(const py::object& q, double distance, TimeBudget time_budget) {
   const JointPositions positions(q, model().robot);
   std::mutex mutex;
   std::map<Eigen::Index, std::vector<LevelRow>> found;  // by the first state of the block
-  answerStates(positions,
+  SignalWatch watch(time_budget);
+  answerStates(positions, watch,
                [&](scene::SceneBatch& batch, Scratch&, const JointPositions::Block& block, Eigen::Index first) {
-                 std::vector<LevelRow> rows = listedRows(batch.below(block, distance), first, pairs(), thresholds());
+                 const scene::StatePairs& below = batch.below(block, distance, watch.deadline());
+                 std::vector<LevelRow> rows = listedRows(below, first, pairs(), thresholds());
                  const std::lock_guard<std::mutex> lock(mutex);
                  found.emplace(first, std::move(rows));
                });
@@ -634,18 +644,20 @@ py::object Robot::pairsBelow(const py::object& q, double distance) {
 
 template <typename Write>
 void Robot::answerFreeMotions(const JointPositions& positions, double distance, double influence_distance,
-                              const Write& write) {
+                              TimeBudget time_budget, const Write& write) {
   if (!std::isfinite(distance)) throw std::invalid_argument("the distance must be finite");
   if (!(influence_distance >= 0.0) || std::isinf(influence_distance))
     throw std::invalid_argument("influence_distance must be finite and not negative");
   scene::FreeMotionQuestion question;
   question.thresholds = scene::PairDistances(distance, distance);
   question.influence_distance = distance + influence_distance;
-  answerStates(positions,
+  SignalWatch watch(time_budget);
+  answerStates(positions, watch,
                [&](scene::SceneBatch& batch, Scratch& scratch, const JointPositions::Block& block, Eigen::Index first) {
-                 const scene::StatePairs& near = batch.below(block, question.influence_distance);
+                 const scene::StatePairs& near = batch.below(block, question.influence_distance, watch.deadline());
                  for (Eigen::Index i = 0; i < block.rows(); ++i) {
-                   const bool is_unknown = near.unknown[static_cast<std::size_t>(i)] != 0;
+                   const bool is_unknown =
+                       near.unknown[static_cast<std::size_t>(i)] != 0 || watch.deadline().hasPassed();
                    scene::FreeMotion* const free =
                        is_unknown ? nullptr : &placeFreeMotion(block, i, pairsOf(near, i), question, scratch);
                    write(first + i, free, scratch);
@@ -653,13 +665,13 @@ void Robot::answerFreeMotions(const JointPositions& positions, double distance, 
                });
 }
 
-py::object Robot::freeMotion(const py::object& q, double distance, double influence_distance) {
+py::object Robot::freeMotion(const py::object& q, double distance, double influence_distance, TimeBudget time_budget) {
   const JointPositions positions(q, model().robot);
   const std::vector<scene::Joint>& joints = model().robot.joints;
   const auto columns = static_cast<Eigen::Index>(joints.size());
   py::array_t<double> free_of_joints = newArray<double>(positions, {columns});
   double* const out = free_of_joints.mutable_data();
-  answerFreeMotions(positions, distance, influence_distance,
+  answerFreeMotions(positions, distance, influence_distance, time_budget,
                     [&](Eigen::Index state, const scene::FreeMotion* free, Scratch&) {
                       double* const row = out + state * columns;
                       std::fill_n(row, columns, free ? 0.0 : kNaN);
@@ -671,12 +683,13 @@ py::object Robot::freeMotion(const py::object& q, double distance, double influe
   return free_of_joints;
 }
 
-py::object Robot::freeScale(const py::object& q, const py::object& motion, double distance, double influence_distance) {
+py::object Robot::freeScale(const py::object& q, const py::object& motion, double distance, double influence_distance,
+                            TimeBudget time_budget) {
   const std::vector<scene::Joint>& joints = model().robot.joints;
   const JointPositions::Edges given = JointPositions::edges(q, motion, model().robot, "q", "motion");
   py::array_t<double> scales = newArray<double>(given.start, {});
   double* const out = scales.mutable_data();
-  answerFreeMotions(given.start, distance, influence_distance,
+  answerFreeMotions(given.start, distance, influence_distance, time_budget,
                     [&](Eigen::Index state, const scene::FreeMotion* free, Scratch& scratch) {
                       out[state] = kNaN;
                       const JointPositions::Block moved = given.goal.block(state, 1);
@@ -692,24 +705,18 @@ py::object Robot::freeScale(const py::object& q, const py::object& motion, doubl
 }
 
 py::tuple Robot::prove(const py::object& lower, const py::object& upper, double distance, long boxes,
-                       std::optional<double> seconds) {
-  if (seconds && !(*seconds >= 0.0)) throw std::invalid_argument("seconds must not be negative");
+                       TimeBudget time_budget) {
   const scene::JointBox box = boxBetween(lower, upper, model().robot);
-  SignalWatch signals;
+  SignalWatch watch(time_budget);
   scene::ProofQuestion question;
   question.contact_distance = distance;
   question.most_boxes = boxes;
-  if (seconds) question.deadline = system::deadlineIn(*seconds);
+  question.deadline = watch.deadline();
   question.objects = objects_;
   question.threads = threads_;
-  question.may_continue = [&] { return signals.mayContinue(); };
   const std::vector<scene::ShapeRefPair>& asked = pairs().list();
   std::vector<scene::PairProof> proofs;
-  {
-    const py::gil_scoped_release released;
-    proofs = scene::proveApart(loaded_->model, asked, box, question);
-  }
-  signals.rethrow();
+  watch.run([&] { proofs = scene::proveApart(loaded_->model, asked, box, question); });
   py::array_t<ProofRow> rows(static_cast<py::ssize_t>(proofs.size()));
   const auto joints = static_cast<py::ssize_t>(model().robot.joints.size());
   py::array_t<double> closest({static_cast<py::ssize_t>(proofs.size()), joints});
@@ -727,7 +734,8 @@ py::object Robot::linkPoses(const py::object& q) {
   const JointPositions positions(q, robot);
   py::array_t<double> poses = newArray<double>(positions, {static_cast<py::ssize_t>(robot.links.size()), 4, 4});
   double* const out = poses.mutable_data();
-  answerBlocks(positions.count(), kBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+  SignalWatch watch;
+  answerBlocks(positions.count(), kBlock, watch, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
     const JointPositions::Block block = positions.block(first, count);
     for (Eigen::Index state = 0; state < count; ++state) {
       positionsOf(block, state, scratch.positions);
@@ -738,19 +746,22 @@ py::object Robot::linkPoses(const py::object& q) {
 }
 
 template <typename Ask>
-py::object Robot::answerEdges(const DrivenEdges& edges, const scene::MotionQuestion& question, const py::dtype& type,
-                              const Ask& ask) {
+py::object Robot::answerEdges(const DrivenEdges& edges, scene::MotionQuestion question, TimeBudget time_budget,
+                              const py::dtype& type, const Ask& ask) {
+  SignalWatch watch(time_budget);
+  question.deadline = watch.deadline();
   RowTable rows(newArray(type, edges.start(), {}));
   constexpr Eigen::Index kEdgesInBlock = 16;  // fewer than states, because an edge takes much longer
   const scene::RobotModel& robot = model().robot;
   const scene::RobotMotion::ObjectFrames frames = scene::framesOnLinks(*objects_);
   const scene::SplineQuestion spline_question{question, edges.trackingError(), frames};
-  answerBlocks(edges.start().count(), kEdgesInBlock, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
+  const Eigen::Index edge_count = edges.start().count();
+  answerBlocks(edge_count, kEdgesInBlock, watch, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
     for (Eigen::Index i = first; i < first + count; ++i) {
       const DrivenEdges::Edge edge = edges.at(i);
       // No edge depends on the edges before it.
       scene::MovingScene fresh = scratch.freshMovingScene().forAnotherThread();
-      if (!edge.is_finite) {
+      if (!edge.is_finite || watch.deadline().hasPassed()) {
         rows.write(i, rowOf(i, decltype(ask(fresh, std::declval<scene::RobotMotion>(), question))(), pairs()));
       } else if (edges.areSplines()) {
         scene::SplineScene splines(fresh);
@@ -768,21 +779,23 @@ py::object Robot::answerEdges(const DrivenEdges& edges, const scene::MotionQuest
 }
 
 py::object Robot::firstContact(const py::object& start, const py::object& goal, double distance, double tolerance,
-                               const EdgeMotion& motion) {
+                               const EdgeMotion& motion, TimeBudget time_budget) {
   scene::MotionQuestion question;
   question.contact_distance = requireNumber(distance, "distance");
   question.tolerance = requireNumber(tolerance, "tolerance");
-  return answerEdges(DrivenEdges(start, goal, motion, model().robot), question, py::dtype::of<ContactRow>(),
+  const DrivenEdges edges(start, goal, motion, model().robot);
+  return answerEdges(edges, question, time_budget, py::dtype::of<ContactRow>(),
                      [&](auto& scene, const auto& along, const auto& asked) {
                        return scene.timeOfContact(loaded_->batch.candidates(), along, asked);
                      });
 }
 
 py::object Robot::minimumBetween(const py::object& start, const py::object& goal, double tolerance,
-                                 const EdgeMotion& motion) {
+                                 const EdgeMotion& motion, TimeBudget time_budget) {
   scene::MotionQuestion question;
   question.tolerance = requireNumber(tolerance, "tolerance");
-  return answerEdges(DrivenEdges(start, goal, motion, model().robot), question, minimumType(),
+  const DrivenEdges edges(start, goal, motion, model().robot);
+  return answerEdges(edges, question, time_budget, minimumType(),
                      [&](auto& scene, const auto& along, const auto& asked) {
                        return scene.minimum(loaded_->batch.candidates(), along, asked);
                      });

@@ -31,6 +31,9 @@ struct LoadedRobot;
 /// An array of rows about pairs.
 class RowTable;
 
+/// Ends a long question.
+class SignalWatch;
+
 /// The dtype of LevelRow. It has the fields of PairRow, and the level.
 pybind11::dtype leveledPairType();
 
@@ -41,7 +44,8 @@ pybind11::dtype minimumType();
 /// changed: a change of the objects makes another robot, which shares all unchanged data.
 ///
 /// Many Python threads may ask questions at once. A question releases the GIL while it computes, and each of its
-/// threads borrows a scratch. Ctrl-C ends a question.
+/// threads borrows a scratch. Ctrl-C ends a question, and so does the end of its time budget: what is not answered by
+/// then is unknown.
 class Robot {
  public:
   /// Loads a robot without objects.
@@ -75,28 +79,31 @@ class Robot {
   /// Returns the robot with a rule that allows a pair to touch.
   std::unique_ptr<Robot> allowing(const std::string& a, const std::string& b) const;
 
+  using TimeBudget = std::optional<double>;  ///< [s]; nullopt: none
+
   // --- The questions. The docstrings in module.cpp document their results and errors.
 
-  pybind11::object minimum(const pybind11::object& q, std::optional<double> accuracy);
-  pybind11::object level(const pybind11::object& q);
-  pybind11::object closest(const pybind11::object& q, long k);
+  pybind11::object minimum(const pybind11::object& q, std::optional<double> accuracy, TimeBudget time_budget);
+  pybind11::object level(const pybind11::object& q, TimeBudget time_budget);
+  pybind11::object closest(const pybind11::object& q, long k, TimeBudget time_budget);
   /// Returns the rows and gradients of minimum(), or of closest() if k has a value.
-  pybind11::tuple gradient(const pybind11::object& q, std::optional<long> k);
+  pybind11::tuple gradient(const pybind11::object& q, std::optional<long> k, TimeBudget time_budget);
   /// Returns the pair of each state with the smallest guaranteed distance, and this distance.
-  pybind11::tuple guaranteed(const pybind11::object& q, const std::string& uncertainty);
-  pybind11::object below(const pybind11::object& q, double distance);
-  pybind11::object pairsBelow(const pybind11::object& q, double distance);
-  pybind11::object freeMotion(const pybind11::object& q, double distance, double influence_distance);
+  pybind11::tuple guaranteed(const pybind11::object& q, const std::string& uncertainty, TimeBudget time_budget);
+  pybind11::object below(const pybind11::object& q, double distance, TimeBudget time_budget);
+  pybind11::object pairsBelow(const pybind11::object& q, double distance, TimeBudget time_budget);
+  pybind11::object freeMotion(const pybind11::object& q, double distance, double influence_distance,
+                              TimeBudget time_budget);
   pybind11::object freeScale(const pybind11::object& q, const pybind11::object& motion, double distance,
-                             double influence_distance);
+                             double influence_distance, TimeBudget time_budget);
   /// Returns a row for each pair, and the closest states that were found.
   pybind11::tuple prove(const pybind11::object& lower, const pybind11::object& upper, double distance, long boxes,
-                        std::optional<double> seconds);
+                        TimeBudget time_budget);
   pybind11::object linkPoses(const pybind11::object& q);
   pybind11::object firstContact(const pybind11::object& start, const pybind11::object& goal, double distance,
-                                double tolerance, const EdgeMotion& motion);
+                                double tolerance, const EdgeMotion& motion, TimeBudget time_budget);
   pybind11::object minimumBetween(const pybind11::object& start, const pybind11::object& goal, double tolerance,
-                                  const EdgeMotion& motion);
+                                  const EdgeMotion& motion, TimeBudget time_budget);
 
  private:
   Robot(std::shared_ptr<const LoadedRobot> loaded, std::shared_ptr<const scene::Objects> objects,
@@ -107,30 +114,32 @@ class Robot {
   const scene::SceneBatch& freshBatch() const;
 
   std::shared_ptr<Scratch> borrow();
+  scene::SceneBatch& batchOf(Scratch& scratch) const;
 
   /// Calls `answer(scratch, first, count)` for all blocks of `block` items, without the GIL. There are `count` items.
   template <typename Answer>
-  void answerBlocks(Eigen::Index count, Eigen::Index block, const Answer& answer);
+  void answerBlocks(Eigen::Index count, Eigen::Index block, SignalWatch& watch, const Answer& answer);
 
   /// Calls `answer(batch, scratch, block, first)` for all blocks of states; `batch` is a SceneBatch.
   template <typename Answer>
-  void answerStates(const JointPositions& positions, const Answer& answer);
+  void answerStates(const JointPositions& positions, SignalWatch& watch, const Answer& answer);
 
-  /// Writes k rows for each state about the pairs that `ask(batch, block)` returns, and k gradients unless `gradients`
-  /// is nullptr.
+  /// Writes k rows for each state about the pairs that `ask(batch, block, deadline)` returns, and k gradients unless
+  /// `gradients` is nullptr.
   template <typename Ask>
-  void answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, RowTable& rows, double* gradients);
+  void answerRows(const JointPositions& positions, Eigen::Index k, const Ask& ask, TimeBudget time_budget,
+                  RowTable& rows, double* gradients);
 
   /// Calls `write(state, free, scratch)` for the free motion from each state. `free` is a FreeMotion; nullptr for a
   /// state without an answer.
   template <typename Write>
   void answerFreeMotions(const JointPositions& positions, double distance, double influence_distance,
-                         const Write& write);
+                         TimeBudget time_budget, const Write& write);
 
   /// Returns the row of each edge about the result of `ask(scene, motion, question)`: a MovingScene with a RobotMotion
   /// and a MotionQuestion, or a SplineScene with a SplineSegment and a SplineQuestion.
   template <typename Ask>
-  pybind11::object answerEdges(const DrivenEdges& edges, const scene::MotionQuestion& question,
+  pybind11::object answerEdges(const DrivenEdges& edges, scene::MotionQuestion question, TimeBudget time_budget,
                                const pybind11::dtype& type, const Ask& ask);
 
   const scene::LevelThresholds* thresholds() const;

@@ -1,22 +1,34 @@
 #pragma once
 
-#include <chrono>
+#include "proximity_server/scene/query/deadline.h"
+
+#include <atomic>
+#include <functional>
+#include <optional>
 
 namespace proximity_server::python {
 
-/// Lets Python handle signals from time to time while the GIL is released, so that Ctrl-C ends a long question.
+/// Ends a long question at Ctrl-C, and when its time is over.
 class SignalWatch {
  public:
-  /// Returns false after a handler of Python has raised an exception, which is then pending in Python. It must be
-  /// called by the thread that has released the GIL.
-  bool mayContinue();
+  /// `time_budget`: [s] from now on. Throws std::invalid_argument for one that is negative or not a number.
+  explicit SignalWatch(std::optional<double> time_budget = std::nullopt);
 
-  /// Throws the pending exception, if there is one. Needs the GIL.
-  void rethrow() const;
+  /// For the searches of the question.
+  const scene::Deadline& deadline() const { return deadline_; }
+
+  /// True after a handler of Python has raised an exception. Nobody waits for the answer then.
+  bool isInterrupted() const { return is_interrupted_; }
+
+  /// Releases the GIL and runs `work` in another thread, while this one lets Python handle signals.
+  /// Failure: throws what `work` throws, or the exception of a handler of Python, with the GIL.
+  void run(const std::function<void()>& work);
 
  private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-  bool is_interrupted_ = false;
+  void runWithoutGil(const std::function<void()>& work);
+
+  std::atomic<bool> is_interrupted_{false};
+  scene::Deadline deadline_;
 };
 
 }  // namespace proximity_server::python

@@ -1,5 +1,6 @@
 #include "system/durations.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace proximity_server::system {
@@ -11,7 +12,8 @@ std::string secondsText(double seconds) {
 }
 
 std::chrono::steady_clock::time_point deadlineIn(double seconds) {
-  const std::chrono::duration<double> length(seconds);
+  constexpr double kLongest = 1e8;  // [s] a clock of nanoseconds overflows after 9e9 s
+  const std::chrono::duration<double> length(std::min(seconds, kLongest));
   return std::chrono::steady_clock::now() + std::chrono::duration_cast<std::chrono::steady_clock::duration>(length);
 }
 

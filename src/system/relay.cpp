@@ -1,5 +1,6 @@
 #include "system/relay.h"
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <future>
@@ -66,6 +67,13 @@ void runRelayed(const std::function<void(const CallHere&)>& work) {
   std::future<void> done = startThread(workInThread);  // its destructor waits
   if (!done.valid()) return work([](const Call& call) { call(); });
   while (const Call call = calls.next()) call();
+  done.get();
+}
+
+void runWatched(const std::function<void()>& work, const std::function<void()>& watch) {
+  std::future<void> done = startThread(work);
+  if (!done.valid()) return work();
+  while (done.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready) watch();
   done.get();
 }
 

@@ -14,4 +14,9 @@ using CallHere = std::function<void(std::function<void()>)>;
 ///          work is done.
 void runRelayed(const std::function<void(const CallHere&)>& work);
 
+/// Runs `work` in another thread, and calls `watch` in this one every 50 ms until the work is done. If the system
+/// refuses another thread, the work runs in this one, unwatched.
+/// Failure: throws what `work` throws. `watch` must not throw.
+void runWatched(const std::function<void()>& work, const std::function<void()>& watch);
+
 }  // namespace proximity_server::system

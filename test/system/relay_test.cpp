@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -58,6 +59,24 @@ TEST(Relay, AfterACallThatThrowsThereIsNoOtherAndTheWorkEndsFirst) {
   EXPECT_THROW(runRelayed(work), std::runtime_error);
   EXPECT_EQ(called, 1);
   EXPECT_TRUE(has_ended);
+}
+
+TEST(Watch, IsCalledInTheCallingThreadUntilTheWorkIsDone) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<bool> is_watched{false};
+  const auto work = [&] {
+    EXPECT_NE(std::this_thread::get_id(), caller);
+    while (!is_watched) std::this_thread::yield();
+  };
+  runWatched(work, [&] {
+    EXPECT_EQ(std::this_thread::get_id(), caller);
+    is_watched = true;
+  });
+  EXPECT_TRUE(is_watched);
+}
+
+TEST(Watch, ThrowsWhatTheWorkThrows) {
+  EXPECT_THROW(runWatched([] { throw std::runtime_error("broken"); }, [] {}), std::runtime_error);
 }
 
 }  // namespace proximity_server::system::relay_test

@@ -25,7 +25,8 @@ class Advancement {
       if (distance.status == Status::Unknown) return answer;
       if (distance.upper_bound <= options_.contact_distance + options_.tolerance) return inContact(answer, distance);
       if (!(distance.lower_bound > level())) return undecided(answer, Status::Degenerate);
-      if (answer.queries >= options_.max_queries) return undecided(answer, Status::IterationLimit);
+      const bool is_over = answer.queries >= options_.max_queries || (options_.is_over && options_.is_over());
+      if (is_over) return undecided(answer, Status::IterationLimit);
 
       const double next = advance(time, distance);
       if (next == options_.end) return decided(answer);

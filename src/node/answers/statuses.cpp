@@ -3,19 +3,13 @@
 #include "node/robot/query_status.h"
 #include "system/durations.h"
 
-#include <chrono>
 #include <string>
 
 namespace proximity_server::node {
-namespace {
-
-bool hasPassed(std::chrono::steady_clock::time_point deadline) { return std::chrono::steady_clock::now() >= deadline; }
-
-}  // namespace
 
 QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question) {
   const std::string pairs = std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " pairs have no ";
-  if (!hasPassed(question.deadline)) return statusOf(QueryStatus::TF_UNAVAILABLE, pairs + "usable pose");
+  if (!question.deadline.hasPassed()) return statusOf(QueryStatus::TF_UNAVAILABLE, pairs + "usable pose");
   return statusOf(QueryStatus::OVER_BUDGET, "the time was over: " + pairs + "answer, max_request_time is " +
                                                 system::secondsText(robot.config().max_request_time));
 }
@@ -28,7 +22,7 @@ QueryStatus completeness(const scene::MotionCounts& counts) {
 
 QueryStatus statusOf(narrowphase::Status status, const scene::MotionQuestion& question) {
   if (status == narrowphase::Status::Converged || status == narrowphase::Status::Threshold) return {};
-  if (!hasPassed(question.deadline)) return statusOf(QueryStatus::NOT_CONVERGED, "undecided within the tolerance");
+  if (!question.deadline.hasPassed()) return statusOf(QueryStatus::NOT_CONVERGED, "undecided within the tolerance");
   return statusOf(QueryStatus::OVER_BUDGET, "the time budget ended; what is said is proven");
 }
 

@@ -47,7 +47,7 @@ class FreeMotions {
  public:
   /// Throws RequestError if the request is not about all checked pairs, and for a wrong motion.
   FreeMotions(const Robot& robot, const RequestedPairs& pairs, const QueryConfigurationRequest& request,
-              std::chrono::steady_clock::time_point deadline)
+              const scene::Deadline& deadline)
       : free_(robot.sharedModel()) {
     if (pairs.list()) refuse("want_free_motion is about all checked pairs: a, b and group must be empty");
     const double distance = finite(request.free_motion_distance, "free_motion_distance");

@@ -53,8 +53,9 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
 
 // --- bounds of a block
 
-void NearestPairs::place(const LaneBounds& lanes, const States& states) {
+void NearestPairs::place(const LaneBounds& lanes, const States& states, const Deadline& deadline) {
   lanes_ = &lanes;
+  deadline_ = deadline;
   objects_.place(lanes);
   for (Eigen::Index first = 0, end = 0; first < states.rows(); first = end) {
     for (end = first + 1; end < states.rows() && areNear(states, end - 1, end);) ++end;
@@ -321,7 +322,7 @@ const std::vector<PairProximity>& NearestPairs::closest(ExactState& exact, int s
   else
     enter(state);
   if (objects_.hasPairs()) enterObjects(exact, state);
-  while (!queue_.empty() && !(queue_.lowestBound() > limit())) {
+  while (!queue_.empty() && !(queue_.lowestBound() > limit()) && !deadline_.hasPassed()) {
     Visit visit = queue_.pop();
     if (!exact.isPlaced(visit)) continue;
     if (visit.bound == Visit::Bound::Sphere) visit = exact.refined(visit, limit() + visit.threshold);
@@ -394,7 +395,7 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
     enter(state);
     first_limit_ = bounds.upper_bound;
     if (objects_.hasPairs()) enterObjects(exact, state);
-    while (!queue_.empty() && !isSettled(queue_.lowestBound())) {
+    while (!queue_.empty() && !isSettled(queue_.lowestBound()) && !deadline_.hasPassed()) {
       const Visit visit = queue_.pop();
       if (!exact.isPlaced(visit)) continue;
       const narrowphase::SignedDistance result = exact.measure(visit, bounds.upper_bound, question).result;
@@ -425,7 +426,7 @@ const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int sta
 
 void NearestPairs::listIfBelow(ExactState& exact, int pair) {
   Visit visit = batch_->visits[pair];
-  if (!exact.isPlaced(visit)) return;
+  if (deadline_.hasPassed() || !exact.isPlaced(visit)) return;
   visit = exact.refined(visit, distance_);
   if (visit.lower_bound > distance_) return;
   const PairProximity proximity = exact.measure(visit, distance_);

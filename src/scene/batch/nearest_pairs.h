@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/query/deadline.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/near_objects.h"
@@ -47,8 +48,9 @@ class NearestPairs {
  public:
   explicit NearestPairs(std::shared_ptr<const BatchModel> batch);
 
-  /// Takes a block of states, which `lanes` has placed. `lanes` must keep them until the last question about them.
-  void place(const LaneBounds& lanes, const States& states);
+  /// Takes a block of states, which `lanes` has placed. `lanes` must keep them until the last question about them. After
+  /// the deadline, answers are not complete.
+  void place(const LaneBounds& lanes, const States& states, const Deadline& deadline = {});
 
   /// Bounds the pairs in the states of the block, for the k closest pairs of each.
   void prepareClosest(std::size_t k);
@@ -148,6 +150,7 @@ class NearestPairs {
   std::vector<double> limits_of_asked_;
 
   const LaneBounds* lanes_ = nullptr;
+  Deadline deadline_;
   NearObjects objects_;
 
   double first_limit_ = 0.0;  ///< [m] for the current state

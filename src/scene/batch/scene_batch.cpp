@@ -22,16 +22,19 @@ class SceneBatch::Impl {
       : batch(std::move(shared)), lanes(batch->lanes), exact(batch), nearest(batch), verdicts(batch) {}
 
   /// Goes through the states in blocks: prepare(), then for each state in order answer(state in the block), or skip()
-  /// if it has no answer.
+  /// if it has no answer. An answer that was not complete before the deadline is none.
   template <typename Prepare, typename Answer, typename Skip>
   void forEach(const States& states, const Prepare& prepare, const Answer& answer, const Skip& skip) {
     for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
       const States block = states.middleRows(first, std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
+      const bool is_late = deadline.hasPassed();
+      for (Eigen::Index i = 0; is_late && i < block.rows(); ++i) skip();
+      if (is_late) continue;
       lanes.place(block);
-      nearest.place(lanes, block);
+      nearest.place(lanes, block, deadline);
       prepare();
       for (int state = 0; state < lanes.count(); ++state) {
-        if (takeState(block, state))
+        if (!deadline.hasPassed() && takeState(block, state))
           answer(state);
         else
           skip();
@@ -56,7 +59,7 @@ class SceneBatch::Impl {
         states, prepare,
         [&](int state) {
           const std::vector<PairProximity>& found = nearest.closest(exact, state);
-          closest.push_back(found.empty() ? PairProximity() : found.front());
+          closest.push_back(found.empty() || deadline.hasPassed() ? PairProximity() : found.front());
         },
         [&] { closest.emplace_back(); });
     return closest;
@@ -73,6 +76,10 @@ class SceneBatch::Impl {
       open_states.row(i) = states.row(static_cast<Eigen::Index>(open[i]));
     closestOfEach(
         open_states.topRows(count_of_open), [&] { nearest.prepareClosest(threshold, 0.0); }, found_in_open);
+    if (deadline.hasPassed()) {  // nobody knows what the search has missed
+      for (const std::size_t state : open) minima[state] = {};
+      return open.clear();
+    }
     std::size_t still_open = 0;
     for (std::size_t i = 0; i < open.size(); ++i) {
       const PairProximity& found = found_in_open[i];
@@ -97,6 +104,7 @@ class SceneBatch::Impl {
         states, prepare,
         [&](int state) {
           const std::vector<PairProximity>& found = pairsOf(state);
+          if (deadline.hasPassed()) return end(1);
           lists.pairs.insert(lists.pairs.end(), found.begin(), found.end());
           end(0);
         },
@@ -105,6 +113,7 @@ class SceneBatch::Impl {
   }
 
   std::shared_ptr<const BatchModel> batch;
+  Deadline deadline;  ///< of the question
   LaneBounds lanes;
   ExactState exact;
   NearestPairs nearest;
@@ -151,29 +160,38 @@ const Objects* SceneBatch::objects() const {
   return impl_->batch->objects ? impl_->batch->objects->objects.get() : nullptr;
 }
 
-const std::vector<StateVerdict>& SceneBatch::anyBelow(const States& states, double distance) {
+/// The implementation, for a question with this deadline. Throws std::invalid_argument for a wrong number of columns.
+SceneBatch::Impl& SceneBatch::asked(const States& states, const Deadline& deadline) {
   requireColumns(states, model().robot);
-  requireNumber(distance);
-  return impl_->verdicts.anyBelow(states, distance);
+  impl_->deadline = deadline;
+  return *impl_;
 }
 
-const std::vector<PairProximity>& SceneBatch::minimum(const States& states) {
+const std::vector<StateVerdict>& SceneBatch::anyBelow(const States& states, double distance, const Deadline& deadline) {
   requireColumns(states, model().robot);
-  Impl& impl = *impl_;
+  requireNumber(distance);
+  return impl_->verdicts.anyBelow(states, distance, deadline);
+}
+
+const std::vector<PairProximity>& SceneBatch::minimum(const States& states, const Deadline& deadline) {
+  Impl& impl = asked(states, deadline);
   return impl.closestOfEach(
       states, [&] { impl.nearest.prepareClosest(1); }, impl.minima);
 }
 
-const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states, double accuracy) {
-  requireColumns(states, model().robot);
+const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states, double accuracy,
+                                                            const Deadline& deadline) {
+  Impl& impl = asked(states, deadline);
   if (!(accuracy > 0.0))
     throw std::invalid_argument("the accuracy is " + std::to_string(accuracy) + ", but must be positive");
-  Impl& impl = *impl_;
   impl.minima.clear();
   impl.minima.reserve(states.rows());
   impl.forEach(
       states, [&] { impl.nearest.prepareWithin(accuracy); },
-      [&](int state) { impl.minima.push_back(impl.nearest.within(impl.exact, state, accuracy)); },
+      [&](int state) {
+        const PairProximity bounded = impl.nearest.within(impl.exact, state, accuracy);
+        impl.minima.push_back(deadline.hasPassed() ? PairProximity() : bounded);
+      },
       [&] { impl.minima.emplace_back(); });
   return impl.minima;
 }
@@ -181,11 +199,11 @@ const std::vector<PairProximity>& SceneBatch::minimumWithin(const States& states
 // If the pair with the smallest distance minus its warn distance is Clear, the state is Clear, and this pair decides.
 // Otherwise search for a pair at Stop, and if there is one, for a pair in Collision. Pairs beyond these thresholds are
 // left out, so these searches cost little.
-const std::vector<PairProximity>& SceneBatch::deciding(const States& states, const LevelThresholds& thresholds) {
+const std::vector<PairProximity>& SceneBatch::deciding(const States& states, const LevelThresholds& thresholds,
+                                                       const Deadline& deadline) {
   const PairKind kind = objects() && !objects()->empty() ? PairKind::Any : PairKind::OfLinks;
-  if (thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind)) return minimum(states);
-  requireColumns(states, model().robot);
-  Impl& impl = *impl_;
+  if (thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind)) return minimum(states, deadline);
+  Impl& impl = asked(states, deadline);
   impl.closestOfEach(
       states, [&] { impl.nearest.prepareClosest(thresholds.warn, kInfinity); }, impl.minima);
   impl.open.clear();
@@ -199,20 +217,18 @@ const std::vector<PairProximity>& SceneBatch::deciding(const States& states, con
   return impl.minima;
 }
 
-const StatePairs& SceneBatch::closest(const States& states, int k) {
-  requireColumns(states, model().robot);
+const StatePairs& SceneBatch::closest(const States& states, int k, const Deadline& deadline) {
+  Impl& impl = asked(states, deadline);
   if (k <= 0) throw std::invalid_argument("k is " + std::to_string(k) + ", but must be positive");
-  Impl& impl = *impl_;
   const auto most = static_cast<std::size_t>(k);
   return impl.listed(
       states, [&] { impl.nearest.prepareClosest(most); },
       [&](int state) -> const std::vector<PairProximity>& { return impl.nearest.closest(impl.exact, state); });
 }
 
-const StatePairs& SceneBatch::below(const States& states, double distance) {
-  requireColumns(states, model().robot);
+const StatePairs& SceneBatch::below(const States& states, double distance, const Deadline& deadline) {
+  Impl& impl = asked(states, deadline);
   requireNumber(distance);
-  Impl& impl = *impl_;
   return impl.listed(
       states, [&] { impl.nearest.prepareBelow(distance); },
       [&](int state) -> const std::vector<PairProximity>& { return impl.nearest.below(impl.exact, state); });

@@ -20,17 +20,21 @@ Verdicts::Verdicts(std::shared_ptr<const BatchModel> batch)
   leftovers_.reserve(batch_->candidates.size() * LaneBounds::kBlock);
 }
 
-const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double distance) {
+const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double distance, const Deadline& deadline) {
+  deadline_ = deadline;
   counts_ = {};
   counts_.states = states.rows();
   verdicts_.assign(static_cast<std::size_t>(states.rows()), {});
-  for (Eigen::Index first = 0; first < states.rows(); first += LaneBounds::kBlock) {
+  for (Eigen::Index first = 0; first < states.rows() && !deadline.hasPassed(); first += LaneBounds::kBlock) {
     const States block = states.middleRows(first, std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
     block_ = verdicts_.data() + first;
     lanes_.place(block);
     decideInLanes(distance);
     decideExactly(block, distance);
     if (objects_.hasPairs()) decideObjects(block, distance);
+    if (!deadline.hasPassed()) continue;
+    const auto isAbove = [](const StateVerdict& verdict) { return verdict.kind == Kind::Above; };
+    std::replace_if(block_, block_ + lanes_.count(), isAbove, StateVerdict());  // a pair may have been left out
   }
   return verdicts_;
 }
@@ -74,7 +78,7 @@ void Verdicts::decideInLanes(double distance) {
 
 /// Decides the leftovers, and all pairs of the states that the lanes could not place.
 void Verdicts::decideExactly(const States& block, double distance) {
-  for (int i = 0; i < lanes_.count(); ++i) {
+  for (int i = 0; i < lanes_.count() && !deadline_.hasPassed(); ++i) {
     StateVerdict& verdict = block_[i];
     if (verdict.kind == Kind::Below) continue;
     if (lanes_.isPlaced(i)) {
@@ -83,7 +87,7 @@ void Verdicts::decideExactly(const States& block, double distance) {
       if (leftover < 0) continue;
       exact_.place(block, i);
       ++counts_.exact_states;
-      for (; leftover >= 0; leftover = leftovers_[leftover].next) {
+      for (; leftover >= 0 && !deadline_.hasPassed(); leftover = leftovers_[leftover].next) {
         const int pair = leftovers_[leftover].pair;
         ++counts_.exact_pairs;
         if (!exact_.isBelow(pair, distance)) continue;
@@ -98,6 +102,7 @@ void Verdicts::decideExactly(const States& block, double distance) {
     if (!exact_.isPlaced()) continue;
     verdict.kind = Kind::Above;
     for (const int pair : batch_->order) {
+      if (deadline_.hasPassed()) break;
       if (!exact_.isBelow(pair, distance)) continue;
       verdict = {Kind::Below, pair};
       break;
@@ -108,7 +113,7 @@ void Verdicts::decideExactly(const States& block, double distance) {
 /// Decides the states in which no pair of links is below.
 void Verdicts::decideObjects(const States& block, double distance) {
   objects_.place(lanes_);
-  for (int i = 0; i < lanes_.count(); ++i) {
+  for (int i = 0; i < lanes_.count() && !deadline_.hasPassed(); ++i) {
     if (block_[i].kind != Kind::Above) continue;
     exact_.place(block, i);
     block_[i] = verdictOfObjects(i, distance);
@@ -119,7 +124,7 @@ void Verdicts::decideObjects(const States& block, double distance) {
 StateVerdict Verdicts::verdictOfObjects(int state, double distance) {
   queue_.clear();
   for (const Visit& visit : objects_.within(distance + kSettledFor, state, exact_)) queue_.push(visit);
-  while (!queue_.empty()) {
+  while (!queue_.empty() && !deadline_.hasPassed()) {
     Visit visit = queue_.pop();
     if (visit.bound == Visit::Bound::Sphere) {
       const std::optional<Visit> bounded = exact_.boundedWithin(visit.number, distance);

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/model/states.h"
+#include "proximity_server/scene/query/deadline.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/near_objects.h"
 #include "scene/lanes/lane_bounds.h"
@@ -31,8 +32,9 @@ class Verdicts {
   explicit Verdicts(std::shared_ptr<const BatchModel> batch);
 
   /// Returns a verdict for each state; valid until the next question. Unknown if a position or a pose is not finite.
-  /// There must be one column for each joint, and the distance [m] must be a number.
-  const std::vector<StateVerdict>& anyBelow(const States& states, double distance);
+  /// There must be one column for each joint, and the distance [m] must be a number. Unknown also if the state is not
+  /// decided before the deadline.
+  const std::vector<StateVerdict>& anyBelow(const States& states, double distance, const Deadline& deadline = {});
 
   /// The numbers of states and of pairs in states that reached a step in the last question.
   struct Counts {
@@ -56,6 +58,7 @@ class Verdicts {
   NearObjects objects_;
   VisitQueue queue_;  ///< of pairs with objects
   std::vector<StateVerdict> verdicts_;
+  Deadline deadline_;
   StateVerdict* block_ = nullptr;
   std::vector<int> open_, near_;  ///< states of the block
   struct Leftover {

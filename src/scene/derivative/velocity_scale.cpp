@@ -93,7 +93,7 @@ bool areInequalitiesKnown(const RobotModel& model, const MovingState& state, con
 class StopSearch {
  public:
   StopSearch(MovingScene& moving, Scene& scene, const PairDistances& stop, double largest_loss,
-             std::chrono::steady_clock::time_point deadline)
+             const Deadline& deadline)
       : moving_(moving), scene_(scene) {
     question_.contact_distance = largest_loss;
     question_.thresholds = &stop;
@@ -192,7 +192,7 @@ std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<do
 }
 
 VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
-                            const PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
+                            const PairDistances& stop, const Deadline& deadline) {
   const RobotModel& model = scene.model().robot;
   requireLegal(model, state, braking, stop);
   const std::vector<double> velocities = leadersOnly(model, state.velocities);

@@ -251,10 +251,7 @@ narrowphase::TimeOfContact MotionSearch::timeOfContactOf(const IntervalVisit& vi
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = visit.interval.begin;
   options.end = std::min(visit.interval.end, latest);
-  // 256 queries take about a millisecond, so that two pieces never delay a question with a deadline for longer.
-  constexpr int kQueriesBetweenLooksAtTheClock = 256;
-  if (question.deadline != std::chrono::steady_clock::time_point::max())
-    options.max_queries = kQueriesBetweenLooksAtTheClock;
+  options.is_over = [&] { return question.deadline.hasPassed(); };
   return narrowphase::timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
                                     moving.bodies.chainOfB(b.body_T_piece), options);
 }
@@ -294,7 +291,7 @@ RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const RobotMo
     const double time = visit.interval.begin;
     if (answer.contact && !(time < bounds.latest)) break;
     ++answer.counts.intervals;
-    if (isOver(question)) {
+    if (question.deadline.hasPassed()) {
       bounds.leaveOpen(time, narrowphase::Status::IterationLimit);
       break;
     }
@@ -339,6 +336,7 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
   for (int i = 0; i < pairs_.size() && !answer.contact; ++i) {
     const PairInMotion& moving = pairs_[i];
     if (!hasInterior(moving)) continue;
+    if (question.deadline.hasPassed()) return bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
     if (!is_placed) placeStates(0.0);
     is_placed = true;
     const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
@@ -364,6 +362,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   Question near;
   near.threshold = question.contact_distance + roundingAtStart();
   near.thresholds = question.thresholds;
+  near.deadline = question.deadline;
   const double of_objects = question.thresholds ? question.thresholds->range(PairKind::WithObject).smallest : 0.0;
   if (question.contact_distance + of_objects < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   // Pairs with contact distances of their own may come before the pair in contact.
@@ -381,6 +380,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
     answer.pair = pair;
     return;
   }
+  if (question.deadline.hasPassed()) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
 }
 
 /// Measures two pieces. They may be in contact earlier than the contact found before, or leave it undecided whether
@@ -412,11 +412,14 @@ void MotionSearch::placeStates(double time) {
 
 /// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
 /// Returns false if no state contains all shapes, because the pose of the fixed objects is not known.
-bool MotionSearch::considerStates(const Pairs& pairs, RobotMinimum& answer) {
+bool MotionSearch::considerStates(const Pairs& pairs, const Deadline& deadline, RobotMinimum& answer) {
   if (objects() && !objects()->empty() && !isInWorld()) return false;
+  Question question;
+  question.deadline = deadline.withoutTime();  // of the first state, so that there is an upper bound
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     placeStates(time);
-    const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
+    const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, question);
+    question.deadline = deadline;
     if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
     answer.pair = inPosesFrame(closest.front(), time);
     answer.upper_bound = answer.pair.result.upper_bound;
@@ -454,7 +457,7 @@ RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion
   RobotMinimum answer;
   begin(pairs, motion, {}, nullptr, answer.counts);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
-  searchMinimum(considerStates(pairs, answer) ? States::Seen : States::NotSeen, question, answer);
+  searchMinimum(considerStates(pairs, question.deadline, answer) ? States::Seen : States::NotSeen, question, answer);
   return answer;
 }
 
@@ -468,12 +471,15 @@ RobotMinimum MotionSearch::minimumBelow(double limit, const Pairs& pairs, const 
   return answer;
 }
 
-std::optional<PairProximity> MotionSearch::closestAtStart(const Pairs& pairs, const RobotMotion& motion) {
+std::optional<PairProximity> MotionSearch::closestAtStart(const Pairs& pairs, const RobotMotion& motion,
+                                                          const Deadline& deadline) {
   const std::vector<ShapeRefPair> none;
   pairs_.begin(none, motion);
   if (objects() && !objects()->empty() && !isInWorld()) return std::nullopt;
   placeStates(0.0);
-  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, {});
+  Question question;
+  question.deadline = deadline;
+  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, question);
   if (closest.empty() || closest.front().result.status == narrowphase::Status::Unknown) return std::nullopt;
   return inPosesFrame(closest.front(), 0.0);
 }
@@ -504,7 +510,7 @@ double MotionSearch::searchPieces(const MotionQuestion& question, RobotMinimum& 
   while (!queue_.empty() &&
          answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
     ++answer.counts.intervals;
-    if (isOver(question)) {
+    if (question.deadline.hasPassed()) {
       answer.status = narrowphase::Status::IterationLimit;
       break;
     }
@@ -549,9 +555,10 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
 void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
   queue_.clear();
   for (int i = 0; i < pairs_.size(); ++i)
-    if (hasInterior(pairs_[i])) push(withInterior(wholeMotionOf(i), answer));
+    if (hasInterior(pairs_[i]))
+      push(question.deadline.hasPassed() ? wholeMotionOf(i) : withInterior(wholeMotionOf(i), answer));
   double proven = kInfinity;  // [m] the smallest lower bound of the intervals that are not divided further
-  for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !isOver(question); ++i) {
+  for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !question.deadline.hasPassed(); ++i) {
     if (!(answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
     const IntervalVisit visit = queue_.pop();
     ++answer.counts.intervals;

@@ -9,7 +9,6 @@
 #include "scene/query/pair_ranking.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,12 +19,6 @@ namespace proximity_server::scene {
 /// The less complete of two statuses: Unknown, or else the one that comes later in the enumeration.
 inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Status q) {
   return std::min(p, q) == narrowphase::Status::Unknown ? narrowphase::Status::Unknown : std::max(p, q);
-}
-
-/// True if the deadline of a question has passed.
-inline bool isOver(const MotionQuestion& question) {
-  using Clock = std::chrono::steady_clock;
-  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
 }
 
 /// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
@@ -59,8 +52,9 @@ class MotionSearch {
   RobotMinimum minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
                             const JointDeviations& deviations, const MotionQuestion& question);
 
-  /// The closest pair at the start of a motion. nullopt: none is known, or the pose of the world is not.
-  std::optional<PairProximity> closestAtStart(const Pairs& pairs, const RobotMotion& motion);
+  /// The closest pair at the start of a motion, of those that are measured before the deadline. nullopt: none is known,
+  /// or the pose of the world is not.
+  std::optional<PairProximity> closestAtStart(const Pairs& pairs, const RobotMotion& motion, const Deadline& deadline);
 
   /// A pair that may be the nearest one during a motion.
   struct OpenPair {
@@ -136,7 +130,7 @@ class MotionSearch {
   void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
   bool isInWorld();
   void placeStates(double time);
-  bool considerStates(const Pairs& pairs, RobotMinimum& answer);
+  bool considerStates(const Pairs& pairs, const Deadline& deadline, RobotMinimum& answer);
   double roundingAtStart();
   PairProximity inPosesFrame(const PairProximity& in_world, double time);
   narrowphase::TimeOfContact timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);

@@ -144,7 +144,7 @@ void SegmentSearch::considerState(double time, const Pairs& pairs) {
 /// Takes the guaranteed distance of the pair that is closest at one state of the spline.
 void SegmentSearch::considerClosest(double time) {
   const Straight rest = atRest(segment_.at(time), tube_);
-  const std::optional<PairProximity> closest = search_.closestAtStart(pairs_, rest.motion);
+  const std::optional<PairProximity> closest = search_.closestAtStart(pairs_, rest.motion, question_.motion.deadline);
   if (!closest) return considerState(time, pairs_);
   considerState(time, std::vector<ShapeRefPair>{closest->asked});
 }
@@ -212,7 +212,7 @@ SplineMinimum SegmentSearch::minimum() {
   parts_.push({0.0, 1.0, -kInfinity, nullptr});
   int count = 0;
   while (!parts_.empty() && best_.upper_bound - parts_.first().lower_bound > tolerance) {
-    if (++count > kMaxParts || isOver(question_.motion)) break;
+    if (++count > kMaxParts || question_.motion.deadline.hasPassed()) break;
     search(parts_.pop());
   }
   const double open = parts_.empty() ? kInfinity : parts_.first().lower_bound;
@@ -228,7 +228,8 @@ SplineMinimum SegmentSearch::minimum() {
 /// The smallest distance in one state.
 RobotMinimum SegmentSearch::minimumIn(const Positions& state, const Pairs& pairs) {
   const Straight rest = atRest(state, std::vector<double>(tube_.size(), 0.0));
-  const std::optional<PairProximity> closest = search_.closestAtStart(pairs, rest.motion);
+  const std::optional<PairProximity> closest =
+      search_.closestAtStart(pairs, rest.motion, question_.motion.deadline.withoutTime());
   if (!closest)
     return search_.minimumBelow(kInfinity, pairs, rest.motion, rest.deviations, within(question_.motion.tolerance));
   RobotMinimum minimum;
@@ -302,7 +303,7 @@ SplineContact SegmentSearch::timeOfContact(double begin) {
   double free = begin, step = 1.0;
   for (int count = 0; free < 1.0; ++count) {
     const double end = std::min(1.0, free + step);
-    if (count == kMaxParts || isOver(question_.motion) || !(end > free)) {
+    if (count == kMaxParts || question_.motion.deadline.hasPassed() || !(end > free)) {
       contact.status = Status::IterationLimit;
       break;
     }

@@ -91,8 +91,7 @@ bool BoxSearch::isSettled() const {
 
 void BoxSearch::run(BoxMeasures& measures, long most_boxes) {
   if (proof_.boxes == 0 && most_boxes > 0) examine(pop(), measures);
-  while (!isSettled() && proof_.boxes + 2 <= most_boxes && std::chrono::steady_clock::now() < question_.deadline)
-    divide(measures);
+  while (!isSettled() && proof_.boxes + 2 <= most_boxes && !question_.deadline.hasPassed()) divide(measures);
 }
 
 void BoxSearch::settle(double bound) {

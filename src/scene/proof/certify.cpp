@@ -10,8 +10,6 @@
 #include "system/pipeline.h"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -28,12 +26,12 @@ class CertificateWriter {
   CertificateWriter(const SceneModel& model, const PairProof& proof, const ProofQuestion& question)
       : model_(model), proof_(proof), question_(question), separation_(model, question.objects.get(), proof.pair) {}
 
-  std::optional<PairCertificate> write(long most_nodes, const std::atomic<bool>& is_over) {
+  std::optional<PairCertificate> write(long most_nodes) {
     PairCertificate certificate{proof_.pair, kInfinity, {}};
     std::vector<JointBox> open{proof_.box};  // the parts that are not in the tree yet, the next one at the end
     while (!open.empty()) {
-      const bool is_late = is_over || std::chrono::steady_clock::now() >= question_.deadline;
-      if (static_cast<long>(certificate.tree.size()) >= most_nodes || is_late) return std::nullopt;
+      const bool is_over = static_cast<long>(certificate.tree.size()) >= most_nodes || question_.deadline.hasPassed();
+      if (is_over) return std::nullopt;
       const JointBox box = std::move(open.back());
       open.pop_back();
       const double least = separate(box);
@@ -163,24 +161,21 @@ class CertificateWriter {
 }  // namespace
 
 std::optional<PairCertificate> certificateOf(const PairProof& proof, const SceneModel& model,
-                                             const ProofQuestion& question, long most_nodes,
-                                             const std::atomic<bool>& is_over) {
-  return CertificateWriter(model, proof, question).write(most_nodes, is_over);
+                                             const ProofQuestion& question, long most_nodes) {
+  return CertificateWriter(model, proof, question).write(most_nodes);
 }
 
 std::vector<std::optional<PairCertificate>> certify(const std::shared_ptr<const SceneModel>& model,
                                                     const std::vector<PairProof>& proofs, const ProofQuestion& asked) {
   given(model);
   ProofQuestion question = asked;
-  question.deadline = std::chrono::steady_clock::time_point::max();
+  question.deadline = asked.deadline.withoutTime();
   std::vector<std::optional<PairCertificate>> certificates(proofs.size());
-  std::atomic<bool> is_over{false};
   std::size_t next = 0, done = 0;
   const auto read = [&](std::size_t& proof) { return (proof = next++) < proofs.size(); };
-  const auto work = [&](std::size_t& proof, int thread) {
-    if (thread == 0 && question.may_continue && !question.may_continue()) is_over = true;
+  const auto work = [&](std::size_t& proof, int) {
     if (proofs[proof].outcome == ProofOutcome::Proven)
-      certificates[proof] = certificateOf(proofs[proof], *model, question, question.most_boxes, is_over);
+      certificates[proof] = certificateOf(proofs[proof], *model, question, question.most_boxes);
   };
   const auto tell = [&](std::size_t&) {
     if (question.progress) question.progress(static_cast<double>(++done) / static_cast<double>(proofs.size()));

@@ -8,7 +8,6 @@
 #include "system/pipeline.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -49,7 +48,7 @@ class Proofs {
     for (long boxes = std::min(kFirst, question_.most_boxes);;
          boxes = std::min(kGrowth * boxes, question_.most_boxes)) {
       runRound(boxes);
-      if (boxes == question_.most_boxes || is_over_ || std::chrono::steady_clock::now() >= question_.deadline) break;
+      if (boxes == question_.most_boxes || question_.deadline.hasPassed()) break;
     }
     std::vector<PairProof> proofs;
     for (const BoxSearch& search : searches_) proofs.push_back(search.result());
@@ -65,8 +64,7 @@ class Proofs {
       return search < searches_.size();
     };
     const auto work = [&](std::size_t& search, int thread) {
-      if (thread == 0 && question_.may_continue && !question_.may_continue()) is_over_ = true;
-      if (is_over_) return;
+      if (question_.deadline.withoutTime().hasPassed()) return;  // with a time, each pair gets its first box
       std::unique_ptr<BoxMeasures>& measures = measures_[static_cast<std::size_t>(thread)];
       if (!measures) measures = std::make_unique<BoxMeasures>(model_, question_.objects);
       measures->begin(scene_);
@@ -90,7 +88,7 @@ class Proofs {
     if (search.isSettled() || !wants_decision) return;
     // A node bounds each pair of pieces along each axis: of long chains it takes as long as hundreds of boxes.
     constexpr long kBoxesOfNode = 256;
-    if (const auto certificate = certificateOf(search.result(), *model_, question_, boxes / kBoxesOfNode, is_over_))
+    if (const auto certificate = certificateOf(search.result(), *model_, question_, boxes / kBoxesOfNode))
       search.settle(certificate->bound);
   }
 
@@ -100,7 +98,6 @@ class Proofs {
   std::vector<BoxSearch> searches_;
   std::vector<std::unique_ptr<BoxMeasures>> measures_;  ///< by thread
   std::vector<double> settled_;                         ///< by pair
-  std::atomic<bool> is_over_{false};                    ///< may_continue() has returned false
 };
 
 }  // namespace

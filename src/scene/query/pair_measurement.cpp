@@ -11,11 +11,6 @@
 namespace proximity_server::scene {
 namespace {
 
-bool isLate(const Question& question) {
-  using Clock = std::chrono::steady_clock;
-  return question.deadline != Clock::time_point::max() && Clock::now() > question.deadline;
-}
-
 PairProximity unknown(const ShapeRefPair& pair) {
   PairProximity proximity;
   proximity.asked = pair;
@@ -224,7 +219,7 @@ PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& vi
     ++counts_.at_rest;
     return asAsked(pair, visit, *kept);
   }
-  if (isLate(question)) {
+  if (question.deadline.hasPassed()) {
     ++counts_.unknown;
     return unknown(pair);
   }

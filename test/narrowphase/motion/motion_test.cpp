@@ -548,6 +548,19 @@ TEST(TimeOfContact, KeepsToItsInterval) {
   EXPECT_TRUE(isFree(c.contact(moment), 0.4));
 }
 
+TEST(TimeOfContact, EndsBeforeTheQueryWithWhichItIsOver) {
+  const Case c{Capsule{0.05, 1.0}, moving(at(0.5, 0, 0), {-0.6, 0, 0}, {0, 3, 0}), Capsule{0.05, 1.0}, {}};
+  ASSERT_GT(c.contact().queries, 2);
+  int asked = 0;
+  ContactOptions options;
+  options.is_over = [&] { return ++asked == 2; };
+  const TimeOfContact answer = c.contact(options);
+  EXPECT_EQ(answer.queries, 2);
+  EXPECT_EQ(answer.status, Status::IterationLimit);
+  EXPECT_GT(answer.t_free, 0.0);
+  EXPECT_LE(answer.t_free, c.contact().t_free);
+}
+
 TEST(TimeOfContact, OfAMotionThatIsNotFiniteIsUnknown) {
   for (const double bad : {kNaN, kInfinity, -kInfinity})
     for (int what = 0; what < 4; ++what) {

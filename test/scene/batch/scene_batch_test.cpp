@@ -4,12 +4,16 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
+#include "scene/batch/batch_robots.h"
+#include "scene/batch/same_answer.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <random>
@@ -101,6 +105,90 @@ TEST(SceneBatch, RefusesStatesOfAnotherRobot) {
   EXPECT_THROW(batch.minimum(Eigen::MatrixXd::Zero(1, 2)), std::invalid_argument);
   EXPECT_THROW(batch.anyBelow(Eigen::MatrixXd::Zero(1, 3), std::numeric_limits<double>::quiet_NaN()),
                std::invalid_argument);
+}
+
+// --- deadlines
+
+/// The answers of each state to all questions; a state without an answer has no pair in the list.
+using AnswersOfStates = std::vector<std::vector<PairProximity>>;
+
+LevelThresholds thresholdsOfPairs(const SceneBatch& batch) {
+  LevelThresholds thresholds;
+  thresholds.stop = PairDistances(0.1, 0.1);
+  thresholds.warn = PairDistances(0.3, 0.3);
+  thresholds.stop.setPair(batch.candidates()[0].a.link(), batch.candidates()[0].b.link(), 0.0);
+  return thresholds;
+}
+
+std::vector<AnswersOfStates> answersOf(SceneBatch& batch, const Eigen::MatrixXd& states, const Deadline& deadline) {
+  std::vector<AnswersOfStates> answers;
+  const auto addFirst = [&](const std::vector<PairProximity>& firsts) {
+    AnswersOfStates& of_states = answers.emplace_back();
+    for (const PairProximity& first : firsts)
+      of_states.push_back(first.result.status == narrowphase::Status::Unknown ? std::vector<PairProximity>()
+                                                                              : std::vector<PairProximity>{first});
+  };
+  const auto addLists = [&](const StatePairs& lists) {
+    AnswersOfStates& of_states = answers.emplace_back();
+    for (std::size_t i = 0; i < lists.unknown.size(); ++i) {
+      of_states.push_back(ofState(lists, static_cast<Eigen::Index>(i)));
+      EXPECT_TRUE(of_states.back().empty() || lists.unknown[i] == 0);
+      if (lists.unknown[i] == 0 && of_states.back().empty()) of_states.back().emplace_back();  // an empty list
+    }
+  };
+  addFirst(batch.minimum(states, deadline));
+  addFirst(batch.minimumWithin(states, 1e-3, deadline));
+  addFirst(batch.deciding(states, thresholdsOfPairs(batch), deadline));
+  addLists(batch.closest(states, 3, deadline));
+  addLists(batch.below(states, 0.3, deadline));
+  AnswersOfStates& verdicts = answers.emplace_back();
+  for (const StateVerdict& verdict : batch.anyBelow(states, 0.1, deadline)) {
+    verdicts.emplace_back();
+    if (verdict.kind == StateVerdict::Kind::Unknown) continue;
+    verdicts.back().emplace_back().collision_a = verdict.pair;
+  }
+  return answers;
+}
+
+TEST(SceneBatch, NoStateHasAnAnswerAfterTheDeadline) {
+  const auto model = robotNamed("Solids");
+  const Eigen::MatrixXd states = variousStates(model->robot, 300, 3);
+  SceneBatch batch(model);
+  const std::atomic<bool> stop{true};
+  for (const Deadline& late : {Deadline(stop), Deadline(Deadline::Clock::time_point::min())})
+    for (const AnswersOfStates& answers : answersOf(batch, states, late)) {
+      ASSERT_EQ(answers.size(), 300U);
+      for (const auto& of_state : answers) EXPECT_TRUE(of_state.empty());
+    }
+}
+
+TEST(SceneBatch, ADeadlineChangesNoAnswerButLeavesItOut) {
+  for (const char* const name : {"Solids", "Beads", "TwoArms"}) {
+    const auto model = robotNamed(name);
+    const Eigen::MatrixXd states = variousStates(model->robot, 300, 4);
+    SceneBatch batch(model);
+    const std::vector<AnswersOfStates> expected = answersOf(batch, states, {});
+    long known = 0, unknown = 0;
+    for (int i = 0; i < 50; ++i) {  // up to 25 ms, which may end in any step
+      const auto deadline = Deadline::Clock::now() + std::chrono::microseconds(10 * i * i);
+      const std::vector<AnswersOfStates> found = answersOf(batch, states, deadline);
+      for (std::size_t question = 0; question < expected.size(); ++question)
+        for (std::size_t state = 0; state < expected[question].size(); ++state) {
+          if (found[question][state].empty()) {
+            ++unknown;
+            continue;
+          }
+          ++known;
+          EXPECT_TRUE(areSameLists(found[question][state], expected[question][state])) << name << ", " << question;
+        }
+    }
+    EXPECT_GT(unknown, 0);
+    EXPECT_EQ(known + unknown, 50 * 300 * 6);
+    const std::vector<AnswersOfStates> later = answersOf(batch, states, {});
+    for (std::size_t question = 0; question < expected.size(); ++question)
+      for (std::size_t state = 0; state < expected[question].size(); ++state)
+        EXPECT_TRUE(areSameLists(later[question][state], expected[question][state])) << name << ", " << question;
+  }
 }
 
 }  // namespace proximity_server::scene::scene_batch_test

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -260,6 +261,25 @@ TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
   EXPECT_EQ(minimum.status, Status::IterationLimit);
   EXPECT_LE(minimum.lower_bound, -0.5);
   EXPECT_GE(minimum.upper_bound, -0.5);
+}
+
+TEST_F(SlideAndSwing, TheFlagOfADeadlineEndsASearchBeforeItsFirstQuery) {
+  const std::atomic<bool> stop{true};
+  MotionQuestion question;
+  question.deadline = Deadline(stop);
+  const std::vector<ShapeRefPair> pairs{pairOf(*model_, "wall", "sled"), pairOf(*model_, "arm", "post")};
+  const RobotMotion towards = motion({}, {{"slide", -2.5}, {"swing", 2.0}, {"stand", 0.1}});
+  const RobotTimeOfContact contact = scene_.timeOfContact(pairs, towards, question);
+  EXPECT_EQ(contact.status, Status::IterationLimit);
+  EXPECT_EQ(contact.t_free, 0.0);
+  EXPECT_EQ(contact.counts.queries, 0);
+  EXPECT_LE(contact.counts.intervals, 1);
+  const RobotMinimum minimum = scene_.minimum(pairs, towards, question);
+  EXPECT_EQ(minimum.status, Status::IterationLimit);
+  EXPECT_LE(minimum.lower_bound, -0.5);
+  EXPECT_EQ(minimum.counts.queries, 0);
+  EXPECT_LE(minimum.counts.intervals, 1);
+  EXPECT_GT(scene_.minimum(pairs, towards).counts.queries, 0);
 }
 
 TEST_F(SlideAndSwing, BodiesMoveAtTheirOwnTwists) {

@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -141,6 +142,30 @@ TEST_F(Carts, DeadlineLeavesTheAnswerOpen) {
   EXPECT_FALSE(contact.contact);
   EXPECT_EQ(contact.t_free, 0.0);
   EXPECT_EQ(scene_.minimum(pair_, arrivingWith(-8.0), question).status, Status::IterationLimit);
+}
+
+// A question gets the poses of each part that it searches.
+TEST_F(Carts, TheFlagOfADeadlineEndsASearchThatIsUnderWay) {
+  const RobotModel& robot = model_->robot;
+  const SplineSegment fast(robot, {0.0, byJoint(robot, {}), byJoint(robot, {{"left", 1e4}})},
+                           {1.0, byJoint(robot, {{"left", 1.0}}), byJoint(robot, {{"left", -1e4}})});
+  constexpr int kBefore = 50;
+  for (const double error : {0.0, 0.01}) {
+    std::atomic<bool> stop{false};
+    int asked = 0;
+    SplineQuestion question = tube(error);
+    question.motion.deadline = Deadline(stop);
+    question.poses = [&](const Positions& positions) {
+      if (++asked == kBefore) stop = true;
+      return forwardKinematics(robot, positions);
+    };
+    const SplineMinimum minimum = scene_.minimum(pair_, fast, question);
+    EXPECT_EQ(minimum.status, Status::IterationLimit);
+    EXPECT_LE(minimum.lower_bound, minimum.upper_bound);
+    const int in_tube = error > 0.0 ? 2 + 2 * static_cast<int>(robot.joints.size()) : 0;
+    EXPECT_GE(asked, kBefore);
+    EXPECT_LE(asked, kBefore + 1 + in_tube) << "the part that was under way, and the states of the tube";
+  }
 }
 
 TEST_F(Carts, WrongTrackingErrorsAreNamed) {

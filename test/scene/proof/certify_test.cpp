@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -264,7 +265,8 @@ TEST(Certify, WhatTheBudgetLeavesHasNoCertificate) {
   question.most_boxes = 1;
   EXPECT_FALSE(certify(model, proofs, question)[0]);
   question = {};
-  question.may_continue = [] { return false; };
+  const std::atomic<bool> stop{true};
+  question.deadline = Deadline(stop);
   EXPECT_FALSE(certify(model, proofs, question)[0]);
 }
 

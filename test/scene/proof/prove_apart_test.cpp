@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -114,6 +115,16 @@ TEST(ProveApart, ADeadlineThatHasPassedLeavesAllButOneBox) {
   EXPECT_EQ(proof.outcome, ProofOutcome::Undecided);
   EXPECT_EQ(proof.boxes, 1);
   EXPECT_EQ(proof.undecided, 1.0);
+}
+
+TEST(ProveApart, TheFlagOfADeadlineLeavesAllBoxes) {
+  const auto model = modelOf(kPlanarArm);
+  const std::atomic<bool> stop{true};
+  ProofQuestion question;
+  question.deadline = Deadline(stop);
+  const PairProof proof = proofOf(model, "wall", "fore", boxOf(*model, {{0.8, 3.0}, {-0.5, 0.5}}), question);
+  EXPECT_EQ(proof.outcome, ProofOutcome::Undecided);
+  EXPECT_EQ(proof.boxes, 0);
 }
 
 TEST(ProveApart, FixedJointsMakeAStateOfABox) {

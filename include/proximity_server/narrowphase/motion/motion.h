@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -75,6 +76,8 @@ struct ContactOptions {
   double begin = 0.0;             ///< begin and end of the search, within [0, 1]
   double end = 1.0;
   int max_queries = 10000;  ///< most distance queries; each is for one time
+  /// Asked before each further query. True ends the search like max_queries. Empty: never.
+  std::function<bool()> is_over = nullptr;
 };
 
 /// The time of contact of two moving shapes: when they first come as near as the contact distance.

@@ -5,6 +5,7 @@
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/states.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/query/deadline.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 
@@ -34,7 +35,8 @@ struct StatePairs {
 /// After the first batch of a size nothing is allocated, unless more pairs are listed than ever before.
 ///
 /// A state has no answer (Unknown) if a position is not finite, or so large that the pose of a checked link is not
-/// finite. A pair that is too far apart for the narrowphase, 1e30 m, is left out.
+/// finite. A pair that is too far apart for the narrowphase, 1e30 m, is left out. The states that are not answered before
+/// the deadline have no answer either.
 /// Every question throws std::invalid_argument if there is not one column for each joint, if a distance is NaN, or if k
 /// is below 1.
 /// References are valid until the next question.
@@ -68,10 +70,10 @@ class SceneBatch {
 
   /// Tells for each state whether any pair is at or below the distance [m]. A pair counts as below unless its lower
   /// bound proves otherwise.
-  const std::vector<StateVerdict>& anyBelow(const States& states, double distance);
+  const std::vector<StateVerdict>& anyBelow(const States& states, double distance, const Deadline& deadline = {});
 
   /// Finds for each state the pair with the smallest signed distance; Unknown also if there is no pair.
-  const std::vector<PairProximity>& minimum(const States& states);
+  const std::vector<PairProximity>& minimum(const States& states, const Deadline& deadline = {});
 
   /// Bounds for each state the smallest signed distance of all pairs, so that the bounds are at most `accuracy` [m]
   /// apart. They are proven, rounding included. It costs a fraction of minimum() for 1e-4 m, with which no distance is
@@ -83,21 +85,23 @@ class SceneBatch {
   /// with objects it is minus infinity. Unknown as in minimum().
   /// Bounds are wider apart where the narrowphase does not converge, and where `accuracy` is below its tolerance.
   /// Throws std::invalid_argument also if `accuracy` is not positive.
-  const std::vector<PairProximity>& minimumWithin(const States& states, double accuracy);
+  const std::vector<PairProximity>& minimumWithin(const States& states, double accuracy, const Deadline& deadline = {});
 
   /// Finds for each state the pair that decides its level, see DecidingPair; levelOf() returns the level. Unknown as in
   /// minimum().
-  const std::vector<PairProximity>& deciding(const States& states, const LevelThresholds& thresholds);
+  const std::vector<PairProximity>& deciding(const States& states, const LevelThresholds& thresholds,
+                                             const Deadline& deadline = {});
 
   /// Finds for each state up to k pairs with the smallest signed distances.
-  const StatePairs& closest(const States& states, int k);
+  const StatePairs& closest(const States& states, int k, const Deadline& deadline = {});
 
   /// Finds for each state all pairs with a signed distance of at most `distance` [m].
-  const StatePairs& below(const States& states, double distance);
+  const StatePairs& below(const States& states, double distance, const Deadline& deadline = {});
 
  private:
   class Impl;
   explicit SceneBatch(std::unique_ptr<Impl> impl);
+  Impl& asked(const States& states, const Deadline& deadline);
   std::unique_ptr<Impl> impl_;
 };
 

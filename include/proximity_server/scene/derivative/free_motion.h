@@ -10,7 +10,6 @@
 
 #include <Eigen/Core>
 
-#include <chrono>
 #include <memory>
 #include <vector>
 
@@ -31,7 +30,7 @@ struct FreeMotionQuestion {
   /// [m] Each pair that is nearer has a bubble of its own; all others share one. The larger it is, the larger is the
   /// shared bubble.
   double influence_distance = 0.2;
-  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  Deadline deadline{};
 };
 
 /// Motions of a robot from one set of poses that are certainly free, found without a search; and the working memory of

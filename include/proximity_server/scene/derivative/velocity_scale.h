@@ -4,7 +4,6 @@
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 
-#include <chrono>
 #include <optional>
 #include <vector>
 
@@ -82,8 +81,7 @@ constexpr double kRetreatTolerance = 1e-6;
 ///
 /// Both scenes must have the same poses and objects: Scene::update() must have been called for `scene` with those of
 /// `state`.
-VelocityScale velocityScale(
-    MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking, const PairDistances& stop,
-    std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max());
+VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
+                            const PairDistances& stop, const Deadline& deadline = {});
 
 }  // namespace proximity_server::scene

@@ -3,7 +3,6 @@
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
 
-#include <chrono>
 #include <limits>
 #include <vector>
 
@@ -31,7 +30,7 @@ struct MotionQuestion {
   /// start on.
   std::vector<PairContactDistance> nearer_pairs{};
   double tolerance = 1e-6;  ///< [m] of the distance at contact, and of the minimum; NaN counts as 0
-  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  Deadline deadline{};
 };
 
 /// How the pairs of a question were settled.

@@ -23,7 +23,7 @@ namespace proximity_server::scene {
 /// that computers whose cosines are rounded otherwise accept it, too.
 ///
 /// `question`: that of the proofs. most_boxes counts the nodes of each tree; nothing is written where they do not
-/// suffice, or where may_continue() has returned false. The deadline does not matter.
+/// suffice, or once the flag of the deadline is set. Its time does not matter.
 /// Failure: throws std::invalid_argument as proveApart() does.
 std::vector<std::optional<PairCertificate>> certify(const std::shared_ptr<const SceneModel>& model,
                                                     const std::vector<PairProof>& proofs,

@@ -3,8 +3,8 @@
 #include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/proof/joint_box.h"
+#include "proximity_server/scene/query/deadline.h"
 
-#include <chrono>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -47,7 +47,7 @@ struct ProofQuestion {
   /// [m] At least 0. A pair is in contact up to this signed distance; paddings of pairs are subtracted before.
   double contact_distance = 0.0;
   long most_boxes = 10000;  ///< of each pair; the result does not depend on time and threads unless the deadline comes
-  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  Deadline deadline{};
   /// In [0, 1): a bound is improved, within the budget, until it has come this share of the way from the contact
   /// distance to the smallest distance that was found.
   double tightness = 0.0;
@@ -58,8 +58,6 @@ struct ProofQuestion {
   int threads = 1;
   /// Called with the share of the volume of all pairs that is settled, from 0 to 1, in one thread at a time.
   std::function<void(double)> progress;
-  /// Called from time to time by the calling thread. After it has returned false the proof ends as with a deadline.
-  std::function<bool()> may_continue;
 };
 
 }  // namespace proximity_server::scene

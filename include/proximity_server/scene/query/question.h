@@ -3,8 +3,8 @@
 #include "proximity_server/narrowphase/query_types.h"
 #include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/pieces/representation.h"
+#include "proximity_server/scene/query/deadline.h"
 
-#include <chrono>
 #include <limits>
 #include <vector>
 
@@ -62,8 +62,7 @@ struct Question {
   /// With NotWanted an overlap is reported (Status::Threshold) without its depth, any overlap is the minimum, and
   /// points and normal may be missing.
   Depth depth = Depth::Wanted;
-  /// A pair that is not computed before this time is Unknown.
-  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  Deadline deadline{};  ///< a pair that is not computed before it is Unknown
   /// If not nullptr, each pair adds its own distance to `threshold`. Pairs are then sorted by their distance minus
   /// their own threshold, and the pair with the smallest difference counts as the closest. It must live until the
   /// question is answered.
