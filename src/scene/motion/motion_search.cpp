@@ -539,16 +539,25 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
   PairInMotion& moving = movingPairOf(visit);
   const double middle = 0.5 * (visit.interval.begin + visit.interval.end),
                rounding = pairs_.roundingOf(moving.asked, middle);
-  const double drift = moving.bodies.driftIn(visit.interval, pairs_.poses()) + rounding;
+  const MovingBodies::Drift moved = moving.bodies.driftIn(visit.interval, pairs_.poses());
+  const double drift = moved.motion + moved.rounding + rounding;
   placeStates(middle);
   const DistanceBounds inside = states_.interiorOf(moving.asked, drift + moving.deviation);
+  visit.travel = moved.motion;
   visit.lower_bound = inside.lower - drift - moving.deviation;
-  if (inside.upper + rounding < answer.upper_bound) {
+  if (const double upper_bound = inside.upper + rounding - moving.deviation; upper_bound < answer.upper_bound) {
     answer.pair = inPosesFrame(states_.one(moving.asked, {}), middle);
-    takeUpperBound(inside.upper + rounding, answer);
+    takeUpperBound(upper_bound, answer);
     answer.time = middle;
   }
   return visit;
+}
+
+/// True if to divide an interval is vain: the state in its middle alone, by its rounding, leaves more open than the
+/// tolerance, so that the bounds cannot come within it, and no less than the motion away from there does.
+bool MotionSearch::isVain(const IntervalVisit& visit, double upper_bound, const MotionQuestion& question) {
+  const double at_middle = upper_bound - (visit.lower_bound + visit.travel);
+  return at_middle > narrowphase::usableTolerance(question.tolerance) && at_middle >= visit.travel;
 }
 
 /// Searches for depths in closed meshes that are larger than those of the pieces, the deepest first.
@@ -562,7 +571,7 @@ void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum&
     if (!(answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
     const IntervalVisit visit = queue_.pop();
     ++answer.counts.intervals;
-    if (!visit.interval.isLongerThan(kMaxInteriorLevels)) {
+    if (isVain(visit, answer.upper_bound, question) || !visit.interval.isLongerThan(kMaxInteriorLevels)) {
       proven = std::min(proven, visit.lower_bound);
       continue;
     }

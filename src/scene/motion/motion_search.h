@@ -71,7 +71,7 @@ class MotionSearch {
     double lower_bound;  ///< [m] of their signed distance minus the padding
     int pair;            ///< index into pairs_
     MovingBodies::Interval interval;
-    double travel = 0.0;    ///< [m] of b as seen from a
+    double travel = 0.0;    ///< [m] of b as seen from a; of an interior from the middle of the interval
     double earliest = 0.0;  ///< the begin of the interval for a search in Order::Earliest; push() sets it
 
     bool operator<(const IntervalVisit& other) const {
@@ -127,6 +127,7 @@ class MotionSearch {
   void considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question, TimeOfContactBounds& bounds,
                               RobotTimeOfContact& answer);
   IntervalVisit withInterior(IntervalVisit visit, RobotMinimum& answer);
+  static bool isVain(const IntervalVisit& visit, double upper_bound, const MotionQuestion& question);
   void searchInteriors(const MotionQuestion& question, RobotMinimum& answer);
   bool isInWorld();
   void placeStates(double time);

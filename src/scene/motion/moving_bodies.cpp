@@ -213,9 +213,9 @@ MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b
           (end - begin).norm() + here.bulge};
 }
 
-double MovingBodies::driftIn(const Interval& interval, PosesInTime& poses) {
+MovingBodies::Drift MovingBodies::driftIn(const Interval& interval, PosesInTime& poses) {
   const IntervalMotion& here = motionIn(interval, poses);
-  return here.drift + here.rounding;
+  return {here.drift, here.rounding};
 }
 
 double MovingBodies::boxGap(const Bounds& a, const Bounds& b, const Interval& interval, PosesInTime& poses) {

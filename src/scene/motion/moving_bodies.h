@@ -101,9 +101,12 @@ class MovingBodies {
   /// world.
   double roundingAt(double time, PosesInTime& poses) const;
 
-  /// [m] An upper bound of how far a point of one body moves during an interval, seen from the other body, from its
-  /// place in the middle of the interval; plus the rounding of a distance.
-  double driftIn(const Interval& interval, PosesInTime& poses);
+  /// `motion`: an upper bound [m] of how far a point of one body moves during an interval, seen from the other body,
+  /// from its place in the middle of the interval. `rounding` [m]: that of a distance.
+  struct Drift {
+    double motion, rounding;
+  };
+  Drift driftIn(const Interval& interval, PosesInTime& poses);
 
   /// [m] A lower bound like that of sphereGap(), for boxes: the gap in the middle of the interval, minus how far a
   /// point can move from there.

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/motion/spline_scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/small_robots.h"
@@ -435,6 +436,15 @@ class BallAndBracket : public testing::Test {
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
         RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, {}), {to - from}), question);
   }
+  /// Of the ball that stands still, with a tracking error.
+  SplineMinimum minimumInTube(double x, double tracking_error) const {
+    const auto model = ballAt(x);
+    const Positions still(model->robot.joints.size(), 0.0);
+    SplineQuestion question;
+    question.tracking_error.assign(still.size(), tracking_error);
+    return SplineScene(model).minimum(std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
+                                      SplineSegment(model->robot, {0.0, still}, {1.0, still}), question);
+  }
   RobotMinimum minimum(double from, double to) const {
     const auto model = ballAt(from);
     return MovingScene(model).minimum(
@@ -487,6 +497,30 @@ TEST_F(BallAndBracket, HasTheMinimumOfItsPiecesOutsideOfTheBracket) {
   EXPECT_EQ(outside.status, Status::Converged);
   EXPECT_NEAR(outside.upper_bound, 0.1, 1e-6);
   EXPECT_NEAR(outside.lower_bound, 0.1, 1e-6);
+}
+
+// Regression: the depth counted without the tracking error as an upper bound, and with it as a lower one. So the bounds
+// stayed apart, and each state was divided into a thousand intervals.
+TEST_F(BallAndBracket, ATrackingErrorInsideOfTheBracketIsNotDividedInVain) {
+  const SplineMinimum inside = minimumInTube(0.2, 0.01);  // the side at x = 0 is nearest
+  EXPECT_EQ(inside.status, Status::Converged);
+  EXPECT_NEAR(inside.lower_bound, -0.31, 1e-5);
+  EXPECT_LE(inside.lower_bound, -0.31);
+  EXPECT_LT(inside.counts.intervals, 100);
+}
+
+// A depth at poses far from the origin is known to their rounding only.
+TEST_F(BallAndBracket, ATransformThatRoundsIsNotDividedInVain) {
+  const auto model = ballAt(0.2);
+  BodyPoses far = forwardKinematics(model->robot, {});
+  for (auto& pose : far) pose->pretranslate(Vector3d(1e9, 0.0, 0.0));
+  const RobotMinimum minimum = MovingScene(model).minimum(std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
+                                                          RobotMotion::ofTravel(model->robot, far, {0.1}));
+  EXPECT_EQ(minimum.status, Status::IterationLimit);
+  EXPECT_NEAR(minimum.upper_bound, -0.4, 0.01);
+  EXPECT_NEAR(minimum.lower_bound, -0.4, 0.01);
+  EXPECT_LE(minimum.lower_bound, -0.4);
+  EXPECT_LT(minimum.counts.intervals, 100);
 }
 
 // A carriage, and 1.25 from it a wheel on an axle and a ball on a swivel.
