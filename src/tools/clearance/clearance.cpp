@@ -95,6 +95,8 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
   if (question.pairs.empty() && !question.objects)
     throw std::invalid_argument(options.robot.urdf + ": no pair of links is checked");
+  question.budget.begin();
+  question.motion.deadline = question.budget.deadline;
   return question;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/clearance/clearance_options.h"
 
 #include "tools/program/options.h"
+#include "tools/program/time_budget.h"
 
 #include <stdexcept>
 
@@ -64,8 +65,8 @@ void declareOutput(ProgramOptions& program, ClearanceOptions& options) {
             "end with exit code 2 unless every state, or all that lies between way points, is proven to be above this "
             "distance, and name the first and the worst on standard error");
   program.setFooter(
-      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads\n"
-      "or disk did not suffice; 2: --assert-above does not hold, or is not proven; 3: --second-opinion\n"
+      "Exit codes: 0: done, and what --assert-above asks for is proven; 1: bad input, or memory, threads,\n"
+      "disk or time did not suffice; 2: --assert-above does not hold, or is not proven; 3: --second-opinion\n"
       "refutes an answer.");
 }
 
@@ -104,6 +105,8 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
                   "every pair of links with geometry that are not one body, neighbours too");
   program.addFlag("--no-skip", options.question.skipping, scene::Skipping::Off, "compute every pair anew");
   addThreads(program, options.question.threads);
+  addTimeBudget(program, options.question.budget,
+                "end with an error after this time; the rows up to then are written and complete (default: none)");
   declareSecondOpinion(program, options.second_opinion);
   declareOutput(program, options);
   declareSweepOptions(program, options.sweep);

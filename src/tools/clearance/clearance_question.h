@@ -9,6 +9,7 @@
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
+#include "tools/program/time_budget.h"
 #include "tools/robot/object_schedule.h"
 
 #include <limits>
@@ -69,6 +70,8 @@ struct ClearanceQuestion {
   Interpolation interpolation = Interpolation::Linear;  ///< for segments
   std::vector<double> tracking_error;                   ///< [rad] or [m] of each joint, for segments; empty: none
   std::optional<scene::TrajectoryPoint> start;  ///< of the controller, for segments; nullopt: the first way point
+  /// The rows that are written are those of a run without it. Then the run ends with an error.
+  TimeBudget budget;
   int threads = 1;
 };
 

@@ -163,6 +163,7 @@ class StateSweep {
 
   /// Reads the next block; an error of reading ends it, and is thrown by the next call.
   bool read(StateBlock& block) {
+    question_.budget.require();
     const Eigen::Index size = fresh_ || for_report_ ? kBlockOfScene : kBlockOfBatch;
     if (block.positions.rows() == 0)
       block.positions.resize(size, static_cast<Eigen::Index>(question_.model->robot.joints.size()));
@@ -195,6 +196,7 @@ class StateSweep {
     else
       answerByScene(block, worker);
     if (for_report_) answerAllPairs(block);
+    question_.budget.require();
   }
 
   void answerByBatch(StateBlock& block, Worker& worker) const {
@@ -217,21 +219,22 @@ class StateSweep {
   /// Answers the states of a block from `first` on. All have the objects that the batch has.
   void answerByBatch(int first, const scene::States& states, StateBlock& block, Worker& worker) const {
     const PairSelection& selection = question_.selection;
+    const scene::Deadline& deadline = question_.budget.deadline;
     const std::size_t answered = block.answers.size();
     switch (kind_) {
       case PairSelection::Kind::Any:
-        addVerdicts(worker.batch->anyBelow(states, selection.threshold), first, block, worker);
+        addVerdicts(worker.batch->anyBelow(states, selection.threshold, deadline), first, block, worker);
         break;
       case PairSelection::Kind::Below:
-        addLists(worker.batch->below(states, selection.threshold), first, block, worker);
+        addLists(worker.batch->below(states, selection.threshold, deadline), first, block, worker);
         break;
       case PairSelection::Kind::Closest:
-        addLists(worker.batch->closest(states, selection.count), first, block, worker);
+        addLists(worker.batch->closest(states, selection.count, deadline), first, block, worker);
         break;
       case PairSelection::Kind::Minimum:
       case PairSelection::Kind::All:  // is not answered here
-        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds()) : minimaOf(states, worker), first, block,
-                  worker);
+        addMinima(thresholds() ? worker.batch->deciding(states, *thresholds(), deadline) : minimaOf(states, worker),
+                  first, block, worker);
         break;
     }
     if (!needsSmallest()) return;
@@ -244,7 +247,9 @@ class StateSweep {
 
   const std::vector<scene::PairProximity>& minimaOf(const scene::States& states, Worker& worker) const {
     const double accuracy = question_.selection.accuracy;
-    return accuracy > 0.0 ? worker.batch->minimumWithin(states, accuracy) : worker.batch->minimum(states);
+    const scene::Deadline& deadline = question_.budget.deadline;
+    return accuracy > 0.0 ? worker.batch->minimumWithin(states, accuracy, deadline)
+                          : worker.batch->minimum(states, deadline);
   }
 
   // These add the answers about the states of a block from `first` on.
@@ -287,6 +292,7 @@ class StateSweep {
     QuestionPairs pairs(question_);
     std::optional<scene::GuaranteedDistances> guaranteed = guaranteedDistances();
     for (int i = 0; i < block.size; ++i) {
+      question_.budget.require();
       place(positionsOf(block, i), block.objects.empty() ? nullptr : block.objects[i], pairs, scene, guaranteed);
       if (guaranteed) {
         answerGuaranteed(i, pairs.get(), scene, *guaranteed, block, worker);
@@ -329,6 +335,7 @@ class StateSweep {
     QuestionPairs pairs(question_);
     std::optional<scene::GuaranteedDistances> guaranteed = guaranteedDistances();
     for (StateClearance& answer : block.answers) {
+      question_.budget.require();
       place(answer.positions, answer.objects, pairs, scene, guaranteed);
       answer.all_pairs = scene.all(pairs.get());
       if (!guaranteed) continue;

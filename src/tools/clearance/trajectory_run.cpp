@@ -278,6 +278,7 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
         pairs.use(segment.objects, scene);
         SegmentClearance& answer = answers.emplace_back(answerSegment(segment, pairs.get(), spline, scene));
         if (output.report) answer.of_pairs = minimaOfPairs(answer, pairs.list(segment.objects.get()), spline, scene);
+        question.budget.require();
       }
       return answers;
     };

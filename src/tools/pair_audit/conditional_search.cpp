@@ -19,9 +19,10 @@ class RangeSearch {
  public:
   RangeSearch(std::shared_ptr<const scene::SceneModel> model, const PairEvidence& evidence,
               const ConditionalOptions& options)
-      : model_(std::move(model)), evidence_(evidence) {
+      : model_(std::move(model)), evidence_(evidence), budget_(options.budget) {
     question_.contact_distance = options.distance + kContactDistance;  // a bound must exceed a threshold
     question_.most_boxes = options.most_boxes;
+    question_.deadline = options.budget.deadline;
   }
 
   scene::ConditionalPair run(const scene::JointBox& limits) {
@@ -75,6 +76,7 @@ class RangeSearch {
 
   bool proves(const scene::JointBox& box) {
     const scene::PairProof found = scene::proveApart(model_, {evidence_.pair}, box, question_).front();
+    budget_.require();
     if (found.outcome != scene::ProofOutcome::Proven) return false;
     bound_ = std::min(bound_, found.lower_bound);
     return true;
@@ -82,6 +84,7 @@ class RangeSearch {
 
   const std::shared_ptr<const scene::SceneModel> model_;
   const PairEvidence& evidence_;
+  const TimeBudget& budget_;
   scene::ProofQuestion question_;
   scene::JointBox limits_;  ///< of the joints between the two
   std::vector<scene::JointBox> found_;

@@ -13,6 +13,7 @@ namespace proximity_server::tools {
 struct ConditionalOptions {
   double distance = 0.05;  ///< [m] how far apart the pairs are in their ranges
   long most_boxes = 2000;  ///< of each proof
+  TimeBudget budget;
   int threads = 1;
   std::function<void(double done)> progress;  ///< from 0 to 1, in the thread of the caller
 };
@@ -25,6 +26,7 @@ struct ConditionalOptions {
 /// 3. Ranges of one joint that overlap become one. Those of less than kLeastShare of a joint's limits are left out.
 ///
 /// `limits` has an interval for each joint between the two.
+/// Failure: throws as TimeBudget::require().
 scene::ConditionalPair provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
                                     const scene::JointBox& limits, const ConditionalOptions& options);
 

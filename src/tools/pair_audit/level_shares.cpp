@@ -35,7 +35,7 @@ Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed)
 
 std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
                                             const std::shared_ptr<const scene::SceneModel>& model,
-                                            const scene::LevelThresholds& thresholds) {
+                                            const scene::LevelThresholds& thresholds, const TimeBudget& budget) {
   if (states.cols() == 0) {  // no joints: the only state there is, which SceneBatch does not take
     scene::Scene scene(model);
     scene.update(scene::forwardKinematics(model->robot, scene::Positions()));
@@ -46,17 +46,18 @@ std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
   }
   scene::SceneBatch batch(model);
   std::vector<scene::ClearanceLevel> levels;
-  for (const scene::PairProximity& pair : batch.deciding(states, thresholds)) {
+  for (const scene::PairProximity& pair : batch.deciding(states, thresholds, budget.deadline)) {
     const bool is_known = pair.result.status != narrowphase::Status::Unknown;  // false: no pair is checked
     levels.push_back(is_known ? scene::levelOf(pair, thresholds).level : scene::ClearanceLevel::Clear);
   }
+  budget.require();
   return levels;
 }
 
 LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
-                        unsigned long seed) {
+                        unsigned long seed, const TimeBudget& budget) {
   LevelCounts counts;
-  for (const scene::ClearanceLevel level : levelsIn(randomStates(model->robot, seed), model, thresholds))
+  for (const scene::ClearanceLevel level : levelsIn(randomStates(model->robot, seed), model, thresholds, budget))
     ++counts.states[static_cast<std::size_t>(level)];
   return counts;
 }

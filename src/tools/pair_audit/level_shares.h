@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/clearance_level.h"
+#include "tools/program/time_budget.h"
 
 #include <Eigen/Core>
 
@@ -15,10 +16,10 @@ namespace proximity_server::tools {
 /// Random positions of the joints within their ranges, a row for each state; the same for the same seed.
 Eigen::MatrixXd randomStates(const scene::RobotModel& robot, unsigned long seed);
 
-/// The level of each state: the worst of its checked pairs.
+/// The level of each state: the worst of its checked pairs. Throws as TimeBudget::require().
 std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
                                             const std::shared_ptr<const scene::SceneModel>& model,
-                                            const scene::LevelThresholds& thresholds);
+                                            const scene::LevelThresholds& thresholds, const TimeBudget& budget = {});
 
 /// How many of the random states have each level.
 struct LevelCounts {
@@ -26,7 +27,7 @@ struct LevelCounts {
   std::array<int, 4> states{};
 };
 LevelCounts countLevels(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
-                        unsigned long seed);
+                        unsigned long seed, const TimeBudget& budget = {});
 
 /// A table with a row for each of them.
 std::string levelTable(const LevelCounts& before, const LevelCounts& after);

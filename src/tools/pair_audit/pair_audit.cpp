@@ -10,6 +10,7 @@
 #include "tools/pair_audit/srdf_writer.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
+#include "tools/program/time_budget.h"
 #include "tools/program/tool_main.h"
 #include "tools/robot/robot_files.h"
 #include "tools/text/csv.h"
@@ -71,6 +72,8 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
   program.addOutput(
       "--setup", "DIR", arguments.setup,
       "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest");
+  addTimeBudget(program, study.budget,
+                "end with an error after this time; what it has written by then is complete (default: none)");
   addThreads(program, study.threads);
   program.atMostOneOf({"--joint-inequalities", "--setup"});
 }
@@ -146,8 +149,8 @@ void writeProposal(const AuditArguments& arguments, const std::shared_ptr<const 
   if (!arguments.write_thresholds.empty()) system::replaceFile(arguments.write_thresholds, thresholdsText(proposal));
   const unsigned long seed = arguments.study.seed;
   writeTo(std::cout, "standard output",
-          levelTable(countLevels(model, scene::thresholdsWith({}, proposal.usual), seed),
-                     countLevels(proposal.model, proposal.thresholds(), seed)));
+          levelTable(countLevels(model, scene::thresholdsWith({}, proposal.usual), seed, arguments.study.budget),
+                     countLevels(proposal.model, proposal.thresholds(), seed, arguments.study.budget)));
   if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }
 
@@ -158,6 +161,7 @@ std::vector<scene::ConditionalPair> searchConditional(const AuditArguments& argu
   ConditionalOptions options;
   options.distance = arguments.conditional_distance;
   options.most_boxes = arguments.boxes;
+  options.budget = arguments.study.budget;
   options.threads = arguments.study.threads;
   options.progress = [&](double done) { bar.show("conditional pairs", done); };
   return conditionalPairs(model, study, options);
@@ -170,6 +174,7 @@ SafeLimits searchLimits(const AuditArguments& arguments, const std::shared_ptr<c
   options.distance = arguments.safe_distance;
   options.most_boxes = arguments.boxes;
   options.seed = arguments.study.seed;
+  options.budget = arguments.study.budget;
   options.threads = arguments.study.threads;
   options.progress = [&](double done) { bar.show("safe limits", done); };
   return safeLimits(model, study, options);
@@ -190,10 +195,11 @@ void writeProofs(const AuditArguments& arguments, const std::shared_ptr<const sc
   }
 }
 
-ExitCode run(const AuditArguments& arguments) {
+ExitCode run(AuditArguments& arguments) {
   if (!arguments.setup.empty()) requireEmpty(arguments.setup);
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(arguments.robot);
   printWarningsOf(*model, arguments.robot.warnings);
+  arguments.study.budget.begin();
   StudyOptions options = arguments.study;
   options.warn_distance = std::max(options.warn_distance, arguments.safe_distance);
   const PairStudy study = studyWithProgress(model, options);

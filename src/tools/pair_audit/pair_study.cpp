@@ -66,10 +66,11 @@ int kindsSeen(const PairEvidence& evidence) {
 
 /// `evidence` is that of pairs of which nothing was seen yet.
 BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRange>& ranges, BlockEvidence evidence,
-                          std::mt19937_64 random, long states) {
+                          std::mt19937_64 random, long states, const TimeBudget& budget) {
   scene::Question question;
   question.depth = scene::Question::Depth::NotWanted;
   for (long state = 0; state < states; ++state) {
+    budget.require();
     const scene::Positions positions = scene::randomPositions(scene.model().robot, ranges, random);
     scene.update(scene::forwardKinematics(scene.model().robot, positions));
     for (PairEvidence& each : evidence) {
@@ -87,10 +88,12 @@ class DistanceSearch {
  public:
   enum class Goal : unsigned char { Contact, Distance };
 
-  DistanceSearch(Goal goal, scene::Scene& scene, const std::vector<scene::JointRange>& ranges, PairEvidence& evidence)
+  DistanceSearch(Goal goal, scene::Scene& scene, const std::vector<scene::JointRange>& ranges, const TimeBudget& budget,
+                 PairEvidence& evidence)
       : goal_(goal),
         scene_(scene),
         ranges_(ranges),
+        budget_(budget),
         evidence_(evidence),
         positions_(goal == Goal::Contact ? evidence.closest : evidence.farthest),
         best_(valueAt(positions_)) {}
@@ -130,6 +133,7 @@ class DistanceSearch {
 
   /// The value to minimise: the signed distance if contact is searched for, otherwise minus the signed distance.
   double valueAt(const scene::Positions& positions) {
+    budget_.require();
     scene_.update(scene::forwardKinematics(scene_.model().robot, positions));
     const narrowphase::SignedDistance answer = scene_.proximity(evidence_.pair).result;
     ++queries_;
@@ -140,6 +144,7 @@ class DistanceSearch {
   const Goal goal_;
   scene::Scene& scene_;
   const std::vector<scene::JointRange>& ranges_;
+  const TimeBudget& budget_;
   PairEvidence& evidence_;
   int queries_ = 0;
   scene::Positions positions_;
@@ -147,13 +152,14 @@ class DistanceSearch {
 };
 
 /// Searches for the kinds of states that were not seen.
-PairEvidence searched(scene::Scene scene, const std::vector<scene::JointRange>& all_ranges, PairEvidence evidence) {
+PairEvidence searched(scene::Scene scene, const std::vector<scene::JointRange>& all_ranges, const TimeBudget& budget,
+                      PairEvidence evidence) {
   using Goal = DistanceSearch::Goal;
   const std::vector<scene::JointRange> ranges =
       scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link(), evidence.pair.b.link());
   const bool always_near = evidence.largest <= evidence.measured;
-  if (!evidence.contact) DistanceSearch(Goal::Contact, scene, ranges, evidence).run();
-  if (always_near) DistanceSearch(Goal::Distance, scene, ranges, evidence).run();
+  if (!evidence.contact) DistanceSearch(Goal::Contact, scene, ranges, budget, evidence).run();
+  if (always_near) DistanceSearch(Goal::Distance, scene, ranges, budget, evidence).run();
   return evidence;
 }
 
@@ -213,7 +219,7 @@ class Studying {
       return true;
     };
     const auto searchOne = [&](PairEvidence& evidence, int) {
-      evidence = searched(scene_.forAnotherThread(), ranges_, evidence);
+      evidence = searched(scene_.forAnotherThread(), ranges_, options_.budget, evidence);
     };
     const auto keep = [&](const PairEvidence& evidence) {
       found.push_back(evidence);
@@ -266,8 +272,10 @@ class Studying {
     question.contact_distance = distance;
     question.tightness = 0.5;
     question.threads = options_.threads;
+    question.deadline = options_.budget.deadline;
     question.progress = [&](double done) { tell(StudyStage::Proving, done); };
     const std::vector<scene::PairProof> proofs = scene::proveApart(model_, pairs, ranges_, question);
+    options_.budget.require();
     scene::Scene scene = scene_.forAnotherThread();
     for (std::size_t i = 0; i < proofs.size(); ++i) {
       if (proofs[i].lower_bound > kContactDistance) evidence[i]->proven = proofs[i].lower_bound;
@@ -309,7 +317,8 @@ class Studying {
       return true;
     };
     const auto sample = [&](SampledBlock& block, int) {
-      block.evidence = sampleBlock(scene_.forAnotherThread(), ranges_, fresh, block.random, block.states);
+      block.evidence =
+          sampleBlock(scene_.forAnotherThread(), ranges_, fresh, block.random, block.states, options_.budget);
     };
     const auto addBlock = [&](const SampledBlock& block) {
       for (std::size_t i = 0; i < open.size(); ++i) add(block.evidence[i], study_.pairs[open[i]]);

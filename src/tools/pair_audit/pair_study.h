@@ -3,6 +3,7 @@
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "tools/program/time_budget.h"
 #include "tools/robot/robot_text.h"
 
 #include <functional>
@@ -48,6 +49,7 @@ struct StudyOptions {
   double warn_distance = 0.0;  ///< [m] the largest distance of a pair is measured up to this one
   long most_samples = 100000;
   unsigned long seed = 1;
+  TimeBudget budget;
   int threads = 1;
 };
 
@@ -86,6 +88,7 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 ///
 /// States are drawn in blocks of one size, each from a seed of its own, and pairs are settled only between rounds of
 /// blocks. So the result is the same for any number of threads.
+/// Failure: throws as TimeBudget::require(): a study of less than it asks for would tell pairs apart that touch.
 PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
                      const StudyProgress& progress = {});
 

@@ -27,16 +27,17 @@ constexpr double kLeastKept = 0.3;
 class GrowingProof {
  public:
   GrowingProof(std::shared_ptr<const scene::SceneModel> model, const SafeLimitOptions& options)
-      : model_(std::move(model)) {
+      : model_(std::move(model)), budget_(options.budget) {
     question_.contact_distance = options.distance + kContactDistance;
     question_.most_boxes = options.most_boxes;
+    question_.deadline = options.budget.deadline;
   }
 
   /// Returns whether two neighbours are proven not to be in contact.
   bool areApart(const scene::ShapeRefPair& neighbours, const scene::JointBox& box) const {
     scene::ProofQuestion question = question_;
     question.contact_distance = kContactDistance;
-    return scene::proveApart(model_, {neighbours}, box, question).front().outcome == scene::ProofOutcome::Proven;
+    return proof(neighbours, box, question).outcome == scene::ProofOutcome::Proven;
   }
 
   void use(const std::vector<scene::ShapeRefPair>& pairs) {
@@ -48,7 +49,7 @@ class GrowingProof {
   bool areProven(const scene::JointBox& box) {
     for (auto tried = pairs_.begin(); tried != pairs_.end(); ++tried) {
       if (!tried->proven.empty() && contains(tried->proven, partOf(box, tried->proven))) continue;
-      const scene::PairProof found = proof(tried->pair, box);
+      const scene::PairProof found = proof(tried->pair, box, question_);
       if (found.outcome != scene::ProofOutcome::Proven) {
         std::rotate(pairs_.begin(), tried, tried + 1);
         return false;
@@ -64,8 +65,11 @@ class GrowingProof {
     scene::JointBox proven;  ///< a box of its joints in which it is proven; empty: none yet
   };
 
-  scene::PairProof proof(const scene::ShapeRefPair& pair, const scene::JointBox& box) const {
-    return scene::proveApart(model_, {pair}, box, question_).front();
+  scene::PairProof proof(const scene::ShapeRefPair& pair, const scene::JointBox& box,
+                         const scene::ProofQuestion& question) const {
+    const scene::PairProof found = scene::proveApart(model_, {pair}, box, question).front();
+    budget_.require();
+    return found;
   }
 
   /// The intervals of the joints of another box.
@@ -76,6 +80,7 @@ class GrowingProof {
   }
 
   const std::shared_ptr<const scene::SceneModel> model_;
+  const TimeBudget& budget_;
   scene::ProofQuestion question_;
   std::vector<Tried> pairs_;
 };
@@ -150,6 +155,7 @@ class SafeLimitSearch {
     ConditionalOptions options;
     options.distance = options_.distance;
     options.most_boxes = options_.most_boxes;
+    options.budget = options_.budget;
     const scene::JointRange* best = nullptr;
     const scene::ConditionalPair found = provenRanges(model_, evidence, within_, options);
     for (const scene::JointBox& range : found.ranges) {
@@ -172,6 +178,7 @@ class SafeLimitSearch {
       zero[range.joint] = std::clamp(0.0, range.lower, range.upper);
     }
     for (int i = 0; i < kStates; ++i) {
+      options_.budget.require();
       scene::Positions state =
           i == 0 ? middle : (i == 1 ? zero : scene::randomPositions(model_->robot, within_, random));
       scene.update(scene::forwardKinematics(model_->robot, state));
@@ -226,7 +233,9 @@ class SafeLimitSearch {
     question.contact_distance = distance + kContactDistance;
     question.most_boxes = 10 * options_.most_boxes;
     question.threads = options_.threads;
+    question.deadline = options_.budget.deadline;
     const std::vector<scene::PairProof> proofs = scene::proveApart(model_, pairs, box, question);
+    options_.budget.require();
     return std::all_of(proofs.begin(), proofs.end(),
                        [](const scene::PairProof& proof) { return proof.outcome == scene::ProofOutcome::Proven; });
   }

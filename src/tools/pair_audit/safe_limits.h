@@ -27,6 +27,7 @@ struct SafeLimitOptions {
   double distance = 0.0;   ///< [m] how far pairs are apart; neighbours, which are near by design, just not in contact
   long most_boxes = 2000;  ///< of each proof
   unsigned long seed = 1;
+  TimeBudget budget;
   int threads = 1;
   std::function<void(double done)> progress;  ///< from 0 to 1
 };
@@ -43,7 +44,8 @@ struct SafeLimitOptions {
 ///    widths of the limits until a pair is not proven apart any more; then each end by itself. The largest box is taken.
 /// 5. The box is proven as a whole, for all covered pairs. Nothing else is returned.
 ///
-/// Error: the box is proven; a larger one may exist.
+/// Error:   the box is proven; a larger one may exist.
+/// Failure: throws as TimeBudget::require().
 SafeLimits safeLimits(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
                       const SafeLimitOptions& options);
 

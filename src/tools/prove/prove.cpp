@@ -6,6 +6,7 @@
 #include "system/whole_file.h"
 #include "tools/program/options.h"
 #include "tools/program/progress.h"
+#include "tools/program/time_budget.h"
 #include "tools/program/tool_main.h"
 #include "tools/prove/certificate_check.h"
 #include "tools/prove/certificate_file.h"
@@ -41,7 +42,7 @@ struct ProveArguments {
   BoxSize size = BoxSize::Given;
   ProofPairs pairs = ProofPairs::Checked;
   std::vector<std::string> only;
-  std::optional<double> time_budget;  ///< [s]
+  TimeBudget budget;
   ProofFormat format = ProofFormat::Text;
   scene::ProofQuestion question;
 };
@@ -97,8 +98,8 @@ void declare(ProgramOptions& program, ProveArguments& arguments) {
       "--tightness", "NUMBER", question.tightness, [](const std::string& text) { return readLength(text, 0.0); },
       "from 0 to below 1: improve each bound until it has come this share of the way to the smallest distance that was "
       "found (default: 0: what is proven is enough)");
-  program.addRead("--time-budget", "SECONDS", arguments.time_budget, readPositive,
-                  "end after this time with what is proven then, which depends on the computer");
+  addTimeBudget(program, arguments.budget,
+                "end after this time with what is proven then, which depends on the computer");
   program.addRead("--format", "NAME", arguments.format,
                   oneOf<ProofFormat>({{"text", ProofFormat::Text}, {"json", ProofFormat::Json}}),
                   "text or json (default: text)");
@@ -196,7 +197,7 @@ void shrinkToFree(const ProveArguments& arguments, const std::vector<scene::Shap
       free.scale < 0.0 ? scene::boxAbout(robot, state, std::vector<double>(robot.joints.size(), 0.0)) : free.box;
   report.reach = std::max(0.0, free.scale) * arguments.radius;
   report.beyond = std::move(free.obstacles);
-  report.question.deadline = std::chrono::steady_clock::time_point::max();
+  report.question.deadline = {};
 }
 
 /// Writes the certificate of all proven pairs. Returns false if one of them has none.
@@ -232,12 +233,9 @@ ExitCode run(const ProveArguments& arguments) {
   report.box = boxOf(arguments, report.model->robot);
   const std::vector<scene::ShapeRefPair> pairs = pairsOf(arguments, *report.model, report.question.objects.get());
   if (pairs.empty()) throw std::invalid_argument(arguments.robot.urdf + ": there is no pair to prove apart");
-  if (arguments.time_budget) {
-    using Clock = std::chrono::steady_clock;
-    constexpr double kLongest = 1e8;  // [s] years
-    report.question.deadline = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(
-                                                  std::min(*arguments.time_budget, kLongest)));
-  }
+  TimeBudget budget = arguments.budget;
+  budget.begin();
+  report.question.deadline = budget.deadline;
   bool is_certified = true;
   {
     ProgressBar bar;

@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <set>
+#include <stdexcept>
 
 namespace proximity_server::tools::pair_study_test {
 
@@ -22,6 +23,13 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::st
   model->robot = loadRobotModel(urdf, packageResolver({}));
   model->pairs = filterPairs(model->robot, srdf);
   return model;
+}
+
+TEST(PairStudy, OfTooLittleTimeIsNone) {
+  StudyOptions options;
+  options.budget.seconds = 1e-9;
+  options.budget.begin();
+  EXPECT_THROW(studyPairs(modelOf(kTwoSliders), options), std::runtime_error);
 }
 
 class CrossingSliders : public ::testing::Test {
