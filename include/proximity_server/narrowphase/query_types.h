@@ -26,12 +26,14 @@ enum class Status : unsigned char {
 /// How far the digits of an answer may depend on the warm start.
 enum class Repeatability : unsigned char {
   WithinTolerance,
-  /// Two polytopes apart whose nearest features (vertices, edges, faces) are nearer than all others beyond rounding
-  /// have the same answer to the last bit. A search without a warm start takes up to a sixth longer.
+  /// Two polytopes apart whose nearest features are nearer than all others beyond rounding have the same answer to the
+  /// last bit, but for iterations, and for a bound that decides a threshold. Features are vertices, edges, faces of
+  /// boxes, and triangles of hulls; a face of a hull that has more corners is none, and a sweep has none. A search
+  /// without a warm start takes up to a sixth longer.
   OfClearFeatures,
   /// Every answer is the same to the last bit, but for iterations, and for the bound that proves a distance above
   /// stop_above by more than the tolerance. A warm start serves only to find such a bound, or where OfClearFeatures makes
-  /// the same promise.
+  /// the same promise; with max_iterations below 100 it serves to nothing, as the search may end before either is found.
   Always
 };
 

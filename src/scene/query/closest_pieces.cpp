@@ -9,13 +9,14 @@ namespace {
 
 /// The digits of an answer do not depend on what is remembered where the nearest features are clear; with Memory::None
 /// they never do.
-narrowphase::Options optionsFor(const Question& question, double limit, double padding, Memory memory) {
+narrowphase::Options optionsFor(const Question& question, double limit, const Visit& pair, Memory memory) {
   using narrowphase::Repeatability;
   narrowphase::Options options;
   options.repeatability = memory == Memory::None ? Repeatability::Always : Repeatability::OfClearFeatures;
   options.distance_tolerance = question.tolerance;
-  options.stop_above = limit + padding;
-  if (question.depth == Question::Depth::NotWanted) options.stop_below = std::min(0.0, question.threshold) + padding;
+  options.stop_above = limit + pair.padding;
+  if (question.depth == Question::Depth::NotWanted)
+    options.stop_below = std::min(0.0, question.threshold + pair.threshold) + pair.padding;
   return options;
 }
 
@@ -83,12 +84,12 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   a_ = robot_[pair.a];
   b_ = robot_[pair.b];
   const auto current_limit = [&] {
-    return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold;
+    return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold + pair.threshold;
   };
   // A guess is given along edges, where warm starts save time; the options keep answers from depending on them.
   const Memory start_from = likely.areLeaves() ? Memory::OfAnswers : memory_;
   const auto distanceOf = [&](const LeafPair& leaves) {
-    const auto options = optionsFor(question, current_limit(), pair.padding, memory_);
+    const auto options = optionsFor(question, current_limit(), pair, memory_);
     return distanceInBodyA(leaves, pair, a_T_b, options, start_from);
   };
   narrowphase::SignedDistance of_likely;

@@ -238,7 +238,8 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
     ++counts_.unknown;
     return unknown(pair);
   }
-  const double limit = question.threshold + (question.thresholds ? question.thresholds->of(pair) : 0.0);
+  if (question.thresholds) visit->threshold = question.thresholds->of(pair);
+  const double limit = question.threshold + visit->threshold;
   if (limit < kInfinity && !(visit->lower_bound > limit)) visit = refined(*visit, limit);
   if (!(visit->lower_bound > limit)) return measure(pair, *visit, limit, question, guess);
   ++countOf(visit->bound, counts_);

@@ -726,6 +726,35 @@ TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
   EXPECT_GT(overlaps, 10);
 }
 
+// Regression: without depth, every overlap was below the negative threshold of its pair.
+TEST_P(RandomScene, WithoutDepthPairsBelowTheirOwnThresholdsAreFound) {
+  Scene scene(model_), reference(model_, Skipping::Off);
+  std::uniform_real_distribution<double> own(-0.5, 0.1);
+  PairDistances thresholds(-0.1, 0.0);
+  for (const ShapeRefPair& pair : pairs_)
+    if (pair.a.link() != pair.b.link()) thresholds.setPair(pair.a.link(), pair.b.link(), own(random_));
+  Question question;
+  question.depth = Question::Depth::NotWanted;
+  question.threshold = 0.0;
+  question.thresholds = &thresholds;
+  std::size_t below = 0, overlapping = 0;
+  for (int state = 0; state < kStates / 4; ++state) {
+    const BodyPoses poses = nextPoses();
+    scene.update(poses);
+    reference.update(poses);
+    const std::vector<PairProximity> all = reference.all(pairs_);
+    const AllPairs brute_force(all, kAgreement, thresholds);
+    brute_force.expectCount(scene.below(pairs_, question).size(), 0.0);
+    brute_force.expectCount(reference.below(pairs_, question).size(), 0.0);
+    EXPECT_LE(scene.first(pairs_, question) != nullptr, brute_force.countBelow(kAgreement) > 0);
+    EXPECT_GE(scene.first(pairs_, question) != nullptr, brute_force.countBelow(-kAgreement) > 0);
+    below += brute_force.countBelow(0.0);
+    overlapping += AllPairs(all, kAgreement).countBelow(0.0);
+  }
+  EXPECT_GT(below, 100u);
+  EXPECT_GT(overlapping, below + 100);
+}
+
 TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
   Scene scene(model_), mirror(model_);
   for (int state = 0; state < 20; ++state) {

@@ -60,7 +60,7 @@ struct Question {
   double threshold = std::numeric_limits<double>::infinity();
   enum class Depth : unsigned char { Wanted, NotWanted };
   /// With NotWanted an overlap is reported (Status::Threshold) without its depth, any overlap is the minimum, and
-  /// points and normal may be missing.
+  /// points and normal may be missing. If the threshold of a pair is negative, an overlap is one that is as deep.
   Depth depth = Depth::Wanted;
   Deadline deadline{};  ///< a pair that is not computed before it is Unknown
   /// If not nullptr, each pair adds its own distance to `threshold`. Pairs are then sorted by their distance minus
