@@ -40,7 +40,8 @@ using RefineDirection = std::function<double(const std::array<Eigen::Vector3d, 2
 /// A curved sweep that is not along the axis is replaced by its start. The search then bounds the depth of these inner
 /// cores, which is at most that of the CSO, while the known depth is always that of the CSO. Where the CSO reaches
 /// farther than the inner cores, all other patches come first: it may reach as far as they do in a part of the ring only.
-/// After 64 such directions the search is given up, and after 3000 patches in any case.
+/// After 64 such directions the search is given up, and after 1000 patches of a polytope or 3000 of
+/// other cores.
 ///
 /// The loss is of second order in the size of the patch across the ring, and in the tilt times its size along the ring.
 /// With a polytope it is of first order at the kinks between its vertices. So some hundred patches suffice, whatever the
