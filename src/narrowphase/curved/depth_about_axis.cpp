@@ -240,6 +240,20 @@ class PatchBound {
   double depth_low_, depth_high_, crossing_, minimum_, in_the_middle_;
 };
 
+/// The longest of some differences between support points: along a needle nearly its axis. UnitZ for a point.
+Vector3d longestChord(const Shape& shape) {
+  Vector3d longest = Vector3d::Zero();
+  const auto lengthen = [&](const Vector3d& direction) {
+    int vertex = 0;
+    const Vector3d chord = supportPoint(shape, direction, vertex) - supportPoint(shape, -direction, vertex);
+    if (chord.squaredNorm() > longest.squaredNorm()) longest = chord;
+  };
+  for (int axis = 0; axis < 3; ++axis) lengthen(Vector3d::Unit(axis));
+  if (!(longest.norm() > support::kShortest)) return Vector3d::UnitZ();
+  lengthen(longest);
+  return longest.normalized();
+}
+
 /// The numbers of the axes about which the cores are round, or kNoAxis.
 struct Axes {
   int of_a, of_b;
@@ -292,12 +306,15 @@ class PatchSearch {
   static constexpr int kMaxPatchesOfVertices = 1000;
   static constexpr int kMaxMisses = 64;
 
-  /// The axes of the frame of the search, in the frame of a.
+  /// The axes of the frame of the search, in the frame of a. If no core has an axis, z is along a polytope.
   static Matrix3d frameOf(const Cso& cso, const Axes& axes) {
-    const Vector3d any = Vector3d::Unit(std::max(axes.of_a, 0));
-    const Vector3d of_b = axes.of_b == kNoAxis ? any : Vector3d(cso.bAxes().col(axes.of_b).normalized());
+    Vector3d of_a = Vector3d::Unit(std::max(axes.of_a, 0)), of_b = cso.bAxes().col(std::max(axes.of_b, 0)).normalized();
+    if (axes.of_a == kNoAxis && axes.of_b == kNoAxis)
+      of_b = cso.a().isPolytope() ? longestChord(cso.a()) : Vector3d(cso.bAxes() * longestChord(cso.b())).normalized();
+    if (axes.of_a == kNoAxis) of_a = of_b;
+    if (axes.of_b == kNoAxis) of_b = of_a;
     Matrix3d frame;
-    frame.col(2) = axes.of_a == kNoAxis ? of_b : any;
+    frame.col(2) = of_a;
     const auto across = [&](const Vector3d& v) { return Vector3d(v - v.dot(frame.col(2)) * frame.col(2)); };
     // Twice, as the first time may leave nothing but rounding, in any direction.
     const Vector3d tilt = across(across(of_b).stableNormalized());
