@@ -144,16 +144,58 @@ std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Par
   return hulls;
 }
 
-/// True if no hull of a cluster fills a room. The effort is not limited here, because this decides whether the pieces
-/// are within tolerance.
-bool haveNoRoom(const Job& job, const MeshSolid& solid, const Partition& partition) {
-  const Effort left = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
-  const std::vector<narrowphase::ConvexHull> hulls = hullsOf(job.mesh.welded, partition);
-  const bool have_none = std::all_of(hulls.begin(), hulls.end(), [&](const narrowphase::ConvexHull& hull) {
-    return solid.hasNoRoom(job.tolerance(), hull);
-  });
-  job.effort = left;
-  return have_none;
+/// For each triangle the number of its hull, see hullsOf().
+Partition hullNumbers(const Partition& partition) {
+  // index: the number of the cluster
+  std::vector<int> numbers(static_cast<std::size_t>(*std::max_element(partition.begin(), partition.end())) + 1, 0);
+  for (const int cluster : partition) numbers[cluster] = 1;
+  std::exclusive_scan(numbers.begin(), numbers.end(), numbers.begin(), 0);
+  Partition result;
+  for (const int cluster : partition) result.push_back(numbers[cluster]);
+  return result;
+}
+
+/// Returns a point of the hull of some triangles where it may fill a room; nullopt if it is proven to fill none. Returns a
+/// corner where the effort is spent before.
+std::optional<Vector3d> roomOf(const Job& job, const MeshSolid& solid, const std::vector<int>& triangles) {
+  const narrowphase::ConvexHull hull(pointsOf(job.mesh.welded, triangles));
+  try {
+    return solid.roomIn(job.tolerance(), hull);
+  } catch (const Effort::Exceeded&) {
+    return hull.vertices().front();
+  }
+}
+
+/// Divides the clusters whose hulls may fill a room anew until no hull does, and numbers all clusters anew. This has the
+/// time budget once more: where it is spent, triangles are left, which fill nothing. Only the first search for rooms has
+/// no limit, because it decides whether the pieces are within tolerance.
+void emptyRooms(const Job& job, const MeshSolid& solid, Decomposition& found) {
+  const TriangleMesh& mesh = job.mesh.welded;
+  std::vector<Vector3d> rooms;
+  job.effort = Effort(std::numeric_limits<double>::infinity());
+  for (std::size_t first = 0;;) {  // the first cluster that is not known to fill no room
+    const std::vector<std::vector<int>> clusters = byNumber(found.partition);
+    TriangleMesh filling{mesh.vertices, {}};
+    Partition parts;
+    std::vector<int> origins;
+    for (std::size_t i = first; i < clusters.size(); ++i) {
+      if (clusters[i].size() < 2) continue;
+      const std::optional<Vector3d> room = roomOf(job, solid, clusters[i]);
+      if (!room) continue;
+      rooms.push_back(*room);
+      for (const int t : clusters[i]) filling.triangles.push_back(mesh.triangles[t]);
+      parts.insert(parts.end(), clusters[i].size(), static_cast<int>(rooms.size()));
+      origins.insert(origins.end(), clusters[i].begin(), clusters[i].end());
+    }
+    if (origins.empty()) break;
+    if (first == 0) job.effort = Effort(job.options.time_budget);
+    first = clusters.size();
+    const Decomposition anew = decompose(filling, parts, solid, job.tolerance(), rooms);
+    for (std::size_t i = 0; i < origins.size(); ++i)
+      found.partition[origins[i]] = static_cast<int>(first) + anew.partition[i];
+    found.is_complete &= anew.is_complete;
+  }
+  found.partition = hullNumbers(found.partition);
 }
 
 /// Returns the clusters of the first representation that is within tolerance. Representations with fewer pieces are
@@ -186,14 +228,8 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   }
   // All components take part, not only the outermost ones: the hull of a component can contain another component that
   // lies in a hollow of it, but the hulls of its clusters need not contain that one.
-  const auto divided = [&](RoomChecks rooms) {
-    return decompose(job.mesh.welded, job.mesh.components, solid, job.options.tolerance, rooms);
-  };
-  Decomposition found = divided(RoomChecks::None);
-  if (!haveNoRoom(job, solid, found.partition)) {
-    job.effort = Effort(job.options.time_budget);
-    found = divided(RoomChecks::OfEachHull);
-  }
+  Decomposition found = decompose(job.mesh.welded, job.mesh.components, solid, job.options.tolerance);
+  emptyRooms(job, solid, found);
   clustering.partition = std::move(found.partition);
   clustering.is_complete = clustering.is_complete && found.is_complete;
   clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
@@ -234,17 +270,6 @@ std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, st
        << options.time_budget << " s to become as few convex pieces as possible; " << pieces
        << " stand for it, within the tolerance";
   return text.str();
-}
-
-/// For each triangle the number of its hull, see hullsOf().
-Partition hullNumbers(const Partition& partition) {
-  // index: the number of the cluster, which is below the number of triangles
-  std::vector<int> numbers(partition.size(), 0);
-  for (const int cluster : partition) numbers[cluster] = 1;
-  std::exclusive_scan(numbers.begin(), numbers.end(), numbers.begin(), 0);
-  Partition result;
-  for (const int cluster : partition) result.push_back(numbers[cluster]);
-  return result;
 }
 
 /// True if a component is closed and encloses more than the rounding of its file.

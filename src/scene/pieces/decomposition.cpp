@@ -11,17 +11,6 @@ namespace {
 using Eigen::Vector3d;
 using Cluster = std::vector<int>;  // the indices of its triangles
 
-std::vector<Vector3d> pointsOf(const TriangleMesh& mesh, const Cluster& cluster) {
-  std::vector<int> indices;
-  for (const int t : cluster) indices.insert(indices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
-  std::sort(indices.begin(), indices.end());
-  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
-  std::vector<Vector3d> points;
-  points.reserve(indices.size());
-  for (const int i : indices) points.push_back(mesh.vertices[i]);
-  return points;
-}
-
 /// Splits a cluster in the middle of the longest side of its box. Returns the upper half.
 Cluster takeHalf(const TriangleMesh& mesh, Cluster& cluster) {
   const auto centre = [&](int t) {
@@ -53,12 +42,13 @@ bool isOneOf(const std::vector<Vector3d>& sorted_points, const Vector3d& point) 
 struct Demand {
   const MeshSolid& solid;
   double tolerance;  // [m]
-  RoomChecks rooms;
+  const std::vector<Vector3d>& rooms;
 
   /// `surface`: the triangles of the hull that are not yet known to be within tolerance.
   bool isMetBy(const Cover& cover, const std::vector<Triangle>& surface) const {
-    return solid.isSurfaceWithin(tolerance, cover, surface) &&
-           (rooms == RoomChecks::None || solid.hasNoRoom(tolerance, cover.hull));
+    solid.effort().spend(rooms.size() * cover.hull.triangles().size());
+    const auto isFilled = [&](const Vector3d& p) { return cover.hull.dimension() == 3 && isInHull(cover.hull, p); };
+    return std::none_of(rooms.begin(), rooms.end(), isFilled) && solid.isSurfaceWithin(tolerance, cover, surface);
   }
 };
 
@@ -381,6 +371,17 @@ class Fusion {
 
 }  // namespace
 
+std::vector<Vector3d> pointsOf(const TriangleMesh& mesh, const Cluster& cluster) {
+  std::vector<int> indices;
+  for (const int t : cluster) indices.insert(indices.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  std::sort(indices.begin(), indices.end());
+  indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+  std::vector<Vector3d> points;
+  points.reserve(indices.size());
+  for (const int i : indices) points.push_back(mesh.vertices[i]);
+  return points;
+}
+
 Cover coverOf(std::vector<Vector3d> points, Effort& effort) {
   effort.spend(5000 + 1000 * points.size());
   narrowphase::ConvexHull hull(points);
@@ -388,7 +389,7 @@ Cover coverOf(std::vector<Vector3d> points, Effort& effort) {
 }
 
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
-                        RoomChecks rooms) {
+                        const std::vector<Vector3d>& rooms) {
   // Halving can leave many parts, so it may use only half of the effort.
   Effort& effort = solid.effort();
   const Effort for_fusion = effort.half();
@@ -396,6 +397,7 @@ Decomposition decompose(const TriangleMesh& mesh, const Partition& components, c
   Halving halving(mesh, demand);
   Fusion fusion(mesh, demand);
   for (Cluster& whole : byNumber(components)) {
+    if (whole.empty()) continue;
     for (ClusterWithHull& part : halving.partsOf(std::move(whole))) fusion.add(std::move(part));
   }
   effort.add(for_fusion);

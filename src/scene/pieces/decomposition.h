@@ -15,13 +15,9 @@ struct Decomposition {
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
 };
 
-/// OfEachHull: each hull that a decomposition tries must be proven to fill no room. That is slow, and few meshes have
-/// rooms.
-enum class RoomChecks : unsigned char { None, OfEachHull };
-
 /// Divides the triangles into few clusters whose hulls lie within `tolerance` [m] of the mesh. This holds for the
-/// surfaces of the hulls, see MeshSolid::isSurfaceWithin, and with RoomChecks::OfEachHull for the whole hulls, see
-/// MeshSolid::hasNoRoom.
+/// surfaces of the hulls, see MeshSolid::isSurfaceWithin. Few meshes have rooms, and to prove of each hull that it fills
+/// none is slow: `rooms` are points of rooms that are known, and no solid hull contains one of them.
 ///
 /// 1. The triangles of each component are halved across their longest side until the hull of each part lies within
 ///    tolerance, at the latest as a single triangle.
@@ -38,10 +34,13 @@ enum class RoomChecks : unsigned char { None, OfEachHull };
 ///          Decomposition, ICIP 2009 (HACD). Unlike there, the distance of the hull from the mesh decides and not its
 ///          concavity, and the first clusters are parts instead of triangles.
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
-                        RoomChecks rooms = RoomChecks::None);
+                        const std::vector<Eigen::Vector3d>& rooms = {});
 
 /// Makes the hull of some points, and first spends the steps that this takes.
 Cover coverOf(std::vector<Eigen::Vector3d> points, Effort& effort);
+
+/// The points of some triangles of a mesh, each once.
+std::vector<Eigen::Vector3d> pointsOf(const TriangleMesh& mesh, const std::vector<int>& triangles);
 
 /// The points of each cluster, in the order of their numbers.
 std::vector<std::vector<Eigen::Vector3d>> clusterPoints(const TriangleMesh& mesh, const Partition& partition);

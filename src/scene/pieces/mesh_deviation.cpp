@@ -30,14 +30,14 @@ struct DecisionThresholds {
   double below = -kInfinity, above = kInfinity;
 };
 
-bool isInHull(const narrowphase::ConvexHull& hull, const Vector3d& p) {
-  for (const auto& [a, b, c] : surfaceOf(hull)) {
-    if ((b - a).cross(c - a).dot(p - a) > 0.0) return false;
-  }
-  return true;
-}
-
 }  // namespace
+
+bool isInHull(const narrowphase::ConvexHull& hull, const Vector3d& p) {
+  const std::vector<Vector3d>& v = hull.vertices();
+  return std::none_of(hull.triangles().begin(), hull.triangles().end(), [&](const std::array<int, 3>& t) {
+    return (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).dot(p - v[t[0]]) > 0.0;
+  });
+}
 
 std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull) {
   if (hull.triangles().empty()) return {{hull.vertices().front(), hull.vertices().back(), hull.vertices().back()}};
@@ -118,10 +118,18 @@ class DeviationSearch {
 
   void look(const Triangle& t, const Vector3d& middle_of_hull, const Triangle* near = nullptr) {
     const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
-    const TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near);
     double reach = 0.0, at_corners = 0.0;
+    for (const Vector3d& corner : t) reach = std::max(reach, (corner - centre).norm());
+    // A triangle so near proves that the patch changes nothing. Without one within reach, it is wholly inside or outside.
+    const double harmless = std::min(floor() - reach, thresholds_.above < kInfinity ? thresholds_.above : farthest_);
+    const double far = std::max(harmless, reach) + kMeshRounding;
+    TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near, {harmless, far});
+    if (nearest.distance <= harmless) return;
+    if (!nearest.triangle) {
+      if (mesh_.inside_.holds(centre, mesh_.effort())) return;
+      nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near, {});
+    }
     for (const Vector3d& corner : t) {
-      reach = std::max(reach, (corner - centre).norm());
       at_corners = std::max(at_corners, (nearestPoint(*nearest.triangle, corner) - corner).norm());
     }
     const double bound = std::min(nearest.distance + reach, at_corners);
@@ -184,9 +192,10 @@ bool MeshSolid::isSurfaceWithin(double tolerance, const Cover& cover, const std:
   return search.isProven();
 }
 
-bool MeshSolid::hasNoRoom(double tolerance, const narrowphase::ConvexHull& hull) const {
+std::optional<Vector3d> MeshSolid::roomIn(double tolerance, const narrowphase::ConvexHull& hull) const {
   constexpr int kLooks = 100000;
-  return rooms_.largestIn(hull, {0.0, kTooClose * tolerance, tolerance, kLooks}, effort_).at_most <= tolerance;
+  const Rooms::Largest room = rooms_.largestIn(hull, {0.0, kTooClose * tolerance, tolerance, kLooks}, effort_);
+  return room.at_most <= tolerance ? std::nullopt : std::optional(room.centre);
 }
 
 double farthestOutside(const Cover& cover, Effort& effort) {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include <optional>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -51,14 +52,15 @@ class MeshSolid {
   /// True if the hull is proven to lie outside of the mesh by no more than `tolerance` [m], on its surface and in the
   /// rooms that it fills. Distances slightly below the tolerance are refused, too.
   bool isWithin(double tolerance, const Cover& cover) const {
-    return isSurfaceWithin(tolerance, cover, surfaceOf(cover.hull)) && hasNoRoom(tolerance, cover.hull);
+    return isSurfaceWithin(tolerance, cover, surfaceOf(cover.hull)) && !roomIn(tolerance, cover.hull);
   }
 
   /// Like isWithin, for some triangles of the hull's surface only and without rooms.
   bool isSurfaceWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
 
-  /// True if a hull whose surface is within tolerance is proven to fill no room that is deeper than the tolerance.
-  bool hasNoRoom(double tolerance, const narrowphase::ConvexHull& hull) const;
+  /// Returns nullopt if a hull whose surface is within tolerance is proven to fill no room that is deeper than the
+  /// tolerance. Otherwise returns a point of the hull that is in such a room, or where none could be excluded.
+  std::optional<Eigen::Vector3d> roomIn(double tolerance, const narrowphase::ConvexHull& hull) const;
 
  private:
   friend class DeviationSearch;
@@ -68,6 +70,9 @@ class MeshSolid {
   Rooms rooms_;
   Effort& effort_;
 };
+
+/// True if no plane of a face of a solid hull has the point in front of it. True for every point if the hull is flat.
+bool isInHull(const narrowphase::ConvexHull& hull, const Eigen::Vector3d& p);
 
 /// Returns the points that are not vertices of the hull.
 std::vector<Eigen::Vector3d> pointsBelow(const narrowphase::ConvexHull& hull,

@@ -72,6 +72,15 @@ class Planes {
   mutable std::size_t last_ = 0;
 };
 
+/// The unit normal of a triangle. Zero if the triangle is so thin that rounding may turn its normal.
+Vector3d reliableNormal(const Triangle& t) {
+  constexpr double kThin =
+      1e-8;  // rounding turns the normal by some eps divided by this, times the coordinates by edge
+  const Vector3d ab = t[1] - t[0], ac = t[2] - t[0], normal = ab.cross(ac);
+  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (t[2] - t[1]).squaredNorm()});
+  return normal.norm() > kThin * longest ? normal.stableNormalized() : Vector3d::Zero();
+}
+
 TriangleMesh hullOfAll(const std::vector<TriangleMesh>& meshes) {
   std::vector<Vector3d> points;
   for (const TriangleMesh& mesh : meshes) points.insert(points.end(), mesh.vertices.begin(), mesh.vertices.end());
@@ -126,18 +135,17 @@ Rooms::Rooms(const std::vector<TriangleMesh>& components) {
 class RoomSearch {
  public:
   RoomSearch(const Rooms& rooms, const ConvexHull& hull, const Rooms::Question& question, Effort& effort)
-      : surface_(*rooms.surface_), planes_(hull), question_(question), radius_(question.known), effort_(effort) {
-    Vector3d middle = Vector3d::Zero();
+      : rooms_(rooms), planes_(hull), question_(question), radius_(question.known), effort_(effort) {
     Eigen::AlignedBox3d box;
     for (const Vector3d& vertex : hull.vertices()) {
-      middle += vertex / static_cast<double>(hull.vertices().size());
+      middle_ += vertex / static_cast<double>(hull.vertices().size());
       box.extend(vertex);
     }
-    Cell whole{box, 0.0, 0, {}};
+    Cell whole{box, 0.0, nullptr, 0, {}};
     for (const Rooms::Part& part : rooms.parts_) {
       std::vector<Triangle> inside = trianglesInside(part, box);
       if (inside.empty()) {
-        whole.winding += part.space.windingNumber(middle, effort_);
+        whole.winding += part.space.windingNumber(middle_, effort_);
       } else {
         whole.parts.push_back(parts_.size());
         parts_.push_back({TriangleTree(std::move(inside)), part.space, part.facing});
@@ -150,20 +158,22 @@ class RoomSearch {
     for (int looks = question_.looks; looks > 0 && !isDecided(); looks -= 2) {
       const Cell whole = cells_.top();
       cells_.pop();
-      Cell lower{whole.box, 0.0, whole.winding, whole.parts}, upper = lower;
+      Cell lower{whole.box, 0.0, whole.near, whole.winding, whole.parts}, upper = lower;
       Eigen::Index axis;
       whole.box.sizes().maxCoeff(&axis);
       lower.box.max()[axis] = upper.box.min()[axis] = whole.box.center()[axis];
       look(std::move(lower));
       look(std::move(upper));
     }
-    return {radius_, cells_.empty() ? floor() : std::max(cells_.top().bound, floor())};
+    if (cells_.empty() || cells_.top().bound <= floor()) return {radius_, floor(), centre_};
+    return {radius_, cells_.top().bound, radius_ > question_.too_large ? centre_ : nearestInside(cells_.top().box)};
   }
 
  private:
   struct Cell {
     Eigen::AlignedBox3d box;
-    double bound;  ///< [m] an upper bound of the radius of a ball with its centre in the cell
+    double bound;          ///< [m] an upper bound of the radius of a ball with its centre in the cell
+    const Triangle* near;  ///< a triangle of the mesh that is near; nullptr: none is known
     /// The sum of the winding numbers of the settled parts. A part is settled if its winding number is constant where
     /// the cell is inside of the hull.
     int winding;
@@ -173,6 +183,10 @@ class RoomSearch {
 
   double floor() const { return std::max(radius_ + kMeshRounding, question_.enough); }
   bool isDecided() const { return radius_ > question_.too_large || cells_.empty() || cells_.top().bound <= floor(); }
+
+  Vector3d nearestInside(const Eigen::AlignedBox3d& box) const {
+    return planes_.pointIn(box, planes_.depthOf(box.center())).value_or(middle_);
+  }
 
   /// The triangles of a part that may be inside of the hull.
   std::vector<Triangle> trianglesInside(const Rooms::Part& part, const Eigen::AlignedBox3d& box) {
@@ -191,9 +205,14 @@ class RoomSearch {
     effort_.spend(planes_.size() / 2);
     const Planes::Depth depth = planes_.depthOf(centre);
     if (depth.depth < -reach) return;
+    const double harmless = floor() - reach;
+    const TriangleTree::Nearest nearest = rooms_.surface_->nearest(centre, effort_, cell.near, {harmless});
+    const double distance = nearest.distance;
+    if (distance <= harmless) return;
+    cell.near = nearest.triangle;
     if (const auto inside = planes_.pointIn(cell.box, depth)) {
       const auto isSettled = [&](std::size_t i) {
-        if (parts_[i].inside.nearest(centre, effort_).distance < reach) return false;
+        if (parts_[i].inside.nearest(centre, effort_, nullptr, {reach, 1.01 * reach}).distance <= reach) return false;
         cell.winding += parts_[i].space.windingNumber(*inside, effort_);
         return true;
       };
@@ -203,17 +222,22 @@ class RoomSearch {
     const auto facesTheSameWay = [&](std::size_t i) { return parts_[i].facing * cell.winding > 0; };
     if (cell.winding != 0 && std::all_of(cell.parts.begin(), cell.parts.end(), facesTheSameWay)) return;
 
-    const double distance = surface_.nearest(centre, effort_).distance;
     cell.bound = distance + reach;
     if (depth.depth >= 0.0) {
       int winding = cell.winding;
       for (const std::size_t i : cell.parts) winding += parts_[i].space.windingNumber(centre, effort_);
-      if (winding == 0)
-        radius_ = std::max(radius_, distance);
-      else
+      if (winding != 0) {
         cell.bound = reach - distance;
+      } else if (distance > radius_) {
+        radius_ = distance;
+        centre_ = centre;
+      }
     }
-    if (cell.bound > floor() && !liesOnOneSide(centre, reach, cell.bound)) cells_.push(std::move(cell));
+    if (cell.bound <= floor()) return;
+    // No plane separates the points within reach from a triangle that is nearer.
+    const bool can_grow =
+        distance < reach ? canGrowAlongNormals(centre, reach + cell.bound) : liesOnOneSide(centre, reach, cell.bound);
+    if (!can_grow) cells_.push(std::move(cell));
   }
 
   /// True if a plane separates all points within `reach` [m] of the centre from all points of the mesh that can be
@@ -225,7 +249,7 @@ class RoomSearch {
       return (nearestPoint(triangle, centre) - centre).norm() <= radius;
     };
     Vector3d away = Vector3d::Zero();
-    surface_.anyIn({centre.array() - radius, centre.array() + radius}, effort_, [&](const Triangle& triangle) {
+    rooms_.surface_->anyIn({centre.array() - radius, centre.array() + radius}, effort_, [&](const Triangle& triangle) {
       if (!isNear(triangle)) return false;
       near_.push_back(triangle);
       away += (centre - nearestPoint(triangle, centre)).stableNormalized();
@@ -237,6 +261,37 @@ class RoomSearch {
     });
   }
 
+  /// True if a ball of empty space with its centre within `radius` [m] of a point can grow, provided that all triangles
+  /// that it touches are within `radius` of that point, too.
+  ///
+  /// Let each normal of a triangle within kFarther * radius be at an angle below acos(1 / kFarther) to one direction u.
+  /// Every straight way from within `radius` to the point at kFarther * radius along u then passes triangles from their
+  /// backs to their fronts only, and each makes the winding number smaller by 1. So if the number is not negative at
+  /// that point, it is negative nowhere within `radius`, and empty space, where it is 0, is in front of each triangle that
+  /// it touches. The way from a touched point to the centre of the ball is a combination of normals of triangles that
+  /// meet there, so it leads along u, and so does the ball that grows. Few triangles decide quickly; among many the boxes
+  /// become small enough by themselves.
+  bool canGrowAlongNormals(const Vector3d& point, double radius) {
+    constexpr double kFarther = 1.5, kRounding = 0.01;
+    constexpr std::size_t kMany = 100;
+    const double far = kFarther * radius;
+    normals_.clear();
+    const auto isOneTooMany = [&](const Triangle& t) {
+      if ((nearestPoint(t, point) - point).norm() > far) return false;
+      normals_.push_back(reliableNormal(t));
+      return normals_.size() > kMany;
+    };
+    if (rooms_.surface_->anyIn({point.array() - far, point.array() + far}, effort_, isOneTooMany)) return false;
+    Vector3d u = Vector3d::Zero();
+    for (const Vector3d& normal : normals_) u += normal;
+    u.stableNormalize();
+    const auto isAlongU = [&](const Vector3d& normal) { return kFarther * normal.dot(u) > 1.0 + kRounding; };
+    if (!std::all_of(normals_.begin(), normals_.end(), isAlongU)) return false;
+    int winding = 0;
+    for (const Rooms::Part& part : rooms_.parts_) winding += part.space.windingNumber(point + far * u, effort_);
+    return winding >= 0;
+  }
+
   /// A part of the mesh that reaches into the hull.
   struct PartInside {
     TriangleTree inside;  ///< its triangles inside of the hull
@@ -244,14 +299,17 @@ class RoomSearch {
     int facing;
   };
 
+  Vector3d middle_ = Vector3d::Zero();  // of the hull
   std::vector<PartInside> parts_;
-  const TriangleTree& surface_;
+  const Rooms& rooms_;
   const Planes planes_;
   const Rooms::Question question_;
-  double radius_;  // [m] the radius of the largest ball found
+  double radius_;                       // [m] the radius of the largest ball found
+  Vector3d centre_ = Vector3d::Zero();  // its centre
   Effort& effort_;
   std::priority_queue<Cell> cells_;
   std::vector<Triangle> near_;
+  std::vector<Vector3d> normals_;
 };
 
 Rooms::Largest Rooms::largestIn(const ConvexHull& hull, const Question& question, Effort& effort) const {

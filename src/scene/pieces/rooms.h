@@ -26,6 +26,9 @@ class Rooms {
   struct Largest {
     double radius;   ///< [m] the radius of the largest ball found, at least Question::known
     double at_most;  ///< [m] a proven upper bound of the radius
+    /// A point of the hull: the centre of that ball, or, if at_most is larger, one near the centre of a ball that was not
+    /// excluded. Meaningless if at_most is not above Question::enough.
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   };
 
   /// The facts that are known at the start of a search, and the conditions that end it.
@@ -39,9 +42,10 @@ class Rooms {
   };
 
   /// Searches by branch and bound over boxes; the box that may hold the centre of the largest ball comes first. The
-  /// distance from the mesh changes by no more than the distance from the middle of the box. Three kinds of boxes
-  /// cannot hold that centre: boxes outside of the hull; boxes inside of the solid; and boxes that a plane separates
-  /// from all of the mesh that is near, as a ball that moves away from the plane can grow. May throw Effort::Exceeded.
+  /// distance from the mesh changes by no more than the distance from the middle of the box. Four kinds of boxes
+  /// cannot hold that centre: boxes outside of the hull; boxes inside of the solid; boxes that a plane separates from all
+  /// of the mesh that is near, as a ball that moves away from the plane can grow; and boxes near which all of the mesh
+  /// faces into one half of all directions, as a ball that moves there can grow. May throw Effort::Exceeded.
   Largest largestIn(const narrowphase::ConvexHull& hull, const Question& question, Effort& effort) const;
 
  private:

@@ -111,7 +111,7 @@ TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triang
 
 /// Fits the box of a node and halves its triangles.
 void TriangleBoxes::split(int index, SplitAxes axes) {
-  constexpr int kLeafSize = 4;
+  constexpr int kLeafSize = 2;
   Node& node = nodes[index];
   for (int i = node.begin; i < node.end; ++i) {
     for (const Vector3d& corner : triangles[i]) node.box.extend(corner);
@@ -128,15 +128,22 @@ void TriangleBoxes::split(int index, SplitAxes axes) {
   nodes.push_back({{}, middle, end});
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* likely) const {
+TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* likely,
+                                            const Range& range) const {
   constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
   std::size_t steps = 0;
   const Triangle* best_triangle = likely ? likely : &tree_.triangles.front();
   Vector3d best = nearestPoint(*best_triangle, p);
   double best_squared = (best - p).squaredNorm();
+  if (const double far_squared = range.far * range.far; !(best_squared < far_squared)) {
+    best_squared = far_squared;
+    best_triangle = nullptr;
+  }
+  constexpr double kClearly = 1.0 - 1e-14;  // the root of what ends the search is within `enough` in spite of rounding
+  const double enough_squared = range.enough > 0.0 ? kClearly * range.enough * range.enough : -1.0;
   const auto isFar = [&](double squared) {
     steps += kStepsPerNode;
-    return squared >= best_squared;
+    return squared >= best_squared || best_squared <= enough_squared;
   };
   tree_.lookAround(p, isFar, [&](const TriangleBoxes::Node& leaf) {
     steps += kStepsPerTriangle * static_cast<std::size_t>(leaf.end - leaf.begin);

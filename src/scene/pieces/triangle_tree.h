@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -109,8 +110,15 @@ class TriangleTree {
     const Triangle* triangle;  ///< the triangle that contains the point
     double distance;           ///< [m]
   };
+  /// The part of the distances [m] that matters to a search; the smaller it is, the quicker is the search. It ends at the
+  /// first triangle found within `enough`, which need not be the nearest. If no triangle is nearer than `far`, the
+  /// triangle in the result is nullptr, and its point means nothing.
+  struct Range {
+    double enough = 0.0, far = std::numeric_limits<double>::infinity();
+  };
   /// `likely`: one of the triangles; the search is quick if it is near. May throw Effort::Exceeded.
-  Nearest nearest(const Eigen::Vector3d& p, Effort& effort, const Triangle* likely = nullptr) const;
+  Nearest nearest(const Eigen::Vector3d& p, Effort& effort, const Triangle* likely, const Range& range) const;
+  Nearest nearest(const Eigen::Vector3d& p, Effort& effort) const { return nearest(p, effort, nullptr, Range()); }
 
   /// True if any of the triangles may have a point in common with another triangle. False only if it is proven that
   /// none has. May throw Effort::Exceeded.

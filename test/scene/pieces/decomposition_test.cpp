@@ -177,6 +177,13 @@ TEST(Decompose, JoinsComponentsWhoseCommonHullIsWithinTolerance) {
   EXPECT_EQ(clustersOf(result.partition), (std::set<std::set<int>>{numbers(0, 24)}));
 }
 
+TEST(Decompose, LeavesOutWhatIsKnownToBeInARoom) {
+  const TwoCubes cubes;
+  const std::vector<Vector3d> rooms{{1.5, 0.5, 0.5}};  // between the two
+  const Decomposition result = decompose(cubes.mesh, componentNumbers(cubes.mesh), cubes.solid, 1.01, rooms);
+  EXPECT_EQ(clustersOf(result.partition), (std::set<std::set<int>>{numbers(0, 12), numbers(12, 24)}));
+}
+
 // Two walls of two triangles each that meet in an edge at a right angle. The middle of the hull's third side is 0.5
 // from either of them.
 TEST(Decompose, CutsAnAngleIntoItsWalls) {

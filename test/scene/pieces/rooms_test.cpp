@@ -80,6 +80,33 @@ TEST(Rooms, AreNoneInTheHullOfWhatIsOpen) {
   EXPECT_NEAR(largest({kOuter, kCavity, sheet}, kAround).radius, 0.5, 1e-6);
 }
 
+/// A box of this edge that stands on z, faces outwards or inwards.
+TriangleMesh block(double edge, double z, bool faces_outwards) {
+  const double x = faces_outwards ? -0.5 * edge : 0.5 * edge;
+  return boxMesh({x, -0.5 * edge, z}, {-2.0 * x, edge, edge});
+}
+
+// Regression: boxes along a surface were divided until they were as small as the tolerance, and 100,000 did not suffice
+// for the hull of a link of a metre. Each was proven to be too large by the time budget.
+TEST(Rooms, AreExcludedInFewBoxesAlongALargeSurface) {
+  const ConvexHull around = boxHull({-1.001, -1.001, -0.001}, Vector3d::Constant(2.002));
+  Effort effort(0.1);  // seconds, as steps
+  const Rooms::Largest found =
+      Rooms({welded(block(2.0, 0.0, true))}).largestIn(around, {0.0, 1.0, 0.005, 100000}, effort);
+  EXPECT_EQ(found.at_most, 0.005);
+}
+
+// All that is near the gap between the two blocks faces upwards, and yet no ball in it can grow: the winding number is 1
+// below it and -1 above.
+TEST(Rooms, AreFoundBetweenFacesThatFaceTheSameWay) {
+  const std::vector<TriangleMesh> blocks{block(2.0, -2.0, true), block(2.0, 0.1, false)};
+  const Rooms::Largest found = largest(blocks, boxHull({-0.2, -0.2, -0.5}, {0.4, 0.4, 1.0}));
+  EXPECT_GT(found.radius, 0.049);
+  EXPECT_GE(found.at_most, 0.05);
+}
+
+TEST(Rooms, HaveTheirPlaceInTheHull) { EXPECT_LE(largest({kOuter, kCavity}, kAround).centre.norm(), 1e-3); }
+
 // --- meshes with rooms
 
 /// A sheet in the plane z, from a square hole to a square around it, with half edges; seen from above it faces up, or

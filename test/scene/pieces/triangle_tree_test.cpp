@@ -91,6 +91,29 @@ TEST(TriangleTree, FindsTheNearestPointOfAllTriangles) {
   }
 }
 
+TEST(TriangleTree, SearchesOnlyThePartOfTheDistancesThatMatters) {
+  const std::vector<Triangle> all = triangles(300);
+  const TriangleTree tree(all);
+  Effort effort = endless();
+  Chance chance(10);
+  int beyond = 0, within = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Vector3d p = chance.between(0, 8) * chance.direction();
+    const double exact = tree.nearest(p, effort).distance, far = chance.between(0, 4), enough = chance.between(0, 4);
+    const TriangleTree::Nearest near = tree.nearest(p, effort, nullptr, {0.0, far});
+    EXPECT_EQ(near.triangle == nullptr, exact >= far);
+    EXPECT_NEAR(near.distance, std::min(exact, far), 1e-14);
+    beyond += exact > far;
+    const TriangleTree::Nearest some = tree.nearest(p, effort, &all[i], {enough});
+    EXPECT_EQ(some.distance <= enough, exact <= enough);
+    EXPECT_TRUE(exact <= enough || some.distance == exact);
+    EXPECT_NEAR((nearestPoint(*some.triangle, p) - p).norm(), some.distance, 1e-14);
+    within += some.distance > exact;
+  }
+  EXPECT_GT(beyond, 20);
+  EXPECT_GT(within, 20);
+}
+
 // Held against the distances of the triangles as hulls.
 TEST(TriangleTree, FindsWhetherATriangleMayMeetAnyOfThem) {
   const auto shape = [](const Triangle& t) { return narrowphase::Shape(narrowphase::ConvexHull({t[0], t[1], t[2]})); };
