@@ -591,6 +591,8 @@ py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty,
   double* const out = guaranteed.mutable_data();
   SignalWatch watch(time_budget);
   const scene::Deadline& deadline = watch.deadline();
+  scene::GuaranteeLimits limits;
+  limits.deadline = deadline;
   answerBlocks(positions.count(), kBlock, watch, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
     const JointPositions::Block block = positions.block(first, count);
     scene::SceneBatch& batch = batchOf(scratch);
@@ -599,6 +601,7 @@ py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty,
       scratch.guaranteed->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
     }
     scratch.guaranteed->assume(within);
+    scratch.guaranteed->limit(limits);
     const double reach = reachOfGuarantees(batch.minimum(block, deadline), block, scratch);
     const scene::StatePairs& near = batch.below(block, reach, deadline);
     for (Eigen::Index i = 0; i < block.rows(); ++i) {

@@ -311,6 +311,9 @@ class StateSweep {
     if (!question_.uncertainty) return std::nullopt;
     std::optional<scene::GuaranteedDistances> guaranteed(question_.model);
     guaranteed->assume(*question_.uncertainty);
+    scene::GuaranteeLimits limits;
+    limits.deadline = question_.budget.deadline;
+    guaranteed->limit(limits);
     return guaranteed;
   }
 
