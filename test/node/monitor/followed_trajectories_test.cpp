@@ -338,10 +338,16 @@ class FollowedTrajectories : public MonitorOfSliders {
         if (measured.time < from || measured.time >= to) return true;
         const double time = followed.time + measured.time - measured_.back().time;
         return std::all_of(followed.joints.begin(), followed.joints.end(), [&](int joint) {
-          const scene::TrajectoryPoint state = followed.splines->stateAt(time - delay);
+          const State& is = measured.joints[joint];
           const double error = kTrackingError + 6e-3 + followed.splines->inexactAt(joint, time - 0.12);
-          return std::abs(state.positions[joint] - measured.joints[joint].position) < error &&
-                 std::abs(state.velocities[joint] - measured.joints[joint].velocity) < 0.3;
+          double slowest = std::numeric_limits<double>::infinity(), fastest = -slowest;
+          for (const double later : {-scene::SplineDelays::kStep, 0.0, scene::SplineDelays::kStep}) {
+            const double velocity = followed.splines->stateAt(time - delay + later).velocities[joint];
+            slowest = std::min(slowest, velocity);
+            fastest = std::max(fastest, velocity);
+          }
+          return std::abs(followed.splines->positionAt(joint, time - delay) - is.position) < error &&
+                 is.velocity > slowest - 0.3 && is.velocity < fastest + 0.3;
         });
       };
       if (std::all_of(measured_.begin(), measured_.end(), isNear)) return true;
