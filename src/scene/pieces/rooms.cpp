@@ -74,8 +74,8 @@ class Planes {
 
 /// The unit normal of a triangle. Zero if the triangle is so thin that rounding may turn its normal.
 Vector3d reliableNormal(const Triangle& t) {
-  constexpr double kThin =
-      1e-8;  // rounding turns the normal by some eps divided by this, times the coordinates by edge
+  // Rounding turns a normal by about eps of the coordinates divided by the height of the triangle.
+  constexpr double kThin = 1e-8;
   const Vector3d ab = t[1] - t[0], ac = t[2] - t[0], normal = ab.cross(ac);
   const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), (t[2] - t[1]).squaredNorm()});
   return normal.norm() > kThin * longest ? normal.stableNormalized() : Vector3d::Zero();

@@ -22,7 +22,7 @@ struct MeshOptions {
   std::function<void(const std::string&)> progress;  ///< Called before a step that takes long; may be empty.
   /// [s] The approximate time of one core of 2020. Steps are counted instead of time, so that every machine and every
   /// run computes the same pieces. When it is spent, the pieces found so far are the result; all of them are within
-  /// tolerance. If a cluster of a mesh fills a room, the mesh is divided a second time, with the same budget again.
+  /// tolerance. Clusters that fill a room are divided anew, with the same budget once again.
   double time_budget = 10.0;
 };
 
