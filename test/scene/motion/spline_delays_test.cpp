@@ -47,7 +47,7 @@ TEST(SplineDelays, AreNegativeOnlyAsFarAsTheyMayBe) {
   EXPECT_NEAR(with_stamp.farthest(), 0.015, 1e-9);
   tell(without, 1.0, 1.015, 1.0, steady);
   EXPECT_TRUE(without.fits());
-  tell(without, 1.0, 1.0 + kLead + 0.012, 1.0, steady);
+  tell(without, 1.1, 1.1 + kLead + 0.012, 1.0, steady);
   EXPECT_FALSE(without.fits());
 }
 
@@ -70,7 +70,9 @@ TEST(SplineDelays, CountAsFollowedAfterATenthOfASecond) {
   tell(delays, 1.11, 1.09, 0.8, steady);
   EXPECT_TRUE(delays.fits());
   EXPECT_FALSE(delays.areFollowed()) << "another velocity";
-  tell(delays, 1.3, 1.28, 1.0, steady);
+  tell(delays, 1.2, 1.18, 1.0, steady);
+  EXPECT_FALSE(delays.areFollowed());
+  tell(delays, 1.31, 1.29, 1.0, steady);
   EXPECT_TRUE(delays.areFollowed());
   tell(delays, 1.4, 1.2, 1.0, steady);
   EXPECT_FALSE(delays.fits());
@@ -78,7 +80,7 @@ TEST(SplineDelays, CountAsFollowedAfterATenthOfASecond) {
 }
 
 TEST(SplineDelays, AreInheritedByTheNextSpline) {
-  SplineDelays delays(0.0, 0.9);
+  SplineDelays delays(0.0, 0.89);
   tell(delays, 1.0, 0.98, 1.0, steady);
   EXPECT_TRUE(delays.areFollowed());
 }
