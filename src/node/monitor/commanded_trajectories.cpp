@@ -427,8 +427,8 @@ void CommandedTrajectories::findBeyond(const std::vector<int>& joints, Commanded
   }
 }
 
-/// The state at a time if the joints of a command keep their present velocities until then. Before a command that begins
-/// later than now they rest.
+/// The state at a time if the joints of a command keep their present velocities until then. Before a command that
+/// begins later than now they rest.
 scene::TrajectoryPoint CommandedTrajectories::presentState(const Command& command, const Present& present,
                                                            double time) const {
   const auto first = firstPoint(command, time);

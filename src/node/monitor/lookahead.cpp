@@ -114,8 +114,8 @@ SearchTime searchTimeOf(const CommandedMotion& commanded, double lookahead) {
   return time;
 }
 
-/// The times [s] of the search between which each joint is on one segment: its ends, those of the splines, and the stops
-/// at limits.
+/// The times [s] of the search between which each joint is on one segment: its ends, those of the splines, and the
+/// stops at limits.
 std::vector<double> knotsOf(const CommandedMotion& commanded, const TimedMotion& others, const SearchTime& search) {
   std::vector<double> knots{search.begin, search.end};
   const auto add = [&](double time) {
