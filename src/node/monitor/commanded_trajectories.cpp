@@ -369,7 +369,7 @@ CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& co
     if (command.least_delay == 0.0 && !command.points.empty())
       errors[joint] += 1.5 * command.begin_error * splines.segments[count].largestSpeed(joint);
   }
-  const bool is_same = joints.size() == before.joints.size() && !command.points.empty();
+  const bool is_same = joints.size() == before.joints.size() && command.topic == old.topic && !command.points.empty();
   const double since = is_same && before.delays.fits() ? before.delays.agreedSince() : kNever;
   return {std::make_shared<const CommandedSplines>(std::move(splines)), std::move(joints),
           SplineDelays(command.least_delay, since), command.number};
