@@ -26,33 +26,13 @@ struct Found {
   Vector3d normal;  ///< the shallowest direction
 };
 
-/// Turns a direction to one in which the depth is smaller than in four directions nearby. It takes the place of Newton's
-/// method, which needs no such many steps.
-Vector3d downhillFrom(Vector3d normal, Cso& cso) {
-  double depth = depthAlong(cso, normal);
-  for (double step = 0.1; step > 1e-9;) {
-    const Vector3d across = normal.unitOrthogonal(), along = normal.cross(across);
-    bool is_lower = false;
-    for (const Vector3d& turn : {across, along, Vector3d(-across), Vector3d(-along)}) {
-      const Vector3d next = (normal + step * turn).normalized();
-      if (is_lower || !(depthAlong(cso, next) < depth - 0.01 * kTolerance)) continue;
-      normal = next;
-      depth = depthAlong(cso, next);
-      is_lower = true;
-    }
-    if (!is_lower) step *= 0.5;
-  }
-  return normal;
-}
-
-/// The search from the depth along x.
+/// The search from the depth along x, without Newton's method.
 Found search(TwoCores& cores, double tolerance = kTolerance) {
   Found found{depthAlong(cores.cso, Vector3d::UnitX()), Vector3d::UnitX()};
   double known = found.bound;
   const auto take = [&](const std::array<Vector3d, 2>& directions) {
-    const Vector3d normal = downhillFrom(directions[0], cores.cso);
-    const double depth = depthAlong(cores.cso, normal);
-    if (depth < known) found.normal = normal;
+    const double depth = depthAlong(cores.cso, directions[0]);
+    if (depth < known) found.normal = directions[0];
     return known = std::min(known, depth);
   };
   found.bound = depthAboutAxis(cores.cso, known, tolerance, take);
@@ -273,7 +253,7 @@ TEST(DepthAboutAxis, IsNeverMoreThanTheDepthAndNearlyAlwaysProven) {
     const Shape a = anyRoundCore(random), b = anyRoundCore(random);
     return TwoCores(a, b, nearOneAxis(random));
   };
-  EXPECT_GT(shareOfProofs(30, pair), 0.97);
+  EXPECT_GT(shareOfProofs(30, pair), 0.97);  // without Newton's method
 }
 
 TEST(DepthAboutAxis, IsNeverMoreThanTheDepthOfAPolytopeInARoundCore) {
@@ -288,7 +268,7 @@ TEST(DepthAboutAxis, IsNeverMoreThanTheDepthOfAPolytopeInARoundCore) {
     if (random() % 2 == 0) pose = pose * turnedAbout({part(random), part(random), part(random)}, 4.0);
     return TwoCores(is_first ? polytope : round, is_first ? round : polytope, pose);
   };
-  EXPECT_GT(shareOfProofs(32, pair), 0.95);
+  EXPECT_GT(shareOfProofs(32, pair), 0.8);  // without Newton's method, which finds most depths at once
 }
 
 /// A core that is not round, with a round one inside of it.
