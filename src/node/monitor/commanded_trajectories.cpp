@@ -313,10 +313,7 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
       removeFrom(others, driven.joints);
       next.push_back(std::move(driven));
     }
-    if (!others.empty() && !command.points.empty()) {
-      next.push_back(begun(command, std::move(others), present));
-      track(next.back(), present);
-    }
+    if (!others.empty() && !command.points.empty()) next.push_back(begun(command, std::move(others), present));
   } catch (const std::invalid_argument& error) {
     ROS_WARN_STREAM_THROTTLE(10.0, command.topic << ": " << error.what() << "; the trajectory before is kept");
     return;
@@ -329,6 +326,7 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
   driven_.erase(std::remove_if(driven_.begin(), driven_.end(), [](const Driven& d) { return d.joints.empty(); }),
                 driven_.end());
   std::move(next.begin(), next.end(), std::back_inserter(driven_));
+  for (Driven& driven : driven_) track(driven, present);  // by the joints that it has now
 }
 
 /// Returns whether a command goes on from what was commanded until then. The robot is there, or was until it began to
