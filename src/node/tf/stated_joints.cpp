@@ -78,8 +78,8 @@ const StatedJoints::Entry* StatedJoints::View::find(const Robot& robot, int join
   if (entries == latest_.end()) return nullptr;
   const std::string& name = model.joints[joint].name;
   auto hit = entries->second.find(name);
-  if (hit == entries->second.end()) {
-    const int member = memberOf(model, joint);
+  const int member = memberOf(model, joint);
+  if (hit == entries->second.end() && !model.robots[member].name.empty()) {
     const std::string own = model.robots[member].ownName(name);
     if (!isAmbiguous(robot, member, own)) hit = entries->second.find(own);
   }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {
@@ -27,14 +29,28 @@ void checkLengths(const XMLElement& element) {
   for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) checkLengths(*child);
 }
 
+/// The end of the comment, CDATA or declaration that begins at a place, npos if it has none; the next place if nothing of
+/// this kind begins there. What looks like a declaration in a comment or in CDATA is none.
+std::size_t endOfSection(const std::string& xml, std::size_t begin) {
+  using Ends = std::pair<std::string_view, std::string_view>;
+  for (const auto& [opening, closing] : {Ends{"<!--", "-->"}, Ends{"<![CDATA[", "]]>"}, Ends{"<?", "?>"}}) {
+    if (xml.compare(begin, opening.size(), opening) != 0) continue;
+    const std::size_t end = xml.find(closing, begin + opening.size());
+    return end == std::string::npos ? end : end + closing.size();
+  }
+  return begin + 1;
+}
+
 }  // namespace
 
 std::string withoutLateDeclarations(std::string xml) {
-  for (std::size_t begin = xml.find("<?", 1); begin != std::string::npos; begin = xml.find("<?", begin)) {
-    const std::size_t end = xml.find("?>", begin);
+  for (std::size_t begin = xml.find('<'); begin != std::string::npos;) {
+    const std::size_t end = endOfSection(xml, begin);
     if (end == std::string::npos) break;  // the parser says so
-    std::replace_if(
-        &xml[begin], &xml[end + 2], [](char c) { return c != '\n'; }, ' ');
+    if (begin > 0 && xml[begin + 1] == '?')
+      std::replace_if(
+          &xml[begin], &xml[end], [](char c) { return c != '\n'; }, ' ');
+    begin = xml.find('<', end);
   }
   return xml;
 }
