@@ -256,11 +256,11 @@ void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& 
   clearance_.status.message.reserve(text_capacity_);
   text_->write(clearance_.status.message, clearance_, explained_.gradient);
   if (broken_) text_->append(clearance_.status.message, *broken_);
-  if (guarantees_) appendEnd(clearance_.status.message, "; ", guarantees_->distances());
   if (snapshot.beyond) {
     clearance_.status.message += "; ";
     append(clearance_.status.message, *robot_, *snapshot.beyond);
   }
+  if (guarantees_) appendEnd(clearance_.status.message, "; ", guarantees_->distances());
 }
 
 /// Finds the inequality that is broken most.

@@ -13,4 +13,9 @@ TEST(XmlDeclarations, OnlyTheFirstOfATextStays) {
   EXPECT_EQ(withoutLateDeclarations("<a/><?b>"), "<a/><?b>") << "the parser refuses it";
 }
 
+TEST(XmlDeclarations, CommentsAndCdataHaveNone) {
+  for (const char* text : {"<!-- <? --><a/><!-- ?> -->", "<a><![CDATA[<?]]><b/><![CDATA[?>]]></a>"})
+    EXPECT_EQ(withoutLateDeclarations(text), text) << "what stands between them stays";
+}
+
 }  // namespace proximity_server::scene::xml_declarations_test
