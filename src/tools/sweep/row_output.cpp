@@ -17,6 +17,7 @@ RowOutput::RowOutput(std::ostream& stream, std::string name, OutputFormat format
 RowOutput::RowOutput(const std::string& file, OutputFormat format)
     : format_(std::move(format)), file_(std::in_place, file), name_(file) {
   system::FileRoles::ofProcess().requireNoInput(manifestPath(file));  // complete() removes it
+  system::removeLeftOvers(file);
   writeBytes(format_.header(0));
 }
 

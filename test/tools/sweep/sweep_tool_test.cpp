@@ -143,8 +143,10 @@ TEST_F(SweepTool, AKilledRunLeavesNothingThatTheNextOneKeeps) {
   files_.write("parts/states-000000000000-000000005000.csv", "renamed, but without a manifest");
   computeShards(1, "--out " + in("parts"));
   EXPECT_EQ(std::distance(fs::directory_iterator(in("parts")), fs::directory_iterator()), 2);
+  files_.write(".merged.host-1.tmp", "half a ro");
   ASSERT_EQ(runCommandApart(CLEARANCE " --merge " + in("parts") + " --out " + in("merged")).exit_code, 0);
   EXPECT_TRUE(text("merged") == sweep("").output);
+  EXPECT_FALSE(fs::exists(in(".merged.host-1.tmp")));
 }
 
 TEST_F(SweepTool, RefusesPartsOfAnotherSweepAndNamesWhatDiffers) {
