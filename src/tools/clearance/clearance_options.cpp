@@ -106,7 +106,8 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
   program.addFlag("--no-skip", options.question.skipping, scene::Skipping::Off, "compute every pair anew");
   addThreads(program, options.question.threads);
   addTimeBudget(program, options.question.budget,
-                "end with an error after this time; the rows up to then are written and complete (default: none)");
+                "end with an error after this time; the rows on standard output are complete up to then, and --out is not "
+                "written (default: none)");
   declareSecondOpinion(program, options.second_opinion);
   declareOutput(program, options);
   declareSweepOptions(program, options.sweep);
