@@ -79,7 +79,7 @@ double PairBounds::lossOfHalfSpaces(const std::vector<double>& travel) const {
     const Vector3d origin = originAt(number, *pose);
     double farthest = reachOfBodies(origin, way);
     if (travel.empty()) farthest = std::max(farthest, reachOfFreeObjects(origin, number));
-    largest = std::max(largest, own.translation + own.angle * farthest);
+    largest = std::max(largest, own.translation + (own.angle > 0.0 ? own.angle * farthest : 0.0));
   }
   return (1.0 + 4.0 * kPoseRounding) * largest;
 }

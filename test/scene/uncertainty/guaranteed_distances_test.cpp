@@ -687,6 +687,13 @@ TEST(GuaranteedDistances, LargestLossOfAMotionIsNotKnownWhileAPoseBetweenIsMissi
   EXPECT_TRUE(std::isfinite(distances.largestLoss()));
   EXPECT_TRUE(std::isfinite(distances.largestLoss({0.0, 1.0})));
   EXPECT_EQ(distances.largestLoss({1.0, 0.0}), std::numeric_limits<double>::infinity());
+  // What is only shifted loses the same wherever the others are.
+  const Object floor = makeObject("floor", {{HalfSpace{{0, 0, 1}, -1.0}}}, Fixed{at(0, 0, 0)});
+  distances.use(std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}})));
+  uncertainty.bases[0].angle = 0.0;
+  uncertainty.own_objects["floor"] = {0.02, 0.0};
+  distances.assume(uncertainty);
+  EXPECT_NEAR(distances.largestLoss({1.0, 0.0}), 0.02, 1e-9);
 }
 
 TEST(GuaranteedDistances, NoPairLosesMoreDuringAMotionThanTheLargestLossOfIt) {
