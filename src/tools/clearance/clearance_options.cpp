@@ -105,9 +105,10 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
                   "every pair of links with geometry that are not one body, neighbours too");
   program.addFlag("--no-skip", options.question.skipping, scene::Skipping::Off, "compute every pair anew");
   addThreads(program, options.question.threads);
-  addTimeBudget(program, options.question.budget,
-                "end with an error after this time; the rows on standard output are complete up to then, and --out is not "
-                "written (default: none)");
+  addTimeBudget(
+      program, options.question.budget,
+      "end with an error after this time; the rows on standard output are complete up to then, and --out is not "
+      "written (default: none)");
   declareSecondOpinion(program, options.second_opinion);
   declareOutput(program, options);
   declareSweepOptions(program, options.sweep);
