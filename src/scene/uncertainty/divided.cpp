@@ -124,8 +124,8 @@ void PairBounds::boundPart(Box& box, double enough, double& nearest) {
 /// Divides the positions of the joints into parts, and bounds the pair in each of them: two states may need different
 /// directions. The part with the lowest bound is divided next (Land, Doig, An Automatic Method of Solving Discrete
 /// Programming Problems, 1960). This ends when the bound loses at most kMuch times as much as a state that was found, or
-/// when such a state is in contact, or with the work of the pair. Returns a bound [m] of all states that is at least `whole`, and not improved above
-/// `enough`.
+/// when such a state is in contact, or with the work of the pair. Returns a bound [m] of all states that is at least
+/// `whole`, and not improved above `enough`.
 double PairBounds::divided(double whole, const Known& known, double enough) {
   constexpr double kMuch = 1.5;
   const double present = known.lower_bound - swelling_;
