@@ -764,6 +764,7 @@ TEST(GuaranteedDistances, HoldWhereverALimitEndsThem) {
       limitSteps(most, by, cell.distances);
       const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
       EXPECT_LE(found.excess, excess + 1e-12);
+      EXPECT_EQ(std::isinf(found.excess), std::isinf(excess)) << "a limit does not make a bound of none";
       EXPECT_NEAR(found.guaranteed - thresholds.of(found.pair.asked), found.excess, 1e-12);
       coarser_minima += found.excess < excess - 1e-12;
       // The same once more, as in a replay.
@@ -810,6 +811,29 @@ TEST(GuaranteedDistances, MinimumThatALimitEndsHoldsForPairsThatWereNotLookedAt)
     EXPECT_LE(found.excess, excess);
     EXPECT_NEAR(found.guaranteed, found.excess, 1e-12);
     EXPECT_EQ(distances.end(), by);
+  }
+}
+
+// With an object that a joint carries, the largest loss is infinite, and so says nothing about pairs that were not listed.
+TEST(GuaranteedDistances, MinimumThatALimitEndsIsFiniteBesideAnObjectThatALinkCarries) {
+  const auto model = modelOf(kCrane);
+  const Object tool = makeObject("tool", {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, Moving{"gripper"});
+  const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}}));
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  scene.use(objects);
+  distances.use(objects, {-1, {model->robot.links[model->robot.findLink("hook")].body}});
+  scene.update(forwardKinematics(model->robot, {}), {at(2, 0, 1.5)});
+  distances.assume(uncertaintyOfJoints(model->robot, 1e-3));
+  distances.update(forwardKinematics(model->robot, {}), scene);
+  EXPECT_EQ(distances.largestLoss(), std::numeric_limits<double>::infinity());
+  const double excess = distances.find(scene, {}).excess;
+  for (const GuaranteeEnd by : {GuaranteeEnd::Steps, GuaranteeEnd::Time}) {
+    limitSteps(0, by, distances);
+    distances.forget();
+    const double coarse = distances.find(scene, {}).excess;
+    EXPECT_LE(coarse, excess);
+    EXPECT_GT(coarse, excess - 0.1);
   }
 }
 
