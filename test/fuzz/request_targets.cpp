@@ -136,7 +136,9 @@ void ask(const FirstContactRequest& request) {
   timeBudget(arm(), request.time_budget);
   positive(request.horizon, "horizon");
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
-  search(pairs, motionOf(arm(), posesAtZero(), request), question);
+  PoseSnapshot start;
+  start.poses = posesAtZero();
+  search(pairs, motionOf(arm(), start, request), question);
 }
 
 void ask(const QueryTrajectoryRequest& request) {

@@ -92,6 +92,7 @@ JointValues statedPositions(const scene::RobotModel& robot, const std::vector<in
     refuse("joints: " + std::to_string(positions.size()) + " positions for " + std::to_string(joints.size()) +
            " names; there may be none");
   }
+  stated.resize(robot.joints.size());
   for (std::size_t i = 0; i < joints.size(); ++i) {
     if (std::isinf(positions[i]))
       refuse("joints: the position of joint '" + robot.joints[joints[i]].name + "' is not finite");

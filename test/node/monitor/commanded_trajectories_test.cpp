@@ -567,6 +567,19 @@ TEST_F(Commanded, NoMotionWithinTheTrackingErrorTouchesBeforeItIsSaidTo) {
   EXPECT_GT(free, 50);
 }
 
+// The right joint, farther off, is the other controller's from now on.
+TEST_F(Commanded, NamesAStrayJointOfThoseThatAreLeft) {
+  JointTrajectory both = trajectoryOf("to_middle", {{1.0, -0.7}});
+  both.joint_names.push_back("to_right");
+  both.points[0].positions.push_back(0.5);
+  command(0.0, "/arm", both);
+  ahead(0.0, {-1.0, 0.0, 0.5});
+  command(0.5, "/gripper", trajectoryOf("to_right", {{1.0, 1.6}}));
+  const std::string message = ahead(0.5, {-1.0, 0.3, 1.5}).status.message;
+  EXPECT_NE(message.find("joint 'to_middle' is "), std::string::npos) << message;
+  EXPECT_EQ(message.find("'to_right' is "), std::string::npos) << message;
+}
+
 TEST_F(Commanded, ThreadsMayCommandAndLoadRobotsDuringCycles) {
   std::atomic<bool> goes_on{true};
   std::vector<std::thread> threads;
