@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace proximity_server::narrowphase {
@@ -105,49 +104,6 @@ TEST(Repeatability, ClearFeaturesGiveTheSameBitsFromAnyWarmStart) {
   }
   EXPECT_EQ(same, clear);
   EXPECT_GT(clear, kPaths / 10);
-}
-
-// Regression: with boxes, 4 to 12 % of such answers had other last digits after a query nearby.
-TEST(Repeatability, BoxesAndHullsApartGiveTheSameBitsAfterAQueryNearby) {
-  Chance random(44);
-  const Shape box = Box{{0.4, 0.3, 0.2}}, capsule = Capsule{0.05, 0.3},
-              hull = randomHull(random, 40, {0.15, 0.15, 0.15});
-  const std::vector<std::pair<Shape, Shape>> pairs{
-      {box, Box{{0.1, 0.12, 0.15}}}, {box, hull}, {hull, box}, {capsule, box}, {hull, hull}, {capsule, hull}};
-  Options options;
-  options.repeatability = Repeatability::OfClearFeatures;
-  for (int i = 0; i < kPaths; ++i) {
-    const auto& [a, b] = random.oneOf(pairs);
-    const Isometry3d a_T_b = randomPose(random, 0.5);
-    const SignedDistance cold = signedDistance(a, b, a_T_b, options);
-    if (!(cold.lower_bound > 0.001)) continue;
-    WarmStart warm_start;
-    Isometry3d nearby = a_T_b;
-    nearby.translation() += 0.05 * random.direction();
-    signedDistance(a, b, nearby, options, warm_start);
-    ASSERT_TRUE(areSameBits(signedDistance(a, b, a_T_b, options, warm_start), cold))
-        << describe({"pair " + std::to_string(i), a, b, a_T_b});
-  }
-}
-
-// Regression: the last normal proved a distance above the threshold that so short a search does not find.
-TEST(Repeatability, AlwaysGivesTheBitsOfAShortSearch) {
-  Chance random(45);
-  const std::vector<Shape> all = shapes(random);
-  for (int i = 0; i < kPaths; ++i) {
-    const Shape &a = random.oneOf(all), &b = random.oneOf(all);
-    Path path(random);
-    Options options;
-    options.repeatability = Repeatability::Always;
-    options.stop_above = random.between(-0.1, 2.0);
-    WarmStart warm_start;
-    signedDistance(a, b, path.next(), options, warm_start);
-    options.max_iterations = 1 + random.below(20);
-    const Isometry3d& a_T_b = path.next();
-    const SignedDistance cold = signedDistance(a, b, a_T_b, options);
-    ASSERT_TRUE(areSameBits(signedDistance(a, b, a_T_b, options, warm_start), cold))
-        << describe({"path " + std::to_string(i), a, b, a_T_b});
-  }
 }
 
 TEST(Repeatability, RecalledFeaturesKeepTheirBounds) {

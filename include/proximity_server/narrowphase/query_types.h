@@ -27,13 +27,13 @@ enum class Status : unsigned char {
 enum class Repeatability : unsigned char {
   WithinTolerance,
   /// Two polytopes apart whose nearest features are nearer than all others beyond rounding have the same answer to the
-  /// last bit, but for iterations, and for a bound that decides a threshold. Features are vertices, edges, faces of
-  /// boxes, and triangles of hulls; a face of a hull that has more corners is none, and a sweep has none. A search
-  /// without a warm start takes up to a sixth longer.
+  /// last bit, but for iterations, and for a bound that decides a threshold. Features are vertices, edges and triangles;
+  /// a face that has more corners, as those of a box, is none, and a sweep has none. Two boxes may have other last
+  /// digits in any case. A search without a warm start takes up to a sixth longer.
   OfClearFeatures,
   /// Every answer is the same to the last bit, but for iterations, and for the bound that proves a distance above
   /// stop_above by more than the tolerance. A warm start serves only to find such a bound, or where OfClearFeatures makes
-  /// the same promise; with max_iterations below 100 it serves to nothing, as the search may end before either is found.
+  /// the same promise. With max_iterations of about 12 or fewer a search may end before, and answers may differ.
   Always
 };
 

@@ -10,14 +10,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// The vertices of a feature, by their numbers. Only the face of a box has four.
+/// The vertices of a feature, by their numbers.
 struct Vertices {
-  std::array<int, 4> numbers{};  ///< ascending
+  std::array<int, 3> numbers{};  ///< ascending
   int count = 0;
 
   bool has(int number) const {
     return (count > 0 && numbers[0] == number) || (count > 1 && numbers[1] == number) ||
-           (count > 2 && numbers[2] == number) || (count > 3 && numbers[3] == number);
+           (count > 2 && numbers[2] == number);
   }
   void add(int number) {
     if (has(number)) return;
@@ -44,16 +44,6 @@ class Corners {
   }
   Vector3d operator[](int number) const {
     return hull_ != nullptr ? hull_->vertices()[static_cast<std::size_t>(number)] : support::corner(half_, number);
-  }
-  /// Completes corners of a box that lie in one face, and in no edge, to the whole face: its fourth corner is as near.
-  void completeFace(Vertices& feature) const {
-    if (hull_ != nullptr || feature.count < 2) return;
-    const int across =
-        (feature.numbers[0] ^ feature.numbers[1]) | (feature.numbers[0] ^ feature.numbers[feature.count - 1]);
-    const int low = across & -across, high = across ^ low;
-    if (high == 0 || (high & (high - 1)) != 0) return;  // the corners differ along one axis, or along all three
-    const int first = feature.numbers[0] & ~across;
-    feature = {{first, first | low, first | high, first | across}, 4};
   }
   /// True if all vertices beside those of the feature are farther than `behind` [m] behind its support plane along the
   /// direction.
@@ -118,7 +108,7 @@ struct Separation {
 };
 
 /// The points of a feature, in the frame of a.
-using Points = std::array<Vector3d, 4>;
+using Points = std::array<Vector3d, 3>;
 
 /// The nearest points of two features.
 struct Foot {
@@ -168,19 +158,6 @@ std::optional<Foot> footOnTriangle(const Vector3d& p, const Points& q, double ro
   return Foot{distance, area * scale, p, q[0] + (of_1 * e01 - of_2 * e20) / area2, is_inside};
 }
 
-/// A vertex p and the rectangle q, whose edges begin in q[0] and end in q[1] and q[2].
-std::optional<Foot> footOnRectangle(const Vector3d& p, const Points& q, double rounding) {
-  const Vector3d u = q[1] - q[0], v = q[2] - q[0], to_p = p - q[0], area = u.cross(v);
-  const double u2 = u.squaredNorm(), v2 = v.squaredNorm(), along_u = to_p.dot(u), along_v = to_p.dot(v);
-  const double inside_u = std::min(along_u, u2 - along_u), inside_v = std::min(along_v, v2 - along_v);
-  const double height = -area.dot(to_p);
-  if (!(std::min(inside_u, inside_v) > 0.0) || height == 0.0) return std::nullopt;
-  const double scale = std::copysign(1.0 / area.norm(), height), distance = height * scale;
-  const double inside2 = Separation::inside2(distance, rounding);
-  const bool is_inside = square(inside_u) > inside2 * u2 && square(inside_v) > inside2 * v2;
-  return Foot{distance, area * scale, p, q[0] + (along_u / u2) * u + (along_v / v2) * v, is_inside};
-}
-
 /// Two edges: the points p + s along_p and q + t along_q whose difference is perpendicular to both.
 std::optional<Foot> footOfEdges(const Points& p, const Points& q, double rounding) {
   const Vector3d along_p = p[1] - p[0], along_q = q[1] - q[0], to_q = q[0] - p[0], across = along_p.cross(along_q);
@@ -201,7 +178,6 @@ std::optional<Foot> footOf(const Points& p, int count_p, const Points& q, int co
   if (count_p == 2 && count_q == 2) return footOfEdges(p, q, rounding);
   if (count_p != 1) return std::nullopt;
   if (count_q == 1) return footOnVertex(p[0], q[0]);
-  if (count_q == 4) return footOnRectangle(p[0], q, rounding);
   return count_q == 2 ? footOnEdge(p[0], q, rounding) : footOnTriangle(p[0], q, rounding);
 }
 
@@ -220,8 +196,6 @@ std::optional<DistanceOfFeatures> distanceOfFeatures(const Cso& cso, const WarmS
     of_a.add(corners_a.numberOf(last.simplex[i].a));
     of_b.add(corners_b.numberOf(last.simplex[i].b));
   }
-  corners_a.completeFace(of_a);
-  corners_b.completeFace(of_b);
   Points a, b;
   for (int i = 0; i < of_a.count; ++i) a[i] = corners_a[of_a.numbers[i]];
   for (int i = 0; i < of_b.count; ++i) b[i] = cso.bAxes() * corners_b[of_b.numbers[i]] + cso.bOrigin();

@@ -6,8 +6,8 @@
 
 namespace proximity_server::narrowphase {
 
-/// The distance of two polytopes apart by their nearest features: the vertex, edge or face of each that contains its
-/// nearest point. A face is that of a box, or a triangle of a hull.
+/// The distance of two polytopes apart by their nearest features: the vertex, edge or triangle of each that contains
+/// its nearest point.
 struct DistanceOfFeatures {
   double distance, lower_bound;  ///< [m]; lower_bound <= true distance
   Eigen::Vector3d normal;        ///< unit, a towards b
@@ -17,10 +17,9 @@ struct DistanceOfFeatures {
 /// The distance of two cores, if their nearest features are those of the simplex with which the last query ended, and
 /// no other features are nearly as near. Otherwise nullopt.
 ///
-/// 1. Complete the corners of a box to its face, if they lie in one.
-/// 2. The nearest points of a vertex and a vertex, an edge or a face, or of two edges, by a closed form. They must lie
-///    inside of the features, away from their ends.
-/// 3. All vertices beside those of the features must lie behind the support planes through the nearest points. Only the
+/// 1. The nearest points of a vertex and a vertex, an edge or a triangle, or of two edges, by a closed form. They must
+///    lie inside of the features, away from their ends.
+/// 2. All vertices beside those of the features must lie behind the support planes through the nearest points. Only the
 ///    neighbours of the features are tested: a vertex of a convex polytope that is farther than its neighbours along a
 ///    direction is farther than all others.
 ///

@@ -250,10 +250,10 @@ TEST_F(Commanded, IsReplacedByTheNextTrajectoryWhileTheRobotFollowsLate) {
   ahead(0.0, {-1.0, 0.0, 0.5});
   ahead(0.9, {-1.0, middle(0.9 - kDelay), 0.5}, {0.0, -1.0, 0.0});
   // A cubic from where the first one is at 0.9 s, which turns back in time.
-  command(0.9, "/gripper", trajectoryOf("to_middle", {{0.3, -0.6, 0.5}, {1.0, 0.0, 0.0}}));
+  command(0.9, "/arm", trajectoryOf("to_middle", {{0.3, -0.6, 0.5}, {1.0, 0.0, 0.0}}));
   for (const double time : {0.91, 0.92, 0.929}) {  // the robot is still on the first one
     const Lookahead lookahead = ahead(time, {-1.0, middle(time - kDelay), 0.5}, {0.0, -1.0, 0.0});
-    EXPECT_EQ(lookahead.status.message.find("along the trajectory of /gripper"), 0U) << lookahead.status.message;
+    EXPECT_EQ(lookahead.status.message.find("along the trajectory of /arm"), 0U) << lookahead.status.message;
     EXPECT_EQ(lookahead.state, Lookahead::FREE);
   }
 }
