@@ -77,7 +77,7 @@ class WholeFile {
   std::uint64_t size() const { return size_; }
   const std::string& path() const { return path_; }
 
-  /// Where other programs may write what is not written by append(). Open until the end of this object.
+  /// The descriptor of the file, for another program that writes into it. It stays open as long as this object lives.
   int descriptor() const { return file_; }
 
   /// Gives the file its name. Nothing may be written afterwards.

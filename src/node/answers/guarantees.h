@@ -16,7 +16,7 @@ namespace proximity_server::node {
 /// Appends why guaranteed distances are coarser than without limits, after `separator`; nothing if they are not.
 void appendEnd(std::string& text, const char* separator, const scene::GuaranteedDistances& distances);
 
-/// What appendEnd() has appended to a text, up to its end; "" if that is nothing.
+/// Returns the end of a text that appendEnd() has appended; "" if it appended nothing.
 std::string endIn(const std::string& text);
 
 /// After how many steps the time was over by such a text; nullopt if it was not.

@@ -240,7 +240,7 @@ Lookahead contactAlongAll(const CommandedMotion& commanded, const Robot& robot, 
   return result;
 }
 
-/// What is true if either answer may be: the earlier contact, and FREE only if both are.
+/// Joins two answers of which either may be true: the earlier contact counts, and FREE only if both are FREE.
 Lookahead eitherOf(Lookahead a, Lookahead b) {
   if (std::isnan(b.time_free) || (b.state == Lookahead::CONTACT && !(a.time_to_contact <= b.time_to_contact)) ||
       (b.state == Lookahead::UNKNOWN && a.state == Lookahead::FREE))

@@ -102,7 +102,7 @@ class TfPoses {
   /// Sets the function that add() calls at its end.
   void onChange(std::function<void()> listener);
 
-  /// What joint_states tell, see TfListener.
+  /// The positions and velocities of joint_states, which TfListener reads.
   StatedJoints& stated() { return stated_; }
 
   /// Sets the robot whose joints jumps() reports.

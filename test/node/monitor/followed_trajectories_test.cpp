@@ -37,7 +37,7 @@ struct Knot {
   int degree;
 };
 
-/// What a controller commands to a joint, in powers of the time.
+/// The position that a controller commands to a joint, as a polynomial of the time.
 class Path {
  public:
   explicit Path(double position) : pieces_{{-1.0, 0.0, {position, 0.0, 0.0, 0.0, 0.0, 0.0}}} {}
@@ -399,7 +399,7 @@ class FollowedTrajectories : public MonitorOfSliders {
     return is_taken;
   }
 
-  /// What is true, and what the node takes for it.
+  /// The true motion, and the one that the node assumes.
   std::string text(double time) const {
     std::ostringstream text;
     for (std::size_t i = log_.size() < 12 ? 0 : log_.size() - 12; i < log_.size(); ++i) text << "\n" << log_[i];

@@ -195,7 +195,7 @@ TEST_F(Startup, IsSilentAboutTheVelocityScaleUntilItIsKnown) {
   const ChildProcess node({NODE_EXECUTABLE, "__name:=early"});
   const auto first = inbox.next();
   ASSERT_TRUE(first);
-  // Where a machine is so busy that nothing is known after a second, it says so.
+  // On a machine so busy that nothing is known after a second, the node says so.
   const bool is_late = std::chrono::steady_clock::now() - start >= std::chrono::seconds(1);
   EXPECT_TRUE(first->data == 1.0 || is_late) << first->data;
   ros::param::del("/early");

@@ -933,7 +933,7 @@ TEST_F(PresentTurn, IsNoAssumptionWhereTheLimitsAllowOneOnly) {
   EXPECT_NE(textAt(0.1), kFromPresent) << "or 0.1 - 2 pi";
 }
 
-// What joint_states tell is the same as a first point that tells it, for an arm whose joints turn twice.
+// An arm whose joints turn twice: a turn told by joint_states gives the same answer as a first point that tells it.
 TEST(RandomPresentTurns, AreThoseOfAWayFromTheStatedPositions) {
   using namespace robots;
   const std::string two_turns = axis("0 0 1") + limits("-6.28", "6.28", "3");

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-// What joint_states tell: "arm" turns within 6.25 rad at up to 1 rad/s, "wheel" without end or limit of its velocity,
-// "slide" moves by 2 m, and "echo" follows "arm". max_tf_age has its default, 0.2 s.
+// The robot whose joint_states are read: "arm" turns within 6.25 rad at up to 1 rad/s, "wheel" without end or limit of
+// its velocity, "slide" moves by 2 m, and "echo" follows "arm". max_tf_age has its default, 0.2 s.
 
 namespace proximity_server::node::stated_joints_test {
 

@@ -436,7 +436,7 @@ class BallAndBracket : public testing::Test {
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
         RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, {}), {to - from}), question);
   }
-  /// Of the ball that stands still, with a tracking error.
+  /// Returns the minimum for the ball that stands still, with a tracking error.
   SplineMinimum minimumInTube(double x, double tracking_error) const {
     const auto model = ballAt(x);
     const Positions still(model->robot.joints.size(), 0.0);
