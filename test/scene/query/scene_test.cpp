@@ -751,8 +751,8 @@ TEST_P(RandomScene, WithoutDepthPairsBelowTheirOwnThresholdsAreFound) {
     below += brute_force.countBelow(0.0);
     overlapping += AllPairs(all, kAgreement).countBelow(0.0);
   }
-  EXPECT_GT(below, 100u);
-  EXPECT_GT(overlapping, below + 100);
+  EXPECT_GT(below, kStates / 4u);
+  EXPECT_GT(overlapping, below + kStates / 4u);
 }
 
 TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
