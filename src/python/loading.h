@@ -1,9 +1,9 @@
 #pragma once
 
 #include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <filesystem>
 #include <functional>

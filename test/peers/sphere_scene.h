@@ -1,7 +1,7 @@
 #pragma once
 
 #include "peers/scene_library.h"
-#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <Eigen/Geometry>
 

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "sanitized.h"
 #include "scene/files.h"
 

@@ -2,11 +2,11 @@
 
 #include "chance.h"
 #include "proximity_server/scene/filter/pair_filter.h"
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
 #include "robots/urdf.h"
 
 #include <Eigen/Geometry>

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "chance.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "stress/campaign.h"
 
 #include <memory>

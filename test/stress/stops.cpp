@@ -8,7 +8,7 @@
 //    one of them limits the scale, the robot must stop where it would be broken.
 // 3. If the scale is below 1, look at the stop from the unscaled velocities in the same way: if every pair that is too
 //    near moves away all the time, and no other one comes near, and the same of inequalities, the retreat was slowed.
-#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "proximity_server/scene/velocity_scale.h"
 #include "stress/controlled_robots.h"
 
 #include <algorithm>

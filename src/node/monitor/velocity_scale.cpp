@@ -2,7 +2,7 @@
 
 #include "node/answers/timed_motion.h"
 #include "node/robot/query_status.h"
-#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "proximity_server/scene/velocity_scale.h"
 
 #include <algorithm>
 #include <limits>

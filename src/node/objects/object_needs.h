@@ -2,9 +2,9 @@
 
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
-#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/state/object_carriers.h"
 
 #include <vector>
 

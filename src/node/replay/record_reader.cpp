@@ -2,7 +2,7 @@
 
 #include "node/objects/object_store.h"
 #include "node/robot/load_config.h"
-#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/files/file_value.h"
 
 #include <rosbag/bag.h>
 #include <rosbag/view.h>

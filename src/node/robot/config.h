@@ -1,10 +1,10 @@
 #pragma once
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/robot_model.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_rules.h"
 

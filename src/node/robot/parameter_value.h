@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/files/file_value.h"
 
 #include <xmlrpcpp/XmlRpcValue.h>
 

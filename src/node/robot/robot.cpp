@@ -2,13 +2,13 @@
 
 #include "node/robot/load_config.h"
 #include "node/robot/tf_frames.h"
-#include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/proof/conditional_pairs.h"
+#include "proximity_server/scene/state/degrees_of_freedom.h"
 
 #include <ros/console.h>
 

@@ -3,8 +3,8 @@
 #include "node/robot/config.h"
 #include "node/robot/object_slot.h"
 #include "node/robot/scene_pool.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pairs.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 
 #include <ros/node_handle.h>

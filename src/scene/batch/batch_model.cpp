@@ -1,9 +1,9 @@
 #include "scene/batch/batch_model.h"
 
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "scene/filter/given_model.h"
 #include "scene/lanes/lane_bounds.h"
 #include "scene/model/numbers.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <cmath>

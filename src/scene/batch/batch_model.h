@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/batch/batch_objects.h"
 #include "scene/lanes/lane_model.h"
 #include "scene/parts/visit_queue.h"

@@ -1,7 +1,7 @@
 #include "proximity_server/scene/derivative/constraint_rows.h"
 
-#include "scene/filter/given_model.h"
 #include "scene/model/numbers.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <cmath>

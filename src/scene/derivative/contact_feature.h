@@ -1,11 +1,11 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/derivative/plane_figure.h"
 
 #include <Eigen/Geometry>

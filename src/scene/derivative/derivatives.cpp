@@ -2,8 +2,8 @@
 
 #include "scene/derivative/contact_feature.h"
 #include "scene/derivative/placed_joints.h"
-#include "scene/filter/given_model.h"
 #include "scene/model/body_pose.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <limits>

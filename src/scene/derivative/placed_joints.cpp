@@ -1,9 +1,9 @@
 #include "scene/derivative/placed_joints.h"
 
 #include "proximity_server/narrowphase/assertion.h"
-#include "scene/filter/given_model.h"
 #include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/filter/pair_table.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/scene_model/pair_table.h"
 
 #include <algorithm>
 #include <map>

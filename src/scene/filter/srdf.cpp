@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/filter/srdf_reason.h"
 #include "proximity_server/scene/model/names.h"
-#include "scene/loading/xml_text.h"
+#include "scene/files/xml_text.h"
 #include "scene/mesh/input_limits.h"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/model/names.h"
+#include "scene/files/field.h"
 #include "scene/inequalities/contradiction.h"
 #include "scene/inequalities/inequality_text.h"
-#include "scene/object_files/field.h"
 
 #include <fstream>
 #include <iterator>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/kernels/lane_kernels.h"
 #include "scene/lanes/link_outline.h"
 #include "scene/parts/volumes.h"

@@ -1,10 +1,11 @@
 #include "proximity_server/scene/levels/always_near.h"
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/query/scene.h"
-#include "scene/filter/given_model.h"
+#include "scene/scene_model/given_model.h"
 #include "system/number_text.h"
 
 #include <algorithm>
@@ -14,7 +15,6 @@
 #include <limits>
 #include <memory>
 #include <random>
-#include <set>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -55,17 +55,6 @@ bool hasKnownRanges(const RobotModel& robot, const AlwaysNear& near) {
 }
 
 }  // namespace
-
-std::string yamlName(const std::string& name) {
-  static const std::set<std::string> words{"y", "n", "yes", "no", "on", "off", "true", "false", "null"};
-  static const std::string letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
-  std::string lower = name, escaped;
-  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  for (const char c : name) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
-  const bool is_plain = !name.empty() && letters.find(name[0]) != std::string::npos &&
-                        name.find_first_not_of(letters + "0123456789.-/") == std::string::npos && !words.count(lower);
-  return is_plain ? name : "\"" + escaped + "\"";
-}
 
 std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance, int states) {
   const std::vector<JointRange> ranges = jointRanges(model.robot);

@@ -5,9 +5,9 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/scene.h"
-#include "scene/filter/given_model.h"
 #include "scene/filter/link_table.h"
 #include "scene/model/numbers.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
-#include "proximity_server/scene/object_files/file_value.h"
-#include "scene/object_files/field.h"
+#include "scene/files/field.h"
 
 #include <string>
 #include <vector>

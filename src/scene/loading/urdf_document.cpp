@@ -1,7 +1,7 @@
 #include "scene/loading/urdf_document.h"
 
 #include "proximity_server/scene/model/names.h"
-#include "scene/loading/xml_text.h"
+#include "scene/files/xml_text.h"
 #include "scene/mesh/input_limits.h"
 
 #include <console_bridge/console.h>

@@ -1,11 +1,11 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/motion/joint_deviations.h"
 #include "scene/motion/moving_bodies.h"
 #include "scene/objects/placed_object.h"

@@ -1,7 +1,7 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 
-#include "scene/filter/given_model.h"
 #include "scene/motion/motion_search.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <utility>

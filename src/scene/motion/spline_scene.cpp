@@ -1,10 +1,10 @@
 #include "proximity_server/scene/motion/spline_scene.h"
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/filter/given_model.h"
 #include "scene/model/numbers.h"
 #include "scene/motion/joint_deviations.h"
 #include "scene/motion/motion_search.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <cmath>

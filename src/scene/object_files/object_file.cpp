@@ -3,7 +3,7 @@
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/model/names.h"
-#include "scene/object_files/field.h"
+#include "scene/files/field.h"
 
 #include <algorithm>
 #include <array>

@@ -2,10 +2,10 @@
 
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/names.h"
-#include "scene/filter/given_model.h"
 #include "scene/mesh/input_limits.h"
 #include "scene/model/body_pose.h"
 #include "scene/objects/placed_object.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <set>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/bounds/box_tree.h"
 #include "scene/parts/placed_robot.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
 #include "scene/parts/part.h"
 
 #include <vector>

@@ -4,9 +4,9 @@
 #include "proximity_server/scene/certificate/verify.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/certificate/pair_separation.h"
-#include "scene/filter/given_model.h"
 #include "scene/model/numbers.h"
 #include "scene/proof/pair_certificate.h"
+#include "scene/scene_model/given_model.h"
 #include "system/pipeline.h"
 
 #include <algorithm>

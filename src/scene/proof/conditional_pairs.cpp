@@ -1,10 +1,10 @@
 #include "proximity_server/scene/proof/conditional_pairs.h"
 
-#include "proximity_server/scene/levels/always_near.h"
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/model/names.h"
+#include "scene/files/field.h"
 #include "scene/model/model_hash.h"
-#include "scene/object_files/field.h"
 #include "scene/proof/pair_box.h"
 
 #include <algorithm>

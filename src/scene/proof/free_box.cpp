@@ -1,7 +1,7 @@
 #include "proximity_server/scene/proof/free_box.h"
 
 #include "proximity_server/scene/proof/prove_apart.h"
-#include "scene/filter/given_model.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <cmath>

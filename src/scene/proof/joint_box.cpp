@@ -1,7 +1,7 @@
 #include "proximity_server/scene/proof/joint_box.h"
 
 #include "proximity_server/scene/model/names.h"
-#include "scene/object_files/field.h"
+#include "scene/files/field.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/proof/joint_box.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
 
 namespace proximity_server::scene {
 

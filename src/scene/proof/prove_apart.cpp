@@ -2,9 +2,9 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/query/scene.h"
-#include "scene/filter/given_model.h"
 #include "scene/proof/box_search.h"
 #include "scene/proof/pair_certificate.h"
+#include "scene/scene_model/given_model.h"
 #include "system/pipeline.h"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/parts/pair_memory.h"
 #include "scene/parts/placed_robot.h"
 #include "scene/parts/visit_queue.h"

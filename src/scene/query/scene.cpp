@@ -1,8 +1,8 @@
 #include "proximity_server/scene/query/scene.h"
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "scene/filter/given_model.h"
 #include "scene/query/pair_ranking.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,7 +1,7 @@
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
-#include "scene/filter/given_model.h"
 #include "scene/model/numbers.h"
+#include "scene/scene_model/given_model.h"
 #include "scene/uncertainty/pair_bounds.h"
 
 #include <algorithm>

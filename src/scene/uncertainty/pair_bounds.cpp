@@ -1,10 +1,10 @@
 #include "scene/uncertainty/pair_bounds.h"
 
 #include "proximity_server/narrowphase/shape/support.h"
-#include "scene/filter/given_model.h"
 #include "scene/model/numbers.h"
 #include "scene/objects/object_geometry.h"
 #include "scene/query/half_space.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/state/object_carriers.h"
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 #include "scene/derivative/placed_joints.h"

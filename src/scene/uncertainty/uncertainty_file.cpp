@@ -1,7 +1,7 @@
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
-#include "scene/object_files/field.h"
+#include "scene/files/field.h"
 
 #include <algorithm>
 #include <stdexcept>

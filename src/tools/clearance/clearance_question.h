@@ -1,6 +1,5 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/joint_spline.h"
@@ -8,6 +7,7 @@
 #include "proximity_server/scene/motion/spline_scene.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 #include "tools/program/time_budget.h"
 #include "tools/robot/object_schedule.h"

@@ -1,7 +1,7 @@
 #include "tools/clearance/driven_motion.h"
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "tools/robot/robot_files.h"
 #include "tools/robot/robot_text.h"
 #include "tools/states/csv_states.h"

@@ -1,11 +1,11 @@
 #include "tools/clearance/state_sweep.h"
 
 #include "proximity_server/scene/batch/scene_batch.h"
-#include "proximity_server/scene/derivative/object_carriers.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/state/object_carriers.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"

@@ -1,7 +1,7 @@
 #include "tools/model_check/model_checks.h"
 
 #include "proximity_server/narrowphase/shape/support.h"
-#include "proximity_server/scene/loading/xml_declarations.h"
+#include "proximity_server/scene/files/xml_declarations.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/objects/object.h"

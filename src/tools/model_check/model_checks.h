@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "tools/model_check/findings.h"
 #include "tools/pair_audit/pair_study.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/clearance_level.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "tools/program/time_budget.h"
 
 #include <Eigen/Core>

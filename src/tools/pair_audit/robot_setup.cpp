@@ -1,7 +1,7 @@
 #include "tools/pair_audit/robot_setup.h"
 
-#include "proximity_server/scene/levels/always_near.h"
-#include "proximity_server/scene/loading/xml_declarations.h"
+#include "proximity_server/scene/files/file_value.h"
+#include "proximity_server/scene/files/xml_declarations.h"
 #include "system/whole_file.h"
 #include "tools/robot/robot_files.h"
 #include "tools/text/csv.h"

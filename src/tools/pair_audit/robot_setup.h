@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "tools/pair_audit/level_shares.h"
 
 #include <memory>

@@ -1,6 +1,6 @@
 #include "tools/pair_audit/safe_limits.h"
 
-#include "proximity_server/scene/levels/always_near.h"
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/proof/prove_apart.h"

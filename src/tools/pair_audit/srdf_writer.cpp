@@ -1,7 +1,7 @@
 #include "tools/pair_audit/srdf_writer.h"
 
+#include "proximity_server/scene/files/xml_declarations.h"
 #include "proximity_server/scene/filter/srdf_reason.h"
-#include "proximity_server/scene/loading/xml_declarations.h"
 
 #include <tinyxml2.h>
 

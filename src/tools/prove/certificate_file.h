@@ -1,9 +1,9 @@
 #pragma once
 
 #include "proximity_server/scene/certificate/certificate.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/proof/joint_box.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <string>
 #include <vector>

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "tools/robot/robot_files.h"
 
 #include <cstddef>

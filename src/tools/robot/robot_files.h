@@ -1,8 +1,8 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <memory>
 #include <optional>

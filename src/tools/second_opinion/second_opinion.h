@@ -1,9 +1,9 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "system/whole_file.h"
 #include "tools/second_opinion/judgement.h"
 

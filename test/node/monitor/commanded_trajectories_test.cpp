@@ -3,8 +3,8 @@
 
 #include "node/monitor/slider_robot.h"
 #include "node/robot/load_config.h"
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "scene/files.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // Joint inequalities in the monitor: their text, their rows, and the velocity scale.
 #include "node/monitor/slider_robot.h"
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "robots/robots.h"
 
 #include <gtest/gtest.h>

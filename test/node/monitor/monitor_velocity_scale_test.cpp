@@ -1,7 +1,7 @@
 // The scale of ~collision_velocity_scale: that of the scene, to the last bit, or 0 with a reason.
 #include "node/monitor/slider_robot.h"
 #include "node/monitor/velocity_scale.h"
-#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "proximity_server/scene/velocity_scale.h"
 #include "scene/files.h"
 
 #include <gtest/gtest.h>

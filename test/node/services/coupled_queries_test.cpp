@@ -1,7 +1,7 @@
 #include "node/answers.h"
 #include "node/asked_robot.h"
 #include "node/services/queries.h"
-#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/files/file_value.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include "node/load/node_under_load.h"
 #include "node/soak/answer_checks.h"
 #include "node/soak/soak_record.h"
-#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "proximity_server/scene/velocity_scale.h"
 
 #include <std_msgs/Float64.h>
 

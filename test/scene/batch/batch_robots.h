@@ -1,8 +1,8 @@
 #pragma once
 
 #include "peers/robots.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/loading/joined_robots.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "sanitized.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/derivative/degrees_of_freedom.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/state/degrees_of_freedom.h"
 #include "scene/small_robots.h"
 
 #include <Eigen/Geometry>

@@ -1,7 +1,7 @@
 #include "proximity_server/scene/levels/always_near.h"
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "scene/small_robots.h"
 
 #include <gtest/gtest.h>

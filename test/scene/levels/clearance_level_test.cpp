@@ -1,9 +1,9 @@
 #include "proximity_server/scene/levels/clearance_level.h"
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/random_objects.h"
 
 #include <gtest/gtest.h>

@@ -1,13 +1,13 @@
 #pragma once
 
 #include "proximity_server/scene/batch/state_verdict.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/states.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/deadline.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <cstddef>
 #include <memory>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "proximity_server/narrowphase/shape/eigen_alignment.h"
-#include "proximity_server/scene/filter/shape_ref.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
 
 #include <Eigen/Core>
 

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "proximity_server/scene/derivative/derivatives.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/posed_position.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <Eigen/Core>
 

@@ -1,12 +1,12 @@
 #pragma once
 
-#include "proximity_server/scene/derivative/degrees_of_freedom.h"
-#include "proximity_server/scene/derivative/object_carriers.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
+#include "proximity_server/scene/state/degrees_of_freedom.h"
+#include "proximity_server/scene/state/object_carriers.h"
 
 #include <Eigen/Core>
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/robot_model.h"
-#include "proximity_server/scene/object_files/file_value.h"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <string>
 #include <vector>
@@ -39,9 +39,6 @@ LevelThresholds thresholdsWith(const std::vector<AlwaysNear>& near, const StopAn
 
 /// Returns a text: "stays at 15.6 mm", "stays between 11 mm and 20.5 mm", "stays between contact and 17.7 mm"
 std::string distancesText(const AlwaysNear& pair);
-
-/// A name in YAML: in quotes if YAML would take it for something else.
-std::string yamlName(const std::string& name);
 
 /// An entry of the parameters pair_stop_distance and pair_warn_distance: {links: [wrist_2_link, ee_link], distance:
 /// 0.0078}

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <string>
 #include <vector>

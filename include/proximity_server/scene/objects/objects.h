@@ -1,13 +1,16 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
-#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/object.h"
 #include "proximity_server/scene/objects/object_rules.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -31,6 +34,9 @@ using ObjectChange = std::variant<AddObject, ReplaceObject, RemoveObject>;
 
 struct PlacedObject;
 class FixedObjects;
+
+/// The poses of the frames of moving objects, in the order of Objects::frames(); nullopt if a pose is not known.
+using FramePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
 /// The objects of one robot, and the pairs that they are part of. It never changes: a change makes a new set, which
 /// shares all data that are the same, so that questions to scenes that use the old set are not disturbed.

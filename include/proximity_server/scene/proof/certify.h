@@ -1,8 +1,8 @@
 #pragma once
 
 #include "proximity_server/scene/certificate/certificate.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/proof/pair_proof.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <memory>
 #include <optional>

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/robot_model.h"
-#include "proximity_server/scene/object_files/file_value.h"
 
 #include <string>
 #include <vector>

@@ -1,9 +1,9 @@
 #pragma once
 
-#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/proof/joint_box.h"
 #include "proximity_server/scene/query/deadline.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
 
 #include <functional>
 #include <limits>

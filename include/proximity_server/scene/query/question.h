@@ -1,9 +1,9 @@
 #pragma once
 
 #include "proximity_server/narrowphase/query_types.h"
-#include "proximity_server/scene/filter/shape_ref.h"
 #include "proximity_server/scene/pieces/representation.h"
 #include "proximity_server/scene/query/deadline.h"
+#include "proximity_server/scene/scene_model/shape_ref.h"
 
 #include <limits>
 #include <vector>

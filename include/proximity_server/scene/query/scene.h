@@ -1,10 +1,10 @@
 #pragma once
 
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 
 #include <Eigen/Geometry>
 
@@ -16,9 +16,6 @@ namespace proximity_server::scene {
 
 class PairRanking;
 class Volumes;
-
-/// The poses of the frames of moving objects, in the order of Objects::frames(); nullopt if a pose is not known.
-using FramePoses = std::vector<std::optional<Eigen::Isometry3d>>;
 
 /// One robot with its objects in one set of poses, and the working memory of one caller. Not thread-safe; call
 /// forAnotherThread() for each further thread.

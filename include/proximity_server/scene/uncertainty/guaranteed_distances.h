@@ -1,12 +1,12 @@
 #pragma once
 
-#include "proximity_server/scene/derivative/object_carriers.h"
-#include "proximity_server/scene/filter/scene_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
+#include "proximity_server/scene/state/object_carriers.h"
 #include "proximity_server/scene/uncertainty/guarantee_limits.h"
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"

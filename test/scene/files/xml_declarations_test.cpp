@@ -1,4 +1,4 @@
-#include "proximity_server/scene/loading/xml_declarations.h"
+#include "proximity_server/scene/files/xml_declarations.h"
 
 #include <gtest/gtest.h>
 

@@ -28,4 +28,7 @@ struct FileValue::Member {
 ///          in a map, a name that is not a text, an alias or a tag, beyond a limit.
 FileValue readYaml(const std::string& text, const std::string& source);
 
+/// A name in YAML: in quotes if YAML would take it for something else.
+std::string yamlName(const std::string& name);
+
 }  // namespace proximity_server::scene

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/model/robot_model.h"
+#include "proximity_server/scene/scene_model/pair_table.h"
 
 namespace proximity_server::scene {
 

@@ -1,4 +1,4 @@
-#include "proximity_server/scene/derivative/degrees_of_freedom.h"
+#include "proximity_server/scene/state/degrees_of_freedom.h"
 
 namespace proximity_server::scene {
 namespace {

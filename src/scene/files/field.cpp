@@ -1,4 +1,4 @@
-#include "scene/object_files/field.h"
+#include "scene/files/field.h"
 
 #include "proximity_server/scene/model/names.h"
 

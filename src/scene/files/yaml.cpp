@@ -1,12 +1,13 @@
 #include <yaml.h>
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/object_files/file_value.h"
 #include "system/number_text.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -173,5 +174,16 @@ class YamlReader {
 }  // namespace
 
 FileValue readYaml(const std::string& text, const std::string& source) { return YamlReader(text, source).document(); }
+
+std::string yamlName(const std::string& name) {
+  static const std::set<std::string> words{"y", "n", "yes", "no", "on", "off", "true", "false", "null"};
+  static const std::string letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
+  std::string lower = name, escaped;
+  for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  for (const char c : name) escaped += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
+  const bool is_plain = !name.empty() && letters.find(name[0]) != std::string::npos &&
+                        name.find_first_not_of(letters + "0123456789.-/") == std::string::npos && !words.count(lower);
+  return is_plain ? name : "\"" + escaped + "\"";
+}
 
 }  // namespace proximity_server::scene

@@ -1,4 +1,4 @@
-#include "proximity_server/scene/object_files/file_value.h"
+#include "proximity_server/scene/files/file_value.h"
 #include "scene/object_files/refusals.h"
 
 #include <string>

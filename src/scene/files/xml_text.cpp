@@ -1,6 +1,6 @@
-#include "scene/loading/xml_text.h"
+#include "scene/files/xml_text.h"
 
-#include "proximity_server/scene/loading/xml_declarations.h"
+#include "proximity_server/scene/files/xml_declarations.h"
 #include "scene/mesh/input_limits.h"
 
 #include <algorithm>

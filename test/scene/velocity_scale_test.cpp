@@ -1,4 +1,4 @@
-#include "proximity_server/scene/derivative/velocity_scale.h"
+#include "proximity_server/scene/velocity_scale.h"
 
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "scene/small_robots.h"
