@@ -8,6 +8,7 @@ A room is a folder below src/ and include/proximity_server/, or a file with its 
 * a file includes only files of its own room and of rooms that stand before it, and these exist;
 * what UNRELATED lists does not include each other;
 * a room has at most MOST_UNITS units, headers with their sources, and these do not include each other in a circle;
+* the rooms of scene stand on at most MOST_FLOORS floors: a room stands one above the highest room of scene that it includes;
 * a header below src/ is private to its layer, the first folder of its path, and to those that SHARED_WITH names.
 Includes with angle brackets are checked where they name a public header. Tests are not checked.
 
@@ -25,6 +26,7 @@ SOURCE = pathlib.Path(sys.argv[1]).resolve()
 PUBLIC = "include/proximity_server"
 SUFFIXES = (".h", ".cpp")
 MOST_UNITS = 12
+MOST_FLOORS = 10
 UNRELATED = (("tools", "node"), ("tools", "demo"), ("python", "tools"), ("python", "node"), ("python", "demo"))  # layers
 # Layers whose private headers others may include, and who.
 SHARED_WITH = {"system": ("scene", "tools", "python", "node", "demo"), "node": ("demo",)}
@@ -143,6 +145,22 @@ def problems_within_rooms(source):
                 told.update(circle)
 
 
+def floors(source):
+    """The floor of each room of scene, counted from 1."""
+    rooms = rooms_of((source / "src/README.md").read_text())
+    below = collections.defaultdict(set)  # the rooms of scene that a room includes
+    for tree in (PUBLIC, "src"):
+        for path in (source / tree / "scene").rglob("*"):
+            if path.suffix in SUFFIXES:
+                room = room_of(path.relative_to(source).as_posix(), rooms)
+                below[room].update(room_of(file_of(include), rooms) for include in includes(path.read_text()))
+    floor = {}
+    for room in rooms:  # lowest first
+        if layer_of(room) == "scene":
+            floor[room] = 1 + max((floor[other] for other in below[room] if other in floor), default=0)
+    return floor
+
+
 def rank_of(bracket, name, path):
     """0: a header with the name of the file, 1: another one of this project, 2: of a library or the system, 3: of the standard library."""
     unit = re.sub("_test$", "", pathlib.PurePath(path).stem)
@@ -175,6 +193,10 @@ class Rooms(unittest.TestCase):
 
     def test_no_include_of_a_layer_runs_back_up(self):
         self.assertEqual([], list(problems(SOURCE)))
+
+    def test_scene_has_few_floors(self):
+        highest = max(floors(SOURCE).items(), key=lambda item: item[1])
+        self.assertLessEqual(highest[1], MOST_FLOORS, highest[0])
 
     def test_the_order_of_the_rooms_names_none_of_them_twice(self):
         rooms = rooms_of((SOURCE / "src/README.md").read_text())
@@ -231,6 +253,15 @@ class BrokenRules(unittest.TestCase):
         self.assertEqual(
             ['src/scene/mesh/mesh.cpp: #include "scene/query/pair_search.h" runs back up from scene/mesh to scene/query'],
             self.found({"src/scene/mesh/mesh.cpp": '#include "scene/query/pair_search.h"'}))
+
+    def test_a_room_stands_one_floor_above_what_it_includes(self):
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder)
+            for path, text in {"src/README.md": MAP, "src/scene/mesh/mesh.h": '#include "system/pipeline.h"',
+                               "src/scene/query/scene.cpp": '#include "scene/mesh/mesh.h"'}.items():
+                (source / path).parent.mkdir(parents=True, exist_ok=True)
+                (source / path).write_text(text)
+            self.assertEqual({"scene/mesh": 1, "scene/query": 2}, floors(source))
 
     def test_the_node_includes_no_tool(self):
         found, = self.found({"src/node/main.cpp": '#include "tools/clearance/clearance.h"'})
