@@ -9,6 +9,7 @@
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "python/signal_watch.h"
+#include "system/numbers.h"
 #include "system/pipeline.h"
 
 #include <algorithm>
@@ -141,7 +142,6 @@ using RowMajor4d = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 using Operation = scene::ObjectEdit::Operation;
 
 constexpr int kMaxThreads = 1024;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Makes a new array. Its shape is that of the states, followed by `shape`.
 py::array newArray(const py::dtype& type, const JointPositions& positions, std::vector<py::ssize_t> shape) {

@@ -8,19 +8,17 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
+#include "system/numbers.h"
 
 #include <ros/time.h>
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
 
 // Converts answers of the scene into messages, without any computation of distances. Unknown numbers become NaN.
 
 namespace proximity_server::node {
-
-inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// The robot and the objects of the scene that answered: the links and objects that the numbers in its answer stand
 /// for.

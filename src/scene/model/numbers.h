@@ -1,12 +1,13 @@
 #pragma once
 
+#include "system/numbers.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace proximity_server::scene {
 
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 inline constexpr float kFloatInfinity = std::numeric_limits<float>::infinity();
 
 /// roundedUp(): the nearest float that is not below a number. roundedDown(): the nearest float that is not above it.

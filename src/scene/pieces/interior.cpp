@@ -1,8 +1,9 @@
 #include "scene/pieces/interior.h"
 
+#include "system/numbers.h"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace proximity_server::scene {
 namespace {
@@ -22,7 +23,7 @@ struct Extent {
       largest = std::max(largest, along);
     }
   }
-  double smallest = std::numeric_limits<double>::infinity(), largest = -std::numeric_limits<double>::infinity();
+  double smallest = kInfinity, largest = -kInfinity;
 };
 
 /// [m] A lower bound of the distance of a triangle from p: how far all its corners are on one side of the plane through
@@ -77,7 +78,6 @@ Interior::Interior(const std::vector<Triangle>& closed)
 }
 
 Interior::Place Interior::placeOf(const Vector3d& p, double reach) const {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const bool is_inside = box_.contains(p) && space_.mayHold(p);
   const NearestTriangle nearest = nearestOf(surface_, normals_, p, is_inside ? kInfinity : reach);
   if (!nearest.triangle) return {nearest.lower_bound, kInfinity, p, Vector3d::UnitZ()};

@@ -1,9 +1,9 @@
 #include "scene/pieces/mesh_deviation.h"
 
 #include "scene/pieces/mesh_parts.h"
+#include "system/numbers.h"
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <queue>
 
@@ -11,8 +11,6 @@ namespace proximity_server::scene {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Without this gap to the tolerance, a hull at exactly the tolerance would never be decided.
 constexpr double kTooClose = 0.98;

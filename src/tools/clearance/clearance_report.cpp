@@ -3,6 +3,7 @@
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "system/numbers.h"
 #include "tools/second_opinion/placed_pieces.h"
 
 #include <nlohmann/json.hpp>
@@ -19,7 +20,6 @@ using Eigen::Vector3d;
 
 constexpr int kDirections = 48;     // of an outline: a circle is drawn within 0.3 % of its radius
 constexpr double kNoAnswer = -1.0;  // in place of a level
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 /// The outlines of a convex piece, seen along z, y and x.

@@ -7,6 +7,7 @@
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/object_carriers.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "system/numbers.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/robot/robot_text.h"
@@ -27,8 +28,6 @@ constexpr int kBlockOfBatch = 2048;
 
 /// So many that the cold start is a small part of the work.
 constexpr int kBlockOfScene = 256;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// States that lie side by side, what is answered about them, and their rows.
 struct StateBlock {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/narrowphase/shape/shape.h"
+#include "system/numbers.h"
 #include "tools/second_opinion/placed_pieces.h"
 
 #include <Eigen/Geometry>
@@ -10,8 +11,6 @@
 #include <vector>
 
 namespace proximity_server::tools {
-
-inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// The answers of any library about two pieces, as far as they can be put to the proof. In the frame of the pieces.
 struct Hints {
