@@ -24,6 +24,7 @@ void SplineDelays::observe(double time, const std::vector<MeasuredJoint>& joints
   samples_.resize(joints.size() * (kCells + 1));
   for (std::size_t joint = 0; joint < joints.size(); ++joint)
     for (int i = 0; i <= kCells; ++i) samples_[joint * (kCells + 1) + i] = position_at(joint, delayOf(i));
+  const bool is_after_gap = time - time_ > kLongestGap;  // not at the first state
   time_ = time;
   const Cells now = bounds_ & fitting(joints);
   const bool agree = (possible_ & now) != 0;
@@ -34,7 +35,7 @@ void SplineDelays::observe(double time, const std::vector<MeasuredJoint>& joints
   } else {
     last_fit_ = time;
     const Cells alike = possible_ & agreeing(joints);
-    agreed_since_ = agree && (agreed_ & alike) != 0 ? std::min(agreed_since_, time) : time;
+    agreed_since_ = agree && !is_after_gap && (agreed_ & alike) != 0 ? std::min(agreed_since_, time) : time;
     agreed_ = agreed_since_ < time ? agreed_ & alike : alike;
   }
   findBest(joints);

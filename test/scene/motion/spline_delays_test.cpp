@@ -79,6 +79,20 @@ TEST(SplineDelays, CountAsFollowedAfterATenthOfASecond) {
   EXPECT_FALSE(delays.areFollowed()) << "another position";
 }
 
+TEST(SplineDelays, AgreeOnlyWhileSomebodyLooks) {
+  SplineDelays delays(0.0);
+  const auto tellAt = [&](double time) { tell(delays, time, time - 0.02, 1.0, steady); };
+  for (const double time : {1.0, 1.2, 1.4, 1.52}) {
+    tellAt(time);
+    EXPECT_TRUE(delays.fits());
+    EXPECT_EQ(delays.areFollowed(), time == 1.52) << time;
+  }
+  EXPECT_EQ(delays.agreedSince(), 1.4);
+  tellAt(2.0);
+  EXPECT_FALSE(delays.areFollowed());
+  EXPECT_EQ(delays.agreedSince(), 2.0);
+}
+
 TEST(SplineDelays, AreInheritedByTheNextSpline) {
   SplineDelays delays(0.0, 0.89);
   tell(delays, 1.0, 0.98, 1.0, steady);

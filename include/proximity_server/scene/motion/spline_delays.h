@@ -26,6 +26,9 @@ struct MeasuredJoint {
 /// 3. The joints agree with the spline as long as, in one and the same cell of the set, their velocities are within the
 ///    velocity errors, too. After kAgreement of this they count as following it. A robot that only crosses its spline
 ///    does not: with another velocity it leaves the cells.
+/// 4. Two states farther apart than kLongestGap tell nothing of the time between them: agreement begins anew. A joint
+///    that leaves the spline with an acceleration a, and is back with the same velocity after this time t, has been off
+///    by up to a t^2 / 16: by 0.01 rad, the default of the parameter tracking_error, at 10 rad/s^2.
 ///
 /// Error:  the set has no cell too few if the spline leaves the range of its values at both ends of a cell by less than
 ///         the position error leaves over: by (acceleration) * kStep^2 / 8, 3e-5 rad at 10 rad/s^2.
@@ -37,6 +40,7 @@ class SplineDelays {
   static constexpr double kStep = 0.005;        ///< [s]
   static constexpr int kCells = 24;             ///< from -kLargestLead to kLargest
   static constexpr double kAgreement = 0.1;     ///< [s]
+  static constexpr double kLongestGap = 0.125;  ///< [s]
 
   /// The delay is between `least`, which is 0 or -kLargestLead, and kLargest. `agreed_since` [s]: for joints that have
   /// agreed with the motion which the spline goes on with; infinity: they have not.
@@ -47,9 +51,11 @@ class SplineDelays {
   void observe(double time, const std::vector<MeasuredJoint>& joints,
                const std::function<double(std::size_t joint, double delay)>& position_at);
 
-  bool fits() const { return last_fit_ == time_; }      ///< the last state, to some delay
-  double lastFit() const { return last_fit_; }          ///< [s] the time of the last state that fitted
-  double agreedSince() const { return agreed_since_; }  ///< [s] infinity: the last state does not agree
+  bool fits() const { return last_fit_ == time_; }  ///< the last state, to some delay
+  double lastFit() const { return last_fit_; }      ///< [s] the time of the last state that fitted
+  /// [s] The time of the first of those states that agree up to the last one. If the last one fits but does not agree,
+  /// or comes after a gap, its own time; infinity if it does not fit.
+  double agreedSince() const { return agreed_since_; }
   bool areFollowed() const { return time_ - agreed_since_ >= kAgreement; }
 
   double least() const;                  ///< [s] no smaller delay is possible
@@ -77,7 +83,8 @@ class SplineDelays {
   double positionAt(std::size_t joint, const Fit& fit) const;
 
   Cells bounds_, possible_, agreed_;  // those with which the states agree since agreed_since_ are agreed_
-  double time_ = 0.0, last_fit_ = -std::numeric_limits<double>::infinity();
+  double time_ = std::numeric_limits<double>::quiet_NaN();  // of the last state
+  double last_fit_ = -std::numeric_limits<double>::infinity();
   double agreed_since_;
   double best_ = 0.0, farthest_ = 0.0;
   int farthest_joint_ = 0;
