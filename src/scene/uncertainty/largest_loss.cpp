@@ -11,9 +11,10 @@ using Eigen::Vector3d;
 
 /// Finds how far what each body carries can be from its origin: no farther than along the chain of origins to the
 /// geometry of any body that it carries, whatever the angles of the joints are. Infinity for a body without a pose that
-/// carries one with a pose.
+/// carries one with a pose, and for one that carries a half-space in the frame of a link.
 void PairBounds::findRadii() {
   const RobotModel& robot = joints_.robot();
+  reachCarriedObjects();
   radius_ = reach_;
   for (int body = static_cast<int>(robot.bodies.size()) - 1; body >= 0; --body) {  // parents come first
     if (!joints_.poses()[body]) continue;
@@ -22,6 +23,22 @@ void PairBounds::findRadii() {
     if (parent < 0) continue;
     const double between = (joints_.poses()[body]->translation() - joints_.poses()[parent]->translation()).norm();
     radius_[parent] = std::max(radius_[parent], (1.0 + kPoseRounding) * (between + radius_[body]));
+  }
+}
+
+/// Adds to reach_ the objects that stand in the frame of a link. Their places on the body are known from poses only.
+void PairBounds::reachCarriedObjects() {
+  if (!joints_.objects()) return;
+  for (const int number : joints_.objects()->numbers()) {
+    const PlacedObject& placed = *joints_.objects()->placed(number);
+    const ShapeRef ref = ShapeRef::ofObject(number);
+    const int body = joints_.bodyOf(ref);
+    const std::optional<Isometry3d> pose = joints_.poseOf(ref);
+    if (placed.kind == PlacedObject::Kind::Attached || body < 0 || !pose || !joints_.poses()[body]) continue;
+    const Bounds& bounds = partOf(placed).whole().bounds;
+    const double between = (*pose * bounds.centre - joints_.poses()[body]->translation()).norm();
+    const double own = placed.isUnbounded() ? kInfinity : (1.0 + kPoseRounding) * (between + bounds.radius);
+    reach_[body] = std::max(reach_[body], own);
   }
 }
 
@@ -93,7 +110,6 @@ double PairBounds::largestLoss() {
 /// along the longest way between two bodies, each joint, frame and base with the largest radius of all that it carries,
 /// is not less than the loss of any pair in any state.
 double PairBounds::largestLoss(const std::vector<double>& travel) {
-  if (carries_free_objects_) return kInfinity;
   const RobotModel& robot = joints_.robot();
   findRadii();
   const TravelWays ways = waysOf(travel);

@@ -126,7 +126,6 @@ void PairBounds::placeObjects() {
   forgetState();
   objects_lose_ = 0.0;
   TwoLargest lose;
-  carries_free_objects_ = false;
   const auto add_reach = [&](int body, const Part& part) {
     if (!part.whole().isEmpty()) reach_[body] = std::max(reach_[body], part.whole().bounds.reach);
   };
@@ -139,11 +138,7 @@ void PairBounds::placeObjects() {
     ObjectFrame& frame = object_frames_[number];
     frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, joints_.robot())};
     const Bounds& bounds = partOf(placed).whole().bounds;
-    const int body = joints_.bodyOf(ShapeRef::ofObject(number));
-    if (placed.kind == PlacedObject::Kind::Attached)
-      add_reach(body, partOf(placed));
-    else
-      carries_free_objects_ = carries_free_objects_ || body >= 0;
+    if (placed.kind == PlacedObject::Kind::Attached) add_reach(joints_.bodyOf(ShapeRef::ofObject(number)), partOf(placed));
     if (placed.isUnbounded()) continue;
     // The geometry of a fixed object is in the frame of the object itself.
     const Vector3d origin = placed.kind == PlacedObject::Kind::Fixed ? Vector3d(Vector3d::Zero()) : frame.origin;

@@ -181,6 +181,7 @@ class PairBounds {
   bool isReachedBelow(double threshold, const LeafPair& leaves);
   void placeDisplaced();
   void findRadii();
+  void reachCarriedObjects();
   struct TravelWays {
     double of_all = 0.0, of_slides = 0.0;  ///< [m]
   };
@@ -202,8 +203,7 @@ class PairBounds {
   };
   std::vector<ObjectFrame> object_frames_;
   double objects_lose_ = 0.0;  ///< [m] two objects by their own uncertainties, without those that have half-spaces
-  bool carries_free_objects_ = false;  ///< a body carries an object that no link holds
-  double swellings_ = 0.0;             ///< [m] the two largest
+  double swellings_ = 0.0;     ///< [m] the two largest
 
   /// A bound of this state, which was improved up to `enough`.
   struct Bounded {

@@ -723,6 +723,45 @@ TEST(GuaranteedDistances, NoPairLosesMoreDuringAMotionThanTheLargestLossOfIt) {
   }
 }
 
+// The gripper is a tf frame on the hook that the URDF does not have. The same of an object that another one stands beside.
+TEST(GuaranteedDistances, NoPairOfAnObjectInTheFrameOfALinkLosesMoreThanTheLargestLoss) {
+  Chance chance(45);
+  const auto model = modelOf(kCrane);
+  const narrowphase::Shape sphere(narrowphase::Sphere{0.1});
+  const Object tool = makeObject("tool", {{sphere}}, Moving{"gripper"}), box = makeObject("box", {{sphere}}, Fixed{at(1, 1, 0)});
+  ObjectRules rules;
+  rules.free_objects = ObjectRules::FreeObjects::Checked;
+  const auto objects =
+      std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}, AddObject{box}}).withRules(rules));
+  const int hook = model->robot.links[model->robot.findLink("hook")].body;
+  Scene scene(model);
+  GuaranteedDistances distances(model);
+  scene.use(objects);
+  distances.use(objects, {-1, {hook}});
+  int pairs = 0;
+  for (int i = 0; i < 200; ++i) {
+    distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
+    const std::vector<double> start{chance.between(-3, 3), chance.between(-1, 1)};
+    const std::vector<double> travel{chance.between(0, 1), chance.between(0, 1)};
+    const BodyPoses poses = forwardKinematics(model->robot, start);
+    scene.update(poses, {*poses[hook] * at(1, 0, 0.5)});
+    distances.update(poses, scene);
+    const double largest = distances.largestLoss(travel);
+    ASSERT_TRUE(std::isfinite(largest));
+    const BodyPoses later = forwardKinematics(
+        model->robot, std::vector<double>{start[0] + chance.between(-1, 1) * travel[0], start[1] + travel[1]});
+    scene.update(later, {*later[hook] * at(1, 0, 0.5)});
+    distances.update(later, scene);
+    for (const PairProximity& pair : scene.closest(scene.candidates(), 4)) {
+      const double bound = distances.of(pair);
+      if (!(bound > 0.0)) continue;
+      EXPECT_GE(bound, pair.result.lower_bound - largest);
+      ++pairs;
+    }
+  }
+  EXPECT_GT(pairs, 200);
+}
+
 /// Limits the work to so many steps, by their number or as time.
 void limitSteps(std::int64_t most, GuaranteeEnd by, GuaranteedDistances& distances) {
   GuaranteeLimits limits;
@@ -814,10 +853,10 @@ TEST(GuaranteedDistances, MinimumThatALimitEndsHoldsForPairsThatWereNotLookedAt)
   }
 }
 
-// With an object that a joint carries, the largest loss is infinite, and so says nothing about pairs that were not listed.
-TEST(GuaranteedDistances, MinimumThatALimitEndsIsFiniteBesideAnObjectThatALinkCarries) {
+// With a half-space that a joint carries, the largest loss is infinite, and so says nothing about pairs that were not listed.
+TEST(GuaranteedDistances, MinimumThatALimitEndsIsFiniteBesideAHalfSpaceThatALinkCarries) {
   const auto model = modelOf(kCrane);
-  const Object tool = makeObject("tool", {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, Moving{"gripper"});
+  const Object tool = makeObject("tool", {{HalfSpace{{0, 0, 1}, -10.0}}}, Moving{"gripper"});
   const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}}));
   Scene scene(model);
   GuaranteedDistances distances(model);
