@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
+#include <cstddef>
+#include <memory>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {
@@ -54,36 +56,38 @@ void StatedJoints::add(const sensor_msgs::JointState& state, const std::string& 
   const bool has_positions = state.position.size() == state.name.size();
   const bool has_velocities = state.velocity.size() == state.name.size();
   const std::lock_guard<std::mutex> lock(mutex_);
-  Entries& entries = latest_[topic];
+  const auto known = latest_.find(topic);
+  if (known == latest_.end()) return;
   for (std::size_t i = 0; i < state.name.size(); ++i) {
-    Entry& entry = entries[state.name[i]];
-    if (has_positions) entry.position = {state.position[i], state.header.stamp};
-    if (has_velocities) entry.velocity = {state.velocity[i], state.header.stamp};
+    const auto entry = known->second.find(state.name[i]);
+    if (entry == known->second.end()) continue;
+    if (has_positions) entry->second->position = {state.position[i], state.header.stamp};
+    if (has_velocities) entry->second->velocity = {state.velocity[i], state.header.stamp};
   }
 }
 
-void StatedJoints::keepTopicsOf(const Robot& robot) {
-  const std::vector<RobotSource>& sources = robot.sources();
+void StatedJoints::follow(const Robot& robot) {
+  const scene::RobotModel& model = robot.robotModel();
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (auto known = latest_.begin(); known != latest_.end();) {
-    const bool is_kept = std::any_of(sources.begin(), sources.end(),
-                                     [&](const RobotSource& source) { return source.joint_states == known->first; });
-    known = is_kept ? std::next(known) : latest_.erase(known);
+  std::map<std::string, Entries> next;
+  for (std::size_t joint = 0; joint < model.joints.size(); ++joint) {
+    const std::string &topic = topicOf(robot, static_cast<int>(joint)), &name = model.joints[joint].name;
+    const auto known = latest_.find(topic);
+    const bool is_known = known != latest_.end() && known->second.count(name) > 0;
+    std::shared_ptr<Entry> entry = is_known ? known->second[name] : std::make_shared<Entry>();
+    const int member = memberOf(model, static_cast<int>(joint));
+    const std::string own = model.robots[member].ownName(name);
+    if (!isAmbiguous(robot, member, own)) next[topic].emplace(own, entry);
+    next[topic][name] = std::move(entry);
   }
+  latest_ = std::move(next);
 }
 
 const StatedJoints::Entry* StatedJoints::View::find(const Robot& robot, int joint) const {
-  const scene::RobotModel& model = robot.robotModel();
   const auto entries = latest_.find(topicOf(robot, joint));
   if (entries == latest_.end()) return nullptr;
-  const std::string& name = model.joints[joint].name;
-  auto hit = entries->second.find(name);
-  const int member = memberOf(model, joint);
-  if (hit == entries->second.end() && !model.robots[member].name.empty()) {
-    const std::string own = model.robots[member].ownName(name);
-    if (!isAmbiguous(robot, member, own)) hit = entries->second.find(own);
-  }
-  return hit == entries->second.end() ? nullptr : &hit->second;
+  const auto hit = entries->second.find(robot.robotModel().joints[joint].name);
+  return hit == entries->second.end() ? nullptr : hit->second.get();
 }
 
 const std::string& topicOf(const Robot& robot, int joint) {

@@ -8,6 +8,7 @@
 
 #include <limits>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -17,7 +18,7 @@ namespace proximity_server::node {
 /// The latest positions and velocities in joint_states, or in the topics that the parameter `robots` names. Several
 /// publishers may each publish some of the joints, or one of the two only. If there are several robots, a message may
 /// name a joint as the model does, "left/elbow", or as the URDF does, "elbow", unless another robot on the same topic
-/// has a joint of this name, too. Thread-safe.
+/// has a joint of this name, too. Joints that no robot has are ignored. Allocates only in follow(). Thread-safe.
 class StatedJoints {
  public:
   /// The latest number of a joint, NaN before the first one, with the stamp of its message.
@@ -32,19 +33,19 @@ class StatedJoints {
     Number position, velocity;  ///< [rad] or [m], [rad/s] or [m/s]
   };
 
+  /// Listens to the joints of this robot, and forgets all others. Before this there are none.
+  void follow(const Robot& robot);
+
   /// Adds a message. Velocities, or positions, that are not as many as the names do not count: many publishers leave the
   /// velocities empty.
   void add(const sensor_msgs::JointState& state, const std::string& topic);
 
-  /// Forgets the topics that are not those of this robot.
-  void keepTopicsOf(const Robot& robot);
-
-  using Entries = std::map<std::string, Entry>;  ///< by name of the joint
+  using Entries = std::map<std::string, std::shared_ptr<Entry>>;  ///< by each name that messages may give a joint
 
   /// The state between two messages. No message is added while a view exists.
   class View {
    public:
-    /// The numbers of a joint; nullptr if no message has named it.
+    /// The numbers of a joint; nullptr if the robot that is listened to has no such joint on its topic.
     const Entry* find(const Robot& robot, int joint) const;
 
    private:

@@ -34,6 +34,7 @@ TfListener::TfListener(TfPoses& tf, const Robot& robot) : tf_(tf) {
 }
 
 void TfListener::follow(const Robot& robot) {
+  tf_.stated().follow(robot);
   std::map<std::string, ros::Subscriber> subscribers;
   for (const RobotSource& source : robot.sources()) {
     const std::string& topic = source.joint_states;
@@ -46,7 +47,6 @@ void TfListener::follow(const Robot& robot) {
       subscribers[topic] = nh_.subscribe<sensor_msgs::JointState>(topic, 10, add, ros::VoidConstPtr(), atOnce());
   }
   joint_state_subs_ = std::move(subscribers);
-  tf_.stated().keepTopicsOf(robot);
 }
 
 TfListener::~TfListener() {

@@ -388,6 +388,7 @@ class JointLimits : public TimeOfContact {
     state.header.stamp = stamp;
     state.name = {"turn"};
     state.position = {position};
+    limited_.tf().stated().follow(limited_.robot());
     limited_.tf().stated().add(state, "joint_states");
   }
 
@@ -966,6 +967,7 @@ TEST(RandomPresentTurns, AreThoseOfAWayFromTheStatedPositions) {
     state.header.stamp = told.stamp;
     state.name = {"shoulder", "elbow"};
     state.position = start;
+    arm.tf().stated().follow(arm.robot());
     arm.tf().stated().add(state, "joint_states");
     auto explicitly = along({"shoulder", "elbow"}, {{0.0, start}, {2.0, end}});
     explicitly.a = told.a;

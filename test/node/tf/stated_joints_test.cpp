@@ -1,5 +1,6 @@
 #include "node/tf/stated_joints.h"
 
+#include "allocations.h"
 #include "node/tf/joint_frames.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "robots/urdf.h"
@@ -42,6 +43,8 @@ sensor_msgs::JointState stateAt(double time, const std::vector<std::string>& nam
 
 class JointsInStates : public testing::Test {
  protected:
+  void SetUp() override { stated_.follow(*robot_); }
+
   /// Robots with these names on one topic.
   static std::shared_ptr<const Robot> robotOf(const std::vector<std::string>& names, const std::string& topic) {
     Config config;
@@ -107,18 +110,38 @@ TEST_F(JointsInStates, HavePositionsWithoutVelocities) {
 
 TEST_F(JointsInStates, AreForgottenWithTheirTopic) {
   stated_.add(stateAt(1.0, {"arm"}, {0.5}), kTopic);
-  stated_.keepTopicsOf(*robotOf({"left"}, kTopic));
+  stated_.follow(*std::make_shared<const Robot>(kUrdf, "", Config()));
   EXPECT_EQ(entryOf("arm").position.value, 0.5);
-  stated_.keepTopicsOf(*robotOf({"left"}, "others"));
+  stated_.follow(*robotOf({"left"}, "others"));
+  stated_.add(stateAt(1.0, {"arm"}, {0.5}), kTopic);
   EXPECT_TRUE(std::isnan(entryOf("arm").position.value));
 }
 
+TEST_F(JointsInStates, TakeNoMemoryForNamesThatNoRobotHas) {
+  std::vector<std::string> names{"arm"};
+  for (int i = 0; i < 100; ++i) names.push_back("a joint of a gripper that is not in the URDF " + std::to_string(i));
+  robot_ = robotOf({"left"}, kTopic);
+  stated_.follow(*robot_);
+  const auto state = stateAt(1.0, names, std::vector<double>(names.size(), 0.5));
+  const std::string other_topic = "the states of another robot";
+  const int joint_of_left = joint("left/arm");
+  const long before = allocations();
+  stated_.add(state, kTopic);
+  stated_.add(state, other_topic);
+  EXPECT_EQ(stated_.view().find(*robot_, joint_of_left)->position.value, 0.5);
+  EXPECT_EQ(allocations(), before);
+}
+
 TEST_F(JointsInStates, OfSeveralRobotsOnOneTopicNeedTheNameOfTheModel) {
-  stated_.add(stateAt(1.0, {"arm", "left/arm"}, {0.5, 0.7}), kTopic);
-  robot_ = robotOf({"left", "right"}, kTopic);
+  const auto tell = [&](const std::vector<std::string>& robots) {
+    robot_ = robotOf(robots, kTopic);
+    stated_.follow(*robot_);
+    stated_.add(stateAt(1.0, {"left/arm", "arm"}, {0.7, 0.5}), kTopic);
+  };
+  tell({"left", "right"});
   EXPECT_EQ(entryOf("left/arm").position.value, 0.7);
   EXPECT_TRUE(std::isnan(entryOf("right/arm").position.value)) << "the other one has such a joint, too";
-  robot_ = robotOf({"right"}, kTopic);
+  tell({"right"});
   EXPECT_EQ(entryOf("right/arm").position.value, 0.5);
 }
 
