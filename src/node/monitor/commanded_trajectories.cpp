@@ -27,6 +27,7 @@ using scene::SplineDelays;
 
 constexpr double kWholeTurn = 2.0 * 3.14159265358979323846;
 constexpr std::size_t kMostWaiting = 100;
+constexpr std::ptrdiff_t kMostReplaced = 4;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kResolutionOfTime = 1e-9;  // [s] that of stamps; differences of times have smaller errors
 
@@ -38,18 +39,23 @@ bool contains(const std::vector<int>& joints, int joint) {
   return std::find(joints.begin(), joints.end(), joint) != joints.end();
 }
 
+bool share(const std::vector<int>& a, const std::vector<int>& b) {
+  return std::any_of(a.begin(), a.end(), [&](int joint) { return contains(b, joint); });
+}
+
 void removeFrom(std::vector<int>& joints, const std::vector<int>& removed) {
   joints.erase(std::remove_if(joints.begin(), joints.end(), [&](int joint) { return contains(removed, joint); }),
                joints.end());
 }
 
-/// The position of a joint at the poses, on the turn that joint_states tell; without its pose that of joint_states.
-std::optional<double> positionOf(const scene::RobotModel& robot, const scene::BodyPoses& poses,
-                                 const VelocitySnapshot& velocities, int joint) {
-  const std::optional<scene::PosedPosition> position = scene::posedPosition(robot, poses, joint);
-  const std::optional<double>& stated = velocities.positions[joint];
-  if (!position) return stated;
-  return stated && position->spacing > 0.0 ? position->nearestTo(*stated) : position->value;
+/// Returns whether joint_states tell the turn of a joint.
+bool isTold(const PoseSnapshot& poses, int joint) { return !poses.stated.empty() && poses.stated[joint]; }
+
+/// The position of a joint at the poses, on the turn that joint_states tell.
+std::optional<double> positionOf(const scene::RobotModel& robot, const PoseSnapshot& poses, int joint) {
+  if (isTold(poses, joint)) return poses.stated[joint];
+  const std::optional<scene::PosedPosition> position = scene::posedPosition(robot, poses.poses, joint);
+  return position ? std::optional<double>(position->value) : std::nullopt;
 }
 
 /// The joint that has the given index among those whose positions are known.
@@ -72,6 +78,9 @@ bool hasPoints(const CommandedSplines& splines) { return splines.exact_from < kN
 /// How far the splines of a command may be off until its first point, as they go on from the state at its begin, which
 /// may be that of a time up to `reach` [s] earlier or later. What a polynomial makes of other positions, velocities and
 /// accelerations at its start is at most 1, 0.1976 and 0.0173 of them, in its time; `point` tells which of them it has.
+/// The way in the time `reach` is bounded by the largest speed. Velocities and accelerations are sampled, h = reach / 4
+/// apart, so that theirs is no bound: with an acceleration a, a velocity between two samples may be larger by a h / 2.
+/// That moves a spline of 1 s by 0.01 rad at 10 rad/s^2 and the largest reach, 0.04 s.
 std::vector<double> errorsOfStart(const CommandedSplines& before, const scene::SplineSegment& first,
                                   const scene::TrajectoryPoint& point, double reach) {
   const double begin = first.begin(), duration = first.end() - begin;
@@ -79,16 +88,13 @@ std::vector<double> errorsOfStart(const CommandedSplines& before, const scene::S
   scene::Positions positions(start.positions.size(), 0.0), velocities = positions, accelerations = positions;
   for (int i = -4; i <= 4; ++i) {
     const scene::TrajectoryPoint state = before.stateAt(begin + 0.25 * i * reach);
-    for (std::size_t joint = 0; joint < positions.size(); ++joint) {
-      const auto raise = [joint](double& largest, const scene::Positions& a, const scene::Positions& b) {
-        largest = std::max(largest, std::abs(a[joint] - b[joint]));
-      };
-      raise(positions[joint], state.positions, start.positions);
-      raise(velocities[joint], state.velocities, start.velocities);
-      raise(accelerations[joint], state.accelerations, start.accelerations);
+    for (std::size_t j = 0; j < positions.size(); ++j) {
+      velocities[j] = std::max(velocities[j], std::abs(state.velocities[j] - start.velocities[j]));
+      accelerations[j] = std::max(accelerations[j], std::abs(state.accelerations[j] - start.accelerations[j]));
     }
   }
   for (std::size_t joint = 0; joint < positions.size(); ++joint) {
+    positions[joint] = reach * before.largestSpeed(static_cast<int>(joint), begin - reach, begin + reach);
     if (!point.velocities.empty()) positions[joint] += 0.2 * duration * velocities[joint];
     if (!point.accelerations.empty()) positions[joint] += 0.018 * duration * duration * accelerations[joint];
   }
@@ -167,20 +173,27 @@ void CommandedTrajectories::listen(ros::NodeHandle nh, const std::shared_ptr<con
     const std::string& name = topic.first;
     if (subscribers_.count(name)) continue;
     const bool is_action = name.size() > 5 && name.compare(name.size() - 5, 5, "/goal") == 0;
-    if (is_action)
-      subscribers_[name] = subscribed<TrajectoryActionGoal>(nh, name, [](const auto& goal) { return goal.trajectory; });
-    else
-      subscribers_[name] =
-          subscribed<trajectory_msgs::JointTrajectory>(nh, name, [](const auto& trajectory) { return trajectory; });
+    std::vector<ros::Subscriber>& added = subscribers_[name];
+    if (is_action) {
+      const std::string cancel = name.substr(0, name.size() - 4) + "cancel";
+      added.push_back(
+          subscribed<TrajectoryActionGoal>(nh, name, name, [](const auto& goal) { return goal.trajectory; }));
+      added.push_back(subscribed<TrajectoryActionCancel>(
+          nh, cancel, name, [](const auto&) { return trajectory_msgs::JointTrajectory(); }));
+    } else {
+      added.push_back(
+          subscribed<trajectory_msgs::JointTrajectory>(nh, name, name, [](const auto& message) { return message; }));
+    }
   }
 }
 
-/// The command comes when its message does, not when this node finds the time for it.
+/// Makes commands of the topic `name` of what comes on a topic. The command comes when its message does, not when this
+/// node finds the time for it.
 template <class Message, class TrajectoryOf>
-ros::Subscriber CommandedTrajectories::subscribed(ros::NodeHandle& nh, const std::string& name,
-                                                  const TrajectoryOf& trajectoryOf) {
+ros::Subscriber CommandedTrajectories::subscribed(ros::NodeHandle& nh, const std::string& topic,
+                                                  const std::string& name, const TrajectoryOf& trajectoryOf) {
   using Event = ros::MessageEvent<const Message>;
-  return nh.subscribe<Message, const Event&>(name, 10, [this, name, trajectoryOf](const Event& event) {
+  return nh.subscribe<Message, const Event&>(topic, 10, [this, name, trajectoryOf](const Event& event) {
     const std::string problem = take(name, trajectoryOf(*event.getConstMessage()), event.getReceiptTime());
     if (!problem.empty()) ROS_WARN_STREAM_THROTTLE(10.0, name << ": " << problem << "; the trajectory before is kept");
   });
@@ -266,18 +279,29 @@ CommandedMotion CommandedTrajectories::lookUp(const std::vector<int>& joints, co
   if ((waiting_.empty() && driven_.empty()) || !is_known) return {};
 
   positions_.assign(velocities.velocities.size(), std::nullopt);
-  for (const int joint : joints) positions_[joint] = positionOf(robot_->robotModel(), poses.poses, velocities, joint);
-  const Present present{secondsAt(poses.stamp), secondsAt(now), positions_, velocities};
+  for (const int joint : joints) positions_[joint] = positionOf(robot_->robotModel(), poses, joint);
+  const Present present{secondsAt(poses.stamp), secondsAt(now), positions_, poses, velocities};
   for (Driven& driven : driven_) track(driven, present);
   for (const Command& command : waiting_)
     if (mustBegin(command)) begin(command, present);
   const auto has_begun = [&](const Command& command) { return command.begin <= present.now; };
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_begun), waiting_.end());
+  forgetDriven(present);
+  return motionFrom(present);
+}
+
+/// Forgets what is over, and what was replaced by a command that the robot has agreed with since, or has left.
+void CommandedTrajectories::forgetDriven(const Present& present) {
+  for (const Driven& driven : driven_)
+    if (agreesSince(driven, driven.begin, present))
+      for (Driven& before : driven_)
+        if (&before < &driven) removeFrom(before.joints, driven.joints);
   const auto is_gone = [&](const Driven& driven) {
-    return isOver(driven, present) && !(driven.delays.fits() && hasPoints(*driven.splines));
+    const bool has_left = !driven.delays.fits();
+    return driven.joints.empty() || (has_left && driven.replaced < kNever) ||
+           (isOver(driven, present) && (has_left || !hasPoints(*driven.splines)));
   };
   driven_.erase(std::remove_if(driven_.begin(), driven_.end(), is_gone), driven_.end());
-  return motionFrom(present);
 }
 
 /// Returns whether the last point has passed, with each possible delay.
@@ -285,32 +309,50 @@ bool CommandedTrajectories::isOver(const Driven& driven, const Present& present)
   return present.time - driven.delays.most() >= driven.splines->segments.back().end();
 }
 
+/// Returns whether the robot has agreed with splines for long enough after a time, with each possible delay.
+bool CommandedTrajectories::agreesSince(const Driven& driven, double time, const Present& present) {
+  const double passed = present.time - driven.delays.most() - time;
+  return driven.delays.areFollowed() && passed >= SplineDelays::kAgreement;
+}
+
+/// Returns whether joints follow splines: since they were replaced, if they were.
+bool CommandedTrajectories::isSure(const Driven& driven, const Present& present) {
+  if (driven.replaced < kNever) return agreesSince(driven, driven.replaced, present);
+  return driven.is_inherited ? driven.delays.areFollowed() : agreesSince(driven, driven.begin, present);
+}
+
 /// Returns whether a command has no splines yet, or waits while the robot has left them.
 bool CommandedTrajectories::mustBegin(const Command& command) const {
-  const auto is_left = [&](const Driven& driven) { return driven.number == command.number && !driven.delays.fits(); };
+  const auto is_left = [&](const Driven& driven) {
+    return driven.number == command.number && driven.replaced == kNever && !driven.delays.fits();
+  };
   return command.number > last_begun_ || std::any_of(driven_.begin(), driven_.end(), is_left);
 }
 
 void CommandedTrajectories::begin(const Command& command, const Present& present) {
+  const bool is_again = command.number <= last_begun_;
   last_begun_ = std::max(last_begun_, command.number);
   const auto is_moved = [&](const Driven& driven, int joint) {
-    if (driven.number == command.number && driven.delays.fits()) return false;  // it has begun
+    if (is_again && (driven.number != command.number || driven.delays.fits())) return false;
     return command.joints.empty() ? driven.splines->topic == command.topic : contains(command.joints, joint);
   };
   std::vector<Driven> next;
-  std::vector<int> others = command.joints;
+  std::vector<int> others = command.joints, continuing;
   try {
-    for (const Driven& before : driven_) {
+    for (auto place = driven_.rbegin(); place != driven_.rend(); ++place) {
+      const Driven& before = *place;
       if (before.number == command.number && before.delays.fits()) removeFrom(others, before.joints);
       std::vector<int> joints;
       std::copy_if(before.joints.begin(), before.joints.end(), std::back_inserter(joints),
-                   [&](int joint) { return is_moved(before, joint); });
-      if (joints.empty() || !goesOn(command, before)) continue;
+                   [&](int joint) { return is_moved(before, joint) && !contains(continuing, joint); });
+      const bool is_current = before.replaced == kNever || agreesSince(before, before.replaced, present);
+      if (joints.empty() || !is_current || !goesOn(command, before)) continue;
       Driven driven = continued(command, before, std::move(joints));
       if (driven.splines->segments.empty()) continue;  // a rest has ended
       track(driven, present);
-      if (!driven.delays.fits()) continue;  // the robot had left what was commanded before
-      removeFrom(others, driven.joints);
+      if (!driven.delays.fits()) continue;                             // the robot had left what was commanded before
+      if (isSure(before, present)) removeFrom(others, driven.joints);  // else they may begin where they are
+      continuing.insert(continuing.end(), driven.joints.begin(), driven.joints.end());
       next.push_back(std::move(driven));
     }
     if (!others.empty() && !command.points.empty()) next.push_back(begun(command, std::move(others), present));
@@ -318,21 +360,36 @@ void CommandedTrajectories::begin(const Command& command, const Present& present
     ROS_WARN_STREAM_THROTTLE(10.0, command.topic << ": " << error.what() << "; the trajectory before is kept");
     return;
   }
-  for (Driven& driven : driven_) {
-    std::vector<int>& joints = driven.joints;
-    joints.erase(std::remove_if(joints.begin(), joints.end(), [&](int joint) { return is_moved(driven, joint); }),
-                 joints.end());
-  }
-  driven_.erase(std::remove_if(driven_.begin(), driven_.end(), [](const Driven& d) { return d.joints.empty(); }),
-                driven_.end());
+  replaceBy(command, is_moved);
   std::move(next.begin(), next.end(), std::back_inserter(driven_));
   for (Driven& driven : driven_) track(driven, present);  // by the joints that it has now
 }
 
+/// Keeps what joints followed before a command, too, because the controller may refuse it.
+template <class IsMoved>
+void CommandedTrajectories::replaceBy(const Command& command, const IsMoved& isMoved) {
+  std::vector<Driven> kept;
+  for (Driven& driven : driven_) {
+    std::vector<int>& joints = driven.joints;
+    const auto first_moved =
+        std::stable_partition(joints.begin(), joints.end(), [&](int joint) { return !isMoved(driven, joint); });
+    Driven replaced = driven;
+    replaced.joints.assign(first_moved, joints.end());
+    replaced.replaced = command.begin;
+    joints.erase(first_moved, joints.end());
+    if (!replaced.joints.empty() && replaced.delays.fits()) kept.push_back(std::move(replaced));
+    if (!joints.empty()) kept.push_back(std::move(driven));
+  }
+  const auto is_replaced = [](const Driven& driven) { return driven.replaced < kNever; };
+  while (std::count_if(kept.begin(), kept.end(), is_replaced) > kMostReplaced)
+    kept.erase(std::find_if(kept.begin(), kept.end(), is_replaced));
+  driven_ = std::move(kept);
+}
+
 /// Returns whether a command goes on from what was commanded until then. The robot is there, or was until it began to
-/// follow the command, which this node may have received late.
+/// follow the command, which this node may have received late: not if it had left before.
 bool CommandedTrajectories::goesOn(const Command& command, const Driven& before) {
-  return before.delays.fits() || command.begin - before.delays.lastFit() <= SplineDelays::kLargest;
+  return before.delays.fits() || before.delays.leftAt() >= command.begin - SplineDelays::kLargestLead;
 }
 
 /// The splines before, until the command begins, and then its own. Without points, they end there.
@@ -369,8 +426,12 @@ CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& co
   }
   const bool is_same = joints.size() == before.joints.size() && command.topic == old.topic && !command.points.empty();
   const double since = is_same && before.delays.fits() ? before.delays.agreedSince() : kNever;
-  return {std::make_shared<const CommandedSplines>(std::move(splines)), std::move(joints),
-          SplineDelays(command.least_delay, since), command.number};
+  return {std::make_shared<const CommandedSplines>(std::move(splines)),
+          std::move(joints),
+          SplineDelays(command.least_delay, since),
+          command.number,
+          command.begin,
+          since < kNever};
 }
 
 /// The way from the present state to that at the begin, and then the splines of the command. The joints may have been
@@ -389,8 +450,12 @@ CommandedTrajectories::Driven CommandedTrajectories::begun(const Command& comman
   for (const int joint : joints)
     splines.inexact_before[joint] =
         allowed(joint) + command.begin_error * std::abs(present.velocities.velocities[joint]);
-  return {std::make_shared<const CommandedSplines>(std::move(splines)), std::move(joints),
-          SplineDelays(command.least_delay), command.number};
+  return {std::make_shared<const CommandedSplines>(std::move(splines)),
+          std::move(joints),
+          SplineDelays(command.least_delay),
+          command.number,
+          command.begin,
+          false};
 }
 
 /// The first point of a command from a time on.
@@ -435,7 +500,7 @@ scene::TrajectoryPoint CommandedTrajectories::presentState(const Command& comman
   for (const int joint : command.joints) {
     if (!present.positions[joint]) continue;
     double position = *present.positions[joint];
-    if (!present.velocities.positions[joint])
+    if (!isTold(present.poses, joint))
       position = onTurnNearestTo(state.positions[joint], position, robot_->robotModel().joints[joint]);
     if (command.begin <= present.now) state.velocities[joint] = present.velocities.velocities[joint];
     state.positions[joint] = position + state.velocities[joint] * (time - present.time);
@@ -496,23 +561,37 @@ CommandedMotion CommandedTrajectories::motionFrom(const Present& present) const 
     }
     if (driven.delays.fits())
       follow(driven, present, motion);
-    else if (hasPoints(*driven.splines))
+    else if (hasPoints(*driven.splines) && !fitsBeside(driven, [](const Driven&) { return true; }))
       strays += (strays.empty() ? "" : "; ") + textOfStray(driven);
   }
   motion.text += (motion.text.empty() || strays.empty() ? "" : "; ") + strays;
   return motion;
 }
 
-/// Adds the joints that may follow splines, and which splines these are.
+/// Returns whether a joint is on other splines, too, that are as asked.
+template <class Test>
+bool CommandedTrajectories::fitsBeside(const Driven& driven, const Test& isAsked) const {
+  return std::any_of(driven_.begin(), driven_.end(), [&](const Driven& other) {
+    return &other != &driven && other.delays.fits() && share(other.joints, driven.joints) && isAsked(other);
+  });
+}
+
+/// Adds the joints that may follow splines, and which splines these are. Earlier ones of the same joints are those that
+/// count if a command was refused; if these are over, the joints rest.
 void CommandedTrajectories::follow(const Driven& driven, const Present& present, CommandedMotion& motion) const {
   using Certainty = FollowedSplines::Certainty;
   const SplineDelays& delays = driven.delays;
+  const auto isLater = [&](const Driven& other) { return &other > &driven && !isOver(other, present); };
+  const auto isEarlier = [&](const Driven& other) { return &other < &driven && !isOver(other, present); };
+  const auto rests = [&](const Driven& other) { return &other < &driven && isOver(other, present); };
   FollowedSplines followed{driven.splines,
                            {},
                            present.time - delays.best(),
                            delays.most() - delays.best(),
                            delays.best() - delays.least(),
-                           delays.areFollowed() ? Certainty::Followed : Certainty::PerhapsFollowed};
+                           isSure(driven, present) && !fitsBeside(driven, isLater) && !fitsBeside(driven, rests)
+                               ? Certainty::Followed
+                               : Certainty::PerhapsFollowed};
   for (const int joint : driven.joints) {
     if (!present.positions[joint]) continue;
     followed.joints.push_back(joint);
@@ -522,11 +601,13 @@ void CommandedTrajectories::follow(const Driven& driven, const Present& present,
   }
   if (followed.joints.empty()) return;
   motion.followed.push_back(followed);
-  if (!hasPoints(*driven.splines)) return;
+  const auto hides = [&](const Driven& other) { return isLater(other) && hasPoints(*other.splines); };
+  if (!hasPoints(*driven.splines) || fitsBeside(driven, hides)) return;
   std::ostringstream text;
   text << std::setprecision(3) << (motion.text.empty() ? "along the trajectory of " : " and of ")
-       << driven.splines->topic << (followed.certainty == Certainty::PerhapsFollowed ? " or with the velocities" : "")
-       << ", with a delay of " << delays.best() << " s";
+       << driven.splines->topic << (fitsBeside(driven, isEarlier) ? " or the one before it" : "")
+       << (followed.certainty == Certainty::PerhapsFollowed ? " or with the velocities" : "") << ", with a delay of "
+       << delays.best() << " s";
   const auto& beyond = driven.splines->beyond;
   const auto next = std::find_if(beyond.begin(), beyond.end(),
                                  [&](const CommandedSplines::Excess& excess) { return excess.time >= followed.time; });

@@ -10,6 +10,8 @@
 #include <ros/node_handle.h>
 #include <trajectory_msgs/JointTrajectory.h>
 
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -50,12 +52,13 @@ struct FollowedSplines {
   std::vector<int> joints;  ///< indices into RobotModel::joints
   double time;              ///< [s] that of the splines at the stamp of the poses, with the delay that fits best
   double behind, ahead;     ///< [s] the time of the splines is not before `time` - `behind` or after `time` + `ahead`
+  /// Followed: unless an earlier one of the same joints is. PerhapsFollowed: or else the joints keep their velocities.
   enum class Certainty { Followed, PerhapsFollowed } certainty;
 };
 
 /// The motion of the joints that follow commands, from the time of the poses on.
 struct CommandedMotion {
-  std::vector<FollowedSplines> followed;  ///< empty: every joint keeps its velocity
+  std::vector<FollowedSplines> followed;  ///< by age; empty: every joint keeps its velocity
   scene::Positions positions;             ///< [rad] or [m] of all joints at the stamp; 0 if a position is not known
   std::vector<double> tracking_error;     ///< [rad] or [m] of all joints
   std::string text;                       ///< for which motion the answer is, or why the commands are not used
@@ -73,9 +76,12 @@ struct CommandedMotion {
 ///    as the controller can have received a command without a stamp before this node: by SplineDelays::kLargestLead.
 ///    If a controller can have begun at another time, the splines are not exact until the first point of the command.
 /// 4. If a joint is farther off than its tracking error with each such delay, the joints of this command keep their
-///    velocities. If they have agreed with the splines for SplineDelays::kAgreement, as it says, they follow them;
-///    before this they may do either.
-/// 5. Joints rest after their last point. When it has passed, they follow no command any more.
+///    velocities. If they have agreed with the splines for SplineDelays::kAgreement, as it says, since the command began,
+///    with each possible delay, they follow them; before this they may do either.
+/// 5. A controller may refuse a command, such as one of some of its joints only, and a goal may be canceled, which is
+///    heard as a command without points. So what was replaced counts beside the command, until the joints follow it. If
+///    they followed what was replaced, they do either of both. Of more than four that were replaced the last ones count.
+/// 6. Joints rest after their last point. When it has passed, they follow no command any more.
 class CommandedTrajectories {
  public:
   /// [rad] or [m] Added to each tracking error: by so much encoders and clocks may be off.
@@ -108,28 +114,39 @@ class CommandedTrajectories {
     double begin = 0.0;        ///< [s] when the controller takes it
     double begin_error = 0.0;  ///< [s] or earlier or later by this
     double least_delay = 0.0;  ///< [s]
-    int number = 0;
+    std::int64_t number = 0;
   };
   struct Driven {
     std::shared_ptr<const CommandedSplines> splines;
     std::vector<int> joints;
     scene::SplineDelays delays;
-    int number;  ///< of the command
+    std::int64_t number;  ///< of the command
+    double begin;         ///< [s] of the command
+    bool is_inherited;    ///< the robot has agreed with what these splines go on from
+    /// [s] When a later command of these joints begins, which the controller may have refused.
+    double replaced = std::numeric_limits<double>::infinity();
   };
   struct Present {
     double time, now;              ///< [s] the stamp of the poses, and the time of the cycle
     const JointValues& positions;  ///< of the joints in question, if they are known
+    const PoseSnapshot& poses;
     const VelocitySnapshot& velocities;
   };
 
   template <class Message, class TrajectoryOf>
-  ros::Subscriber subscribed(ros::NodeHandle& nh, const std::string& name, const TrajectoryOf& trajectoryOf);
+  ros::Subscriber subscribed(ros::NodeHandle& nh, const std::string& topic, const std::string& name,
+                             const TrajectoryOf& trajectoryOf);
   void forget();
   double secondsAt(const ros::Time& time) const;
   void await(Command command, const ros::Time& stamp, const ros::Time& now);
   static bool isOver(const Driven& driven, const Present& present);
+  static bool agreesSince(const Driven& driven, double time, const Present& present);
+  static bool isSure(const Driven& driven, const Present& present);
   bool mustBegin(const Command& command) const;
   void begin(const Command& command, const Present& present);
+  template <class IsMoved>
+  void replaceBy(const Command& command, const IsMoved& isMoved);
+  void forgetDriven(const Present& present);
   static bool goesOn(const Command& command, const Driven& before);
   Driven continued(const Command& command, const Driven& before, std::vector<int> joints) const;
   Driven begun(const Command& command, std::vector<int> joints, const Present& present) const;
@@ -142,6 +159,8 @@ class CommandedTrajectories {
   std::string textOfStray(const Driven& driven) const;
   void findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const;
   CommandedMotion motionFrom(const Present& present) const;
+  template <class Test>
+  bool fitsBeside(const Driven& driven, const Test& isAsked) const;
   void follow(const Driven& driven, const Present& present, CommandedMotion& motion) const;
 
   std::mutex mutex_;  // guards the members from here to the subscribers
@@ -150,13 +169,17 @@ class CommandedTrajectories {
   ros::Time epoch_;  // times in seconds count from here
   ros::Time last_now_;
   std::vector<Command> waiting_;  // until they begin
-  int last_number_ = 0;
-  int last_begun_ = 0;          // the number of the last command with splines
-  std::vector<Driven> driven_;  // no two have the same joint
-  JointValues positions_;       // of the last cycle; kept, as measured_, for their memory
+  std::int64_t last_number_ = 0;
+  std::int64_t last_begun_ = 0;  // the number of the last command with splines
+  std::vector<Driven> driven_;   // of two with the same joint the later one has replaced the other
+  JointValues positions_;        // of the last cycle; kept, as measured_, for their memory
   std::vector<scene::MeasuredJoint> measured_;
-  std::map<std::string, ros::Subscriber> subscribers_;  // destroyed first, because their callbacks use the others
+  std::map<std::string, std::vector<ros::Subscriber>>
+      subscribers_;  // destroyed first, because their callbacks use the others
 };
+
+/// An actionlib_msgs/GoalID that cancels goals. Which ones it names does not matter: see CommandedTrajectories, 5.
+struct TrajectoryActionCancel {};
 
 /// The beginning of a control_msgs/FollowJointTrajectoryActionGoal; Debian does not have control_msgs.
 struct TrajectoryActionGoal {
@@ -180,8 +203,23 @@ struct DataType<proximity_server::node::TrajectoryActionGoal> {
   static const char* value() { return "control_msgs/FollowJointTrajectoryActionGoal"; }
   static const char* value(const proximity_server::node::TrajectoryActionGoal&) { return value(); }
 };
+template <>
+struct MD5Sum<proximity_server::node::TrajectoryActionCancel> {
+  static const char* value() { return "302881f31927c1df708a2dbab0e80ee8"; }
+  static const char* value(const proximity_server::node::TrajectoryActionCancel&) { return value(); }
+};
+template <>
+struct DataType<proximity_server::node::TrajectoryActionCancel> {
+  static const char* value() { return "actionlib_msgs/GoalID"; }
+  static const char* value(const proximity_server::node::TrajectoryActionCancel&) { return value(); }
+};
 }  // namespace message_traits
 namespace serialization {
+template <>
+struct Serializer<proximity_server::node::TrajectoryActionCancel> {
+  template <typename Stream>
+  static void read(Stream&, proximity_server::node::TrajectoryActionCancel&) {}
+};
 template <>
 struct Serializer<proximity_server::node::TrajectoryActionGoal> {
   template <typename Stream>

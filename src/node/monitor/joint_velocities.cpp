@@ -26,7 +26,6 @@ VelocitySnapshot velocitiesOf(const Robot& robot, const StatedJoints& stated, co
   const double max_age = robot.config().max_tf_age;
   VelocitySnapshot snapshot;
   snapshot.velocities.assign(robot.robotModel().joints.size(), 0.0);
-  snapshot.positions.assign(robot.robotModel().joints.size(), std::nullopt);
   snapshot.stamps.assign(robot.robotModel().joints.size(), ros::Time());
   const StatedJoints::View view = stated.view();
   for (const int index : joints) {
@@ -35,7 +34,6 @@ VelocitySnapshot velocitiesOf(const Robot& robot, const StatedJoints& stated, co
     const std::string problem = problemOf(joint, topicOf(robot, index), entry, now, max_age);
     if (problem.empty()) {
       snapshot.velocities[index] = entry->velocity.value;
-      if (entry->position.isFresh(now, max_age)) snapshot.positions[index] = entry->position.value;
       snapshot.stamps[index] = entry->velocity.stamp;
       continue;
     }

@@ -6,7 +6,6 @@
 
 #include <ros/time.h>
 
-#include <optional>
 #include <vector>
 
 namespace proximity_server::node {
@@ -17,10 +16,8 @@ struct VelocitySnapshot {
   /// nobody needs velocities.
   std::vector<double> velocities;
   std::vector<ros::Time> stamps;  ///< of the messages with the velocities
-  /// [rad] or [m] The latest positions; nullopt if one is missing or too old, or if the velocity is.
-  std::vector<std::optional<double>> positions;
-  QueryStatus roots;   ///< of TfPoses::standingStill(); OK if it was not asked
-  QueryStatus status;  ///< OK, or NO_VELOCITY with the name of a joint whose velocity is missing or too old
+  QueryStatus roots;              ///< of TfPoses::standingStill(); OK if it was not asked
+  QueryStatus status;             ///< OK, or NO_VELOCITY with the name of a joint whose velocity is missing or too old
 };
 
 /// The latest velocities of `joints`. The status is not OK if one of them is farther from `now` than

@@ -12,8 +12,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -25,6 +23,10 @@
 
 namespace proximity_server::node {
 namespace {
+
+/// So many ways in which joints may follow commands are searched within the time of one: those of five controllers that
+/// may follow their trajectories or not.
+constexpr std::size_t kMostChoices = 32;
 
 /// The joints from a body to its root, in ascending order; none for the body -1, which is the frame of the poses.
 std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
@@ -65,12 +67,15 @@ std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Obj
   return bodies;
 }
 
-/// Tells that moving objects are assumed to rest, unless it is known that they do, and which inequality the motion
-/// breaks.
-std::string assumptionOf(const LookaheadStart& start, const std::string& broken) {
-  if (start.frame_poses.may_move.empty()) return broken;
-  return "objects in frame '" + start.frames.names[start.frame_poses.may_move.front()] +
-         "' are taken to rest where they are" + (broken.empty() ? "" : "; ") + broken;
+/// Tells that moving objects are assumed to rest, unless it is known that they do, which inequality the motion breaks,
+/// and which turns are assumed.
+std::string assumptionOf(const LookaheadStart& start, const std::string& broken, const std::string& turns) {
+  const std::vector<int>& moving = start.frame_poses.may_move;
+  std::string text =
+      moving.empty() ? ""
+                     : "objects in frame '" + start.frames.names[moving.front()] + "' are taken to rest where they are";
+  for (const std::string& more : {broken, turns}) text += (text.empty() || more.empty() ? "" : "; ") + more;
+  return text;
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
@@ -90,7 +95,7 @@ std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart&
   try {
     if (!std::all_of(travel.begin(), travel.end(), [](double joint) { return std::isfinite(joint); }))
       throw std::invalid_argument("a velocity times the lookahead is not finite");
-    TimedMotion motion = motionWithinLimits(robot, start.poses, travel, velocities.positions, settings.lookahead);
+    TimedMotion motion = motionWithinLimits(robot, start.poses, travel, start.stated, settings.lookahead);
     carryObjects(robot, start.frames, start.frame_poses.poses, motion);
     return motion;
   } catch (const std::invalid_argument& error) {
@@ -236,7 +241,7 @@ Lookahead contactAlongAll(const CommandedMotion& commanded, const Robot& robot, 
     result.state = Lookahead::FREE;
     result.time_free = settings.lookahead;
   }
-  result.status.message = assumptionOf(start, broken);
+  result.status.message = assumptionOf(start, broken, others->assumed);
   return result;
 }
 
@@ -252,19 +257,36 @@ Lookahead eitherOf(Lookahead a, Lookahead b) {
   return a;
 }
 
-/// The motion in which some of those joints keep their velocities that may follow splines: those of the bits of
-/// `choice`, in their order.
-CommandedMotion without(CommandedMotion commanded, std::uint64_t choice) {
-  const auto keepsVelocities = [&](const FollowedSplines& followed) {
-    if (followed.certainty == FollowedSplines::Certainty::Followed) return false;
-    const bool is_chosen = (choice & 1U) != 0;
-    choice >>= 1U;
-    if (is_chosen)
-      for (const int joint : followed.joints) commanded.tracking_error[joint] = 0.0;
-    return is_chosen;
+/// The splines that joints may follow together, of those from `next` on and with `chosen`: of those that are only
+/// perhaps followed each may be left out. Their joints keep their velocities then, or follow what comes later.
+void addChoices(const std::vector<FollowedSplines>& all, std::size_t next, const std::vector<FollowedSplines>& chosen,
+                std::vector<std::vector<FollowedSplines>>& choices) {
+  if (choices.size() > kMostChoices) return;
+  if (next == all.size()) return choices.push_back(chosen);
+  FollowedSplines followed = all[next];
+  const auto is_taken = [&](int joint) {
+    return std::any_of(chosen.begin(), chosen.end(), [&](const FollowedSplines& other) {
+      return std::find(other.joints.begin(), other.joints.end(), joint) != other.joints.end();
+    });
   };
-  std::vector<FollowedSplines>& followed = commanded.followed;
-  followed.erase(std::remove_if(followed.begin(), followed.end(), std::ref(keepsVelocities)), followed.end());
+  std::vector<int>& joints = followed.joints;
+  joints.erase(std::remove_if(joints.begin(), joints.end(), is_taken), joints.end());
+  if (!joints.empty()) {
+    std::vector<FollowedSplines> with = chosen;
+    with.push_back(followed);
+    addChoices(all, next + 1, with, choices);
+  }
+  if (joints.empty() || followed.certainty == FollowedSplines::Certainty::PerhapsFollowed)
+    addChoices(all, next + 1, chosen, choices);
+}
+
+/// The motion in which joints follow these splines only, and all others keep their velocities.
+CommandedMotion withOnly(std::vector<FollowedSplines> followed, CommandedMotion commanded) {
+  std::vector<double> errors(commanded.tracking_error.size(), 0.0);
+  for (const FollowedSplines& splines : followed)
+    for (const int joint : splines.joints) errors[joint] = commanded.tracking_error[joint];
+  commanded.followed = std::move(followed);
+  commanded.tracking_error = std::move(errors);
   return commanded;
 }
 
@@ -318,7 +340,8 @@ Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const Look
   if (result.status.code != QueryStatus::OK) return result;
   assignStops(result, robot, *motion);
   result.status = statusOf(found.status, question);
-  if (result.status.code == QueryStatus::OK) result.status.message = assumptionOf(start, motion->broken);
+  if (result.status.code == QueryStatus::OK)
+    result.status.message = assumptionOf(start, motion->broken, motion->assumed);
   result.time_free = motion->timeAt(found.t_free);
   if (found.contact) {
     result.state = Lookahead::CONTACT;
@@ -335,17 +358,21 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
                        const LookaheadStart& start, const VelocitySnapshot& velocities,
                        const scene::PairDistances& stop, const MonitorSettings& settings) {
   const scene::MotionQuestion question = questionOf(stop, searchDeadline(settings));
-  const auto along = [&](const CommandedMotion& motion) {
-    return contactAlongAll(motion, robot, scene, start, velocities, question, settings);
-  };
-  const auto uncertain =
-      std::count_if(commanded.followed.begin(), commanded.followed.end(), [](const FollowedSplines& followed) {
-        return followed.certainty == FollowedSplines::Certainty::PerhapsFollowed;
-      });
-  Lookahead result = along(commanded);
-  const std::uint64_t choices = std::uint64_t{1} << std::min<std::ptrdiff_t>(uncertain, 63);
-  for (std::uint64_t choice = 1; choice < choices && result.status.code == QueryStatus::OK; ++choice)
-    result = eitherOf(std::move(result), along(without(commanded, choice)));
+  std::vector<std::vector<FollowedSplines>> choices;
+  addChoices(commanded.followed, 0, {}, choices);
+  Lookahead result = noLookahead(settings);
+  if (choices.size() > kMostChoices) {
+    result.status = statusOf(QueryStatus::OVER_BUDGET, "joints may follow their trajectories in more than " +
+                                                           std::to_string(kMostChoices) + " ways: " + commanded.text);
+    return result;
+  }
+  for (std::vector<FollowedSplines>& choice : choices) {
+    const bool is_first = &choice == &choices.front();
+    Lookahead found =
+        contactAlongAll(withOnly(std::move(choice), commanded), robot, scene, start, velocities, question, settings);
+    result = is_first ? std::move(found) : eitherOf(std::move(result), std::move(found));
+    if (result.status.code != QueryStatus::OK) break;
+  }
   return result;
 }
 

@@ -28,6 +28,7 @@ Lookahead noLookahead(const MonitorSettings& settings);
 /// The poses at which a lookahead, or a stop, begins. All poses that are needed are known.
 struct LookaheadStart {
   const scene::BodyPoses& poses;
+  const JointValues& stated;  ///< PoseSnapshot::stated
   const CarrierFrames& frames;
   const FrameSnapshot& frame_poses;  ///< the poses of `frames`
 };

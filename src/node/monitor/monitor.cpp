@@ -362,7 +362,7 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
     clearance_.lookahead.status = clearance_.status;
     return;
   }
-  const LookaheadStart start{snapshot.poses, monitored_.frames, frames};
+  const LookaheadStart start{snapshot.poses, snapshot.stated, monitored_.frames, frames};
   const scene::PairDistances& stop = thresholds(settings).stop;
   clearance_.lookahead = commanded.followed.empty()
                              ? contactAhead(*robot_, movingScene(), start, velocities, stop, settings)
@@ -376,14 +376,15 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
 StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                      const MonitorSettings& settings, const FrameSnapshot& frames) {
   if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
-  StoppingScale found = stoppingScale(*robot_, movingScene(), *scene_, {snapshot.poses, monitored_.frames, frames},
-                                      velocities, joints(), thresholds(settings).stop, snapshot.age, settings,
-                                      guarantees_ ? &guarantees_->distances() : nullptr);
+  const LookaheadStart start{snapshot.poses, snapshot.stated, monitored_.frames, frames};
+  StoppingScale found =
+      stoppingScale(*robot_, movingScene(), *scene_, start, velocities, joints(), thresholds(settings).stop,
+                    snapshot.age, settings, guarantees_ ? &guarantees_->distances() : nullptr);
   if (found.status.code != QueryStatus::OK) return found;
   ScaleInput state{snapshot.poses,
                    frames.poses,
                    velocities.velocities,
-                   velocities.positions,
+                   snapshot.stated,
                    objects().all,
                    thresholds_.stop,
                    stopLatency(snapshot.age, settings)};

@@ -46,7 +46,7 @@ StoppingScale searchScale(const Robot& robot, scene::MovingScene& moving_scene, 
                           const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
                           scene::GuaranteedDistances* guaranteed) {
   const scene::Braking braking = brakingOf(robot, age, settings);
-  scene::MovingState state{start.poses, velocities.velocities, velocities.positions,
+  scene::MovingState state{start.poses, velocities.velocities, start.stated,
                            objectFramesAtStart(robot, start.frames, start.frame_poses.poses)};
   if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
   if (guaranteed)
@@ -77,7 +77,7 @@ double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
 }
 
 bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q) {
-  return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.positions == q.positions &&
+  return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.stated == q.stated &&
          areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
 }
 

@@ -12,7 +12,6 @@
 #include <ros/duration.h>
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 namespace proximity_server::node {
@@ -29,7 +28,7 @@ struct ScaleInput {
   scene::BodyPoses poses;
   scene::FramePoses frames;
   std::vector<double> velocities;
-  std::vector<std::optional<double>> positions;
+  JointValues stated;
   std::shared_ptr<const scene::Objects> objects;
   scene::PairDistances stop;
   double latency = 0.0;  ///< [s] including the age of the poses

@@ -24,6 +24,7 @@ void SplineDelays::observe(double time, const std::vector<MeasuredJoint>& joints
   samples_.resize(joints.size() * (kCells + 1));
   for (std::size_t joint = 0; joint < joints.size(); ++joint)
     for (int i = 0; i <= kCells; ++i) samples_[joint * (kCells + 1) + i] = position_at(joint, delayOf(i));
+  const bool did_fit = fits();
   const bool is_after_gap = time - time_ > kLongestGap;  // not at the first state
   time_ = time;
   const Cells now = bounds_ & fitting(joints);
@@ -32,6 +33,7 @@ void SplineDelays::observe(double time, const std::vector<MeasuredJoint>& joints
   if (now == 0) {
     possible_ = agreed_ = bounds_;
     agreed_since_ = std::numeric_limits<double>::infinity();
+    if (did_fit) left_ = time;
   } else {
     last_fit_ = time;
     const Cells alike = possible_ & agreeing(joints);

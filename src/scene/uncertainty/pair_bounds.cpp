@@ -138,7 +138,8 @@ void PairBounds::placeObjects() {
     ObjectFrame& frame = object_frames_[number];
     frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, joints_.robot())};
     const Bounds& bounds = partOf(placed).whole().bounds;
-    if (placed.kind == PlacedObject::Kind::Attached) add_reach(joints_.bodyOf(ShapeRef::ofObject(number)), partOf(placed));
+    if (placed.kind == PlacedObject::Kind::Attached)
+      add_reach(joints_.bodyOf(ShapeRef::ofObject(number)), partOf(placed));
     if (placed.isUnbounded()) continue;
     // The geometry of a fixed object is in the frame of the object itself.
     const Vector3d origin = placed.kind == PlacedObject::Kind::Fixed ? Vector3d(Vector3d::Zero()) : frame.origin;

@@ -76,7 +76,6 @@ class Commanded : public MonitorOfSliders {
         scene::forwardKinematics(robot_->robotModel(), std::vector<double>(positions.begin(), positions.end()));
     VelocitySnapshot moving;
     moving.velocities.assign(velocities.begin(), velocities.end());
-    moving.positions.resize(3);
     moving.stamps.assign(3, poses.stamp);
     const CommandedMotion motion = commands_.lookUp(monitor_.joints(), poses, moving, at(std::max(time, now)));
     return monitor_.cycle(poses, moving, settings_, {}, motion).lookahead;
@@ -120,6 +119,7 @@ TEST_F(Commanded, SeesTheContactOfASplineThatOvershootsItsPoints) {
   EXPECT_EQ(lookahead.pair.b.link, "middle");
   EXPECT_EQ(lookahead.pair_contact_distance, 0.02);
   // With the same points and no velocities the controller goes straight from one to the next.
+  use(kSliders);
   command(0.0, "/arm", trajectoryOf("to_middle", {{1.0, -0.7}, {2.0, -0.7}}));
   EXPECT_EQ(ahead(0.0, {-1.0, 0.0, 0.5}).state, Lookahead::FREE);
 }
@@ -253,8 +253,9 @@ TEST_F(Commanded, IsReplacedByTheNextTrajectoryWhileTheRobotFollowsLate) {
   command(0.9, "/arm", trajectoryOf("to_middle", {{0.3, -0.6, 0.5}, {1.0, 0.0, 0.0}}));
   for (const double time : {0.91, 0.92, 0.929}) {  // the robot is still on the first one
     const Lookahead lookahead = ahead(time, {-1.0, middle(time - kDelay), 0.5}, {0.0, -1.0, 0.0});
-    EXPECT_EQ(lookahead.status.message.find("along the trajectory of /arm"), 0U) << lookahead.status.message;
-    EXPECT_EQ(lookahead.state, Lookahead::FREE);
+    EXPECT_EQ(lookahead.status.message.find("along the trajectory of /arm or the one before it"), 0U)
+        << lookahead.status.message;
+    EXPECT_EQ(lookahead.state, Lookahead::CONTACT) << "the controller may have refused the other one";
   }
 }
 
@@ -273,12 +274,14 @@ TEST_F(Commanded, IsReplacedForTheJointsOfTheNextTrajectoryOnly) {
 
 TEST_F(Commanded, IsEndedByATrajectoryWithoutPoints) {
   const auto message = [&](const std::string& topic, const std::vector<std::string>& joints) {
+    use(kSliders);
     command(0.0, "/arm", trajectoryOf("to_middle", kOvershoot));
     ahead(0.0, {-1.0, 0.0, 0.5});
     JointTrajectory nothing;
     nothing.joint_names = joints;
     command(0.0, topic, nothing);
-    return ahead(0.0, {-1.0, 0.0, 0.5}).status.message;
+    ahead(0.0, {-1.0, 0.0, 0.5});
+    return ahead(0.3, {-1.0, 0.0, 0.5}).status.message;
   };
   EXPECT_EQ(message("/arm", {}), "");
   EXPECT_EQ(message("/gripper", {"to_middle"}), "");
@@ -395,26 +398,33 @@ TEST_F(Commanded, IsTheEarlierContactWhereBothArePossible) {
 TEST_F(Commanded, OfOneControllerIsFollowedWhileAnotherIsOff) {
   command(0.0, "/arm", trajectoryOf("to_middle", kOvershoot));
   command(0.0, "/gripper", trajectoryOf("to_right", {{1.0, 0.8}}));
-  ahead(0.0, {-1.0, 0.0, 0.5});
-  const Lookahead lookahead = ahead(0.5, {-1.0, positionIn(kOvershoot, 0.5), 0.5}, {0.0, velocityIn(kOvershoot, 0.5)});
+  Lookahead lookahead;
+  for (double time = 0.0; time < 0.55; time += 0.1)
+    lookahead =
+        ahead(time, {-1.0, positionIn(kOvershoot, time), 0.5}, {0.0, velocityIn(kOvershoot, std::max(time, 1e-3))});
   EXPECT_EQ(lookahead.state, Lookahead::CONTACT);
   EXPECT_EQ(lookahead.status.message.find("along the trajectory of /arm, with a delay of "), 0U);
   EXPECT_NE(lookahead.status.message.find("off the trajectory of /gripper: velocities are taken"), std::string::npos);
 }
 
-// The controller has held the end of the trajectory before, so it is known to follow.
+// The controller holds the end of the trajectory before, and does so on if it refuses the next one. Once it follows this
+// one, it follows the one after that, or goes on.
 TEST_F(Commanded, IsFollowedFromItsFirstCycleAfterAnotherOne) {
   command(0.0, "/arm", trajectoryOf("to_middle", {{0.5, -0.1}}));
   ahead(0.0, {-1.0, 0.0, 0.5});
-  EXPECT_EQ(ahead(0.7, {-1.0, -0.1, 0.5}).status.message, "");
-  EXPECT_EQ(ahead(0.9, {-1.0, -0.1, 0.5}).status.message, "");
+  for (const double time : {0.7, 0.8, 0.9}) EXPECT_EQ(ahead(time, {-1.0, -0.1, 0.5}).status.message, "");
   command(1.0, "/arm", trajectoryOf("to_middle", {{2.0, 0.1}}));
-  EXPECT_EQ(ahead(1.0, {-1.0, -0.1, 0.5}).status.message, "along the trajectory of /arm, with a delay of 0 s");
+  const auto begins = [&](double time, const std::string& text) {
+    const std::string message = ahead(time, {-1.0, -0.1 + 0.1 * (time - 1.0), 0.5}, {0.0, 0.1, 0.0}).status.message;
+    EXPECT_EQ(message.find(text + ", with a delay of "), 0U) << time << ": " << message;
+  };
+  begins(1.0, "along the trajectory of /arm or with the velocities");
+  for (const double time : {1.1, 1.2}) ahead(time, {-1.0, -0.1 + 0.1 * (time - 1.0), 0.5}, {0.0, 0.1, 0.0});
+  begins(1.3, "along the trajectory of /arm");
   JointTrajectory with_stamp = trajectoryOf("to_middle", {{2.0, 0.1}});
   with_stamp.header.stamp = at(2.0);
-  command(1.0, "/arm", with_stamp);
-  EXPECT_EQ(ahead(1.1, {-1.0, -0.09, 0.5}, {0.0, 0.1, 0.0}).status.message,
-            "along the trajectory of /arm, with a delay of 0 s");
+  command(1.3, "/arm", with_stamp);
+  begins(1.4, "along the trajectory of /arm or the one before it");
 }
 
 // Once it has ended, somebody else may move the robot.
@@ -427,6 +437,61 @@ TEST_F(Commanded, IsForgottenWhenTheRobotLeavesItsEnd) {
   command(1.1, "/arm", trajectoryOf("to_middle", {{2.0, 0.1}}));
   EXPECT_EQ(ahead(1.1, {-1.0, -0.1, 0.5}).status.message,
             "along the trajectory of /arm or with the velocities, with a delay of 0 s");
+}
+
+// The middle sphere goes on towards the left one, although it was told to go back.
+TEST_F(Commanded, CountsBesideTheNextOneThatTheControllerMayRefuse) {
+  const auto cycle = [&](double time, double position, double velocity) {
+    return ahead(time, {-1.0, position, 0.5}, {0.0, velocity, 0.0});
+  };
+  const auto begin = [&] {
+    use(kSliders);
+    command(0.0, "/arm", trajectoryOf("to_middle", {{2.0, -0.9}}));
+    for (double time = 0.0; time < 0.395; time += 0.02) cycle(time, -0.45 * time, -0.45);
+    command(0.4, "/arm", trajectoryOf("to_middle", {{1.0, 0.0}}));
+  };
+  begin();
+  const Lookahead first = cycle(0.4, -0.18, -0.45);
+  EXPECT_EQ(first.state, Lookahead::CONTACT);
+  EXPECT_EQ(first.status.message.find("along the trajectory of /arm or the one before it, with"), 0U)
+      << first.status.message;
+  for (double time = 0.42; time < 1.0; time += 0.02)
+    EXPECT_EQ(cycle(time, -0.45 * time, -0.45).state, Lookahead::CONTACT) << "refused, at " << time;
+  begin();
+  Lookahead last;
+  for (double time = 0.4; time < 1.0; time += 0.02) last = cycle(time, -0.18 + 0.18 * (time - 0.4), 0.18);
+  EXPECT_EQ(last.state, Lookahead::FREE) << "taken";
+  EXPECT_EQ(last.status.message.find("along the trajectory of /arm, with a delay"), 0U) << last.status.message;
+}
+
+// It rests for a second before it goes on. A cancel may name another goal.
+TEST_F(Commanded, CountsAfterACancelWhileTheRobotAgrees) {
+  command(0.0, "/arm", trajectoryOf("to_middle", {{1.0, 0.0}, {2.0, -0.9}}));
+  for (double time = 0.0; time < 0.395; time += 0.02) ahead(time, {-1.0, 0.0, 0.5});
+  command(0.4, "/arm", JointTrajectory());
+  for (double time = 0.4; time < 0.9; time += 0.02) {
+    const Lookahead lookahead = ahead(time, {-1.0, 0.0, 0.5});
+    EXPECT_EQ(lookahead.state, Lookahead::CONTACT) << time;
+    const bool is_alone = lookahead.status.message.find("velocities") == std::string::npos;
+    EXPECT_TRUE(time < 0.5 ? !is_alone : time < 0.61 || is_alone) << time << ": " << lookahead.status.message;
+  }
+}
+
+// Each of three joints may follow the last of its commands, one of two before, or none: 64 ways and more.
+TEST_F(Commanded, IsUnknownIfThereAreTooManyWaysToFollow) {
+  const Three rest{-1.0, 0.0, 0.5};
+  for (const double time : {0.0, 0.02, 0.04}) {
+    ahead(time, rest);
+    for (const auto& [name, position] : {std::pair{"to_left", -1.0}, {"to_middle", 0.0}, {"to_right", 0.5}})
+      command(time, "/arm", trajectoryOf(name, {{1.0, position}}));
+  }
+  const Lookahead lookahead = ahead(0.06, rest);
+  EXPECT_EQ(lookahead.state, Lookahead::UNKNOWN);
+  EXPECT_EQ(lookahead.status.code, QueryStatus::OVER_BUDGET);
+  EXPECT_EQ(lookahead.status.message.find("joints may follow their trajectories in more than 32 ways"), 0U)
+      << lookahead.status.message;
+  for (double time = 0.08; time < 0.5; time += 0.02) ahead(time, rest);
+  EXPECT_EQ(ahead(0.5, rest).state, Lookahead::FREE);
 }
 
 // --- joints that turn
@@ -447,9 +512,9 @@ class CommandedTurn : public Commanded {
     PoseSnapshot poses;
     poses.stamp = at(time);
     poses.poses = scene::forwardKinematics(robot_->robotModel(), std::vector<double>{angle});
+    poses.stated = {stated};
     VelocitySnapshot moving;
     moving.velocities = {0.0};
-    moving.positions = {stated};
     moving.stamps = {poses.stamp};
     const CommandedMotion motion = commands_.lookUp(monitor_.joints(), poses, moving, at(time));
     return monitor_.cycle(poses, moving, settings_, {}, motion).lookahead;
@@ -466,7 +531,8 @@ TEST_F(CommandedTurn, TakesTheTurnOfJointStates) {
   EXPECT_EQ(aheadAt(0.0, -4.5).state, Lookahead::FREE) << "the turn nearest to the first point";
   use(kBar);
   command(0.0, "/arm", trajectoryOf("turn", {{1.0, -3.0}}));
-  EXPECT_EQ(aheadAt(0.0, -4.5, -4.5 + 2.0 * 3.14159265358979323846).state, Lookahead::CONTACT) << "the long way";
+  const double other = -4.5 + 2.0 * 3.14159265358979323846;
+  EXPECT_EQ(aheadAt(0.0, other, other).state, Lookahead::CONTACT) << "the long way";
 }
 
 // --- several robots
@@ -485,19 +551,17 @@ TEST(CommandedRobots, NameTheirJointsAsTheModelOrAsTheirUrdf) {
   EXPECT_EQ(robot->sources()[1].trajectories, std::vector<std::string>{"/right/command"});
   EXPECT_EQ(config.trajectories, std::vector<std::string>{"/command"});
   CommandedTrajectories commands;
-  commands.follow(robot, {{"/left/command", 0}, {"/right/command", 1}, {"/command", -1}});
   PoseSnapshot poses;
   poses.stamp = at(0.0);
   poses.poses = scene::forwardKinematics(robot->robotModel(), std::vector<double>(4, 0.0));
   VelocitySnapshot moving;
   moving.velocities.assign(4, 0.0);
-  moving.positions.resize(4);
   moving.stamps.assign(4, poses.stamp);
   const auto followed = [&](const std::string& topic, const std::string& joint) {
+    commands.follow(nullptr, {});
+    commands.follow(robot, {{"/left/command", 0}, {"/right/command", 1}, {"/command", -1}});
     EXPECT_EQ(commands.take(topic, trajectoryOf(joint, {{1.0, 0.5}}), at(0.0)), "");
     const CommandedMotion motion = commands.lookUp({0, 1, 2, 3}, poses, moving, at(0.0));
-    EXPECT_EQ(commands.take(topic, JointTrajectory(), at(0.0)), "");
-    commands.lookUp({0, 1, 2, 3}, poses, moving, at(0.0));
     EXPECT_NE(motion.text.find("along the trajectory of " + topic), std::string::npos) << motion.text;
     return motion.followed.empty() ? std::string() : robot->robotModel().joints[motion.followed.back().joints[0]].name;
   };

@@ -64,6 +64,12 @@ class Path {
     cut(time);
     pieces_.push_back({time, time, {position, 0.0, 0.0, 0.0, 0.0, 0.0}});
   }
+  /// Slows down steadily, and rests after `duration`.
+  void brake(double time, const State& from, double duration) {
+    cut(time);
+    pieces_.push_back(
+        {time, time + duration, {from.position, from.velocity, -0.5 * from.velocity / duration, 0.0, 0.0, 0.0}});
+  }
   void command(double begin, double zero, const std::vector<Knot>& knots) {
     State from = stateAt(begin);
     double time = begin;
@@ -111,6 +117,8 @@ struct Command {
   double received;                                       ///< [s] by the node
   double heard;                                          ///< [s] by the controller
   std::vector<std::pair<int, std::vector<Knot>>> knots;  ///< by joint; empty: the motion ends
+  bool is_refused = false;
+  double braking = 0.0;  ///< [s] if it cancels the goal, so long the joints brake
 };
 
 /// A controller and the joints that it moves. They follow it with a delay, and with errors that depend on the position;
@@ -124,15 +132,25 @@ struct Controller {
   enum class Mode { Follows, Ignores } mode = Mode::Follows;
   double since = 0.0;  ///< [s] it ignores
   std::vector<State> then;
+  bool is_exact = false;
+  bool is_other = false;  ///< it has refused a command or canceled a goal, and taken no command of all its joints since
 
   State stateAt(std::size_t i, double time) const {
     if (mode == Mode::Ignores) return {then[i].position + (time - since) * then[i].velocity, then[i].velocity};
     State state = paths[i].stateAt(time - delay);
-    constexpr double kError = 0.9 * kTrackingError, kTurns = 3.0;
+    constexpr double kTurns = 3.0;
+    const double error = is_exact ? 0.0 : 0.9 * kTrackingError;
     const double angle = phases[i] + kTurns * state.position;
-    state.velocity *= 1.0 + kError * kTurns * std::cos(angle);
-    state.position += kError * std::sin(angle);
+    state.velocity *= 1.0 + error * kTurns * std::cos(angle);
+    state.position += error * std::sin(angle);
     return state;
+  }
+  /// Joints that brake together stay on a straight line, without errors.
+  void brake(double time, double duration) {
+    std::vector<State> states;
+    for (std::size_t i = 0; i < joints.size(); ++i) states.push_back(stateAt(i, time));
+    for (std::size_t i = 0; i < joints.size(); ++i) paths[i].brake(time - delay, states[i], duration);
+    is_exact = true;
   }
   /// Rests at the present positions.
   void hold(double time) {
@@ -151,6 +169,10 @@ struct Controller {
   }
   void hear(const Command& command) {
     if (mode == Mode::Ignores) return;
+    if (command.is_refused || command.braking > 0.0) is_other = true;
+    if (command.is_refused) return;
+    if (command.braking > 0.0) return brake(command.heard, command.braking);
+    if (command.knots.size() == joints.size()) is_other = false;
     if (command.knots.empty()) return hold(command.heard);
     const double zero = command.stamp == 0.0 ? command.heard : command.stamp;
     for (const auto& [joint, knots] : command.knots) {
@@ -183,7 +205,8 @@ class FollowedTrajectories : public MonitorOfSliders {
     commands_on_their_way_.clear();
     measured_.clear();
     for (const auto& [topic, joints] : {std::pair<std::string, std::vector<int>>{"/arm", {0, 1}}, {"/gripper", {2}}}) {
-      Controller controller{topic, joints, uniform(0.0, 0.08), {}, {}, Controller::Mode::Follows, 0.0, {}};
+      Controller controller{topic, joints, uniform(0.0, 0.08), {}, {}, Controller::Mode::Follows, 0.0, {},
+                            false, false};
       for (const int joint : joints) {
         const double home = kHomes[joint] + uniform(-0.1, 0.1);
         controller.paths.emplace_back(home);
@@ -212,7 +235,7 @@ class FollowedTrajectories : public MonitorOfSliders {
 
   void publish(int number, double time) {
     const Controller& controller = controllers_[number];
-    Command command{number, 0.0, 0.0, 0.0, {}};
+    Command command{number, 0.0, 0.0, 0.0, {}, false, 0.0};
     const double lead = scene::SplineDelays::kLargestLead;
     command.received = rounded(time + uniform(0.0, 0.02));
     command.heard = command.received + uniform(-lead, std::min(lead, scene::SplineDelays::kLargest - controller.delay));
@@ -222,10 +245,16 @@ class FollowedTrajectories : public MonitorOfSliders {
       command.stamp = rounded(command.received + (happens(0.4) ? uniform(-0.01, 0.0) : uniform(0.03, 0.5)));
       first = 0.05;  // no point is past
     }
-    if (happens(0.9))
+    if (command.stamp == 0.0 && happens(0.15)) {
+      command.braking = uniform(0.01, 0.5);
+      ++canceled_;
+    } else if (happens(0.9))
       for (const int joint : controller.joints)
         if (controller.joints.size() == 1 || command.knots.empty() || happens(0.7))
           command.knots.emplace_back(joint, randomKnots(joint, first));
+    const bool is_partial = !command.knots.empty() && command.knots.size() < controller.joints.size();
+    command.is_refused = command.braking == 0.0 && happens(is_partial ? 0.5 : 0.1);
+    refused_ += command.is_refused;
     tell(command);
     commands_on_their_way_.push_back(command);
   }
@@ -259,8 +288,9 @@ class FollowedTrajectories : public MonitorOfSliders {
     }
     messages_.push_back({command.received, topic, message});
     std::ostringstream log;
-    log << topic << " heard at " << command.heard << ", received at " << command.received << ", stamp "
-        << command.stamp;
+    log << topic << " heard at " << command.heard << ", received at " << command.received << ", stamp " << command.stamp
+        << (command.is_refused ? ", refused" : "");
+    if (command.braking > 0.0) log << ", canceled, braking in " << command.braking;
     for (const auto& [joint, knots] : command.knots) {
       log << ", " << kNames[joint];
       for (const Knot& knot : knots) log << " " << knot.state.position << " at " << knot.time;
@@ -368,7 +398,12 @@ class FollowedTrajectories : public MonitorOfSliders {
     while (!messages_.empty() && messages_.front().received <= now) {
       const Message& message = messages_.front();
       EXPECT_EQ(commands_.take(message.topic, message.trajectory, at(message.received)), "");
-      commanded_[message.topic == controllers_[0].topic ? 0 : 1] = message.received;
+      const int number = message.topic == controllers_[0].topic ? 0 : 1;
+      commanded_[number] = message.received;
+      const std::vector<std::string>& named = message.trajectory.joint_names;
+      for (const int joint : controllers_[number].joints)
+        if (named.empty() || std::find(named.begin(), named.end(), kNames[joint]) != named.end())
+          told_[joint] = message.received;
       messages_.erase(messages_.begin());
     }
     PoseSnapshot poses;
@@ -378,7 +413,6 @@ class FollowedTrajectories : public MonitorOfSliders {
     for (const State& state : measured.joints) {
       positions.push_back(state.position);
       moving.velocities.push_back(state.velocity);
-      moving.positions.push_back(state.position);
       moving.stamps.push_back(poses.stamp);
     }
     poses.poses = scene::forwardKinematics(robot_->robotModel(), positions);
@@ -392,11 +426,38 @@ class FollowedTrajectories : public MonitorOfSliders {
     for (const FollowedSplines& followed : motion_.followed) {
       if (followed.certainty != FollowedSplines::Certainty::Followed) continue;
       const Controller& controller = controllers_[followed.joints.front() < 2 ? 0 : 1];
-      if (controller.mode == Controller::Mode::Follows) continue;
+      if (controller.mode == Controller::Mode::Follows && !(controller.is_other && isAnotherMotion(followed))) continue;
       is_taken = true;
       EXPECT_TRUE(agrees(followed)) << text(measured_.back().time);
+      if (controller.mode == Controller::Mode::Ignores) continue;
+      for (const int joint : followed.joints)
+        EXPECT_GT(measured_.back().time, told_[joint] + scene::SplineDelays::kAgreement - 0.02)
+            << text(measured_.back().time);
     }
     return is_taken;
+  }
+
+  /// Whether splines that count alone are not those of the controller.
+  bool isAnotherMotion(const FollowedSplines& followed) const {
+    const auto hasJoint = [](const FollowedSplines& splines, int joint) {
+      return std::find(splines.joints.begin(), splines.joints.end(), joint) != splines.joints.end();
+    };
+    std::vector<Controller> controllers = controllers_;
+    std::vector<Command> commands = commands_on_their_way_;
+    const double now = measured_.back().time;
+    hearUntil(controllers, commands, now + settings_.lookahead);
+    const Controller& controller = controllers[followed.joints.front() < 2 ? 0 : 1];
+    for (std::size_t i = 0; i < controller.joints.size(); ++i) {
+      const int joint = controller.joints[i];
+      const bool is_alone = std::count_if(motion_.followed.begin(), motion_.followed.end(),
+                                          [&](const auto& other) { return hasJoint(other, joint); }) == 1;
+      for (double time = 0.0; is_alone && hasJoint(followed, joint) && time < settings_.lookahead; time += 0.02) {
+        const double expected = followed.splines->positionAt(joint, followed.time + time);
+        const double error = kTrackingError + 5e-3 + followed.splines->inexactAt(joint, followed.time + time - 0.12);
+        if (std::abs(expected - controller.stateAt(i, now + time).position) > error) return true;
+      }
+    }
+    return false;
   }
 
   /// The true motion, and the one that the node assumes.
@@ -446,8 +507,10 @@ class FollowedTrajectories : public MonitorOfSliders {
   std::vector<Measured> measured_;
   std::vector<std::string> log_;
   std::array<double, 2> next_command_{};
-  std::array<double, 2> commanded_{};  ///< [s] when the node has got the last command of a controller
+  std::array<double, 2> commanded_{};   ///< [s] when the node has got the last command of a controller
+  std::array<double, kJoints> told_{};  ///< [s] the same of a joint
   double next_event_ = 0.0;
+  int canceled_ = 0, refused_ = 0;
 };
 
 TEST_F(FollowedTrajectories, IsNotFreeBeforeAContactOfWhatControllersDo) {
@@ -479,8 +542,11 @@ TEST_F(FollowedTrajectories, IsNotFreeBeforeAContactOfWhatControllersDo) {
     }
   }
   RecordProperty("cycles", cycles);
-  std::cout << cycles << " cycles, " << free << " free, " << contacts << " contact, " << along << " along, " << certain
-            << " certain, " << taken << " taken, " << strays << " stray\n";
+  std::cout << refused_ << " refused, " << canceled_ << " canceled, " << cycles << " cycles, " << free << " free, "
+            << contacts << " contact, " << along << " along, " << certain << " certain, " << taken << " taken, "
+            << strays << " stray\n";
+  EXPECT_GT(refused_, runs);
+  EXPECT_GT(canceled_, runs);
   EXPECT_GT(free, cycles / 5);
   EXPECT_GT(contacts, cycles / 5);
   EXPECT_GT(certain, cycles / 5);

@@ -30,10 +30,32 @@ struct ActionGoal {
   ros::Duration goal_time_tolerance;
 };
 
+/// An actionlib_msgs/GoalID.
+struct GoalId {
+  ros::Time stamp;
+  std::string id;
+};
+
 }  // namespace proximity_server::node::lookahead_test
 
 namespace ros::message_traits {
 using proximity_server::node::lookahead_test::ActionGoal;
+using proximity_server::node::lookahead_test::GoalId;
+template <>
+struct MD5Sum<GoalId> {
+  static const char* value() { return "302881f31927c1df708a2dbab0e80ee8"; }
+  static const char* value(const GoalId&) { return value(); }
+};
+template <>
+struct DataType<GoalId> {
+  static const char* value() { return "actionlib_msgs/GoalID"; }
+  static const char* value(const GoalId&) { return value(); }
+};
+template <>
+struct Definition<GoalId> {
+  static const char* value() { return "time stamp\nstring id"; }
+  static const char* value(const GoalId&) { return value(); }
+};
 template <>
 struct MD5Sum<ActionGoal> {
   static const char* value() { return "cff5c1d533bf2f82dd0138d57f4304bb"; }
@@ -52,6 +74,15 @@ struct Definition<ActionGoal> {
 }  // namespace ros::message_traits
 
 namespace ros::serialization {
+template <>
+struct Serializer<message_traits::GoalId> {
+  template <typename Stream, typename Goal>
+  static void allInOne(Stream& stream, Goal goal) {
+    stream.next(goal.stamp);
+    stream.next(goal.id);
+  }
+  ROS_DECLARE_ALLINONE_SERIALIZER
+};
 template <>
 struct Serializer<message_traits::ActionGoal> {
   template <typename Stream, typename Goal>
@@ -236,6 +267,31 @@ TEST_F(LookaheadAlongTrajectories, FollowsTheGoalsOfAnAction) {
   expectFollowed("/arm_controller/follow_joint_trajectory/goal", goal);
 }
 
+TEST_F(LookaheadAlongTrajectories, HearsThatAGoalIsCanceled) {
+  ros::NodeHandle nh;
+  const std::string action = "/arm_controller/follow_joint_trajectory/";
+  ros::Publisher goals = nh.advertise<ActionGoal>(action + "goal", 1);
+  ros::Publisher cancels = nh.advertise<GoalId>(action + "cancel", 1);
+  ActionGoal goal;
+  goal.trajectory = trajectory_;
+  goal.trajectory.points[0].time_from_start = ros::Duration(60.0);
+  goal.trajectory.points[0].positions = {0.9};  // where it stands
+  const auto says = [](const std::string& text, bool is_said) {
+    return [=](const Lookahead& lookahead) {
+      const std::string& message = lookahead.status.message;
+      return message.find("along") == 0 && (message.find(text) != std::string::npos) == is_said;
+    };
+  };
+  Ticker ticker(nh, 2.0, [&] { goals.publish(goal); });
+  ticker.start();
+  ASSERT_TRUE(next(says("velocities", true)));
+  ticker.stop();
+  ASSERT_TRUE(next(says("velocities", false)));
+  while (cancels.getNumSubscribers() == 0) ros::WallDuration(0.01).sleep();
+  cancels.publish(GoalId());
+  EXPECT_TRUE(next(says("velocities", true)));
+}
+
 // followers.urdf: with "lead" at x the ball is at (x, 0, 0) and the shadow at (0, 2 x + 0.5, 0); its joint follows.
 TEST(LookaheadOfFollowers, TakesTheVelocityOfTheirLeader) {
   Gantry tf(ros::NodeHandle(), "/followers/tf");
@@ -308,11 +364,12 @@ TEST_F(LookaheadWithinLimits, TakesTheTurnFromThePositionsOfJointStates) {
   const auto free = withState(Lookahead::FREE);
   ASSERT_TRUE(free);
   EXPECT_EQ(free->joints_at_limit, std::vector<std::string>{"turn"});
-  joint_states_.hold({{"run", 0.0}, {"turn", 0.5}}, {{"run", 1.0}, {"turn", 9.5}});  // more than half a turn beyond
-  const auto unknown = withState(Lookahead::UNKNOWN);
-  ASSERT_TRUE(unknown);
-  EXPECT_EQ(unknown->status.code, QueryStatus::NO_VELOCITY);
-  EXPECT_NE(unknown->status.message.find("joint 'turn' is stated to be at 9.5"), std::string::npos);
+  for (const double stated : {8.0, 9.5}) {  // neither agrees with tf
+    joint_states_.hold({{"run", 0.0}, {"turn", 0.5}}, {{"run", 1.0}, {"turn", stated}});
+    EXPECT_TRUE(withState(Lookahead::CONTACT)) << stated;
+    joint_states_.hold({{"run", 0.0}, {"turn", 0.5}}, {{"run", 1.0}, {"turn", 6.0}});
+    EXPECT_TRUE(withState(Lookahead::FREE));
+  }
 }
 
 // 257.8 is 4.5 rad in degrees, where tf has the hand, too. The level is that of tf.

@@ -130,7 +130,6 @@ class ScaleOfCoupledSliders : public CoupledSliders {
     at.age = ros::Duration(0.05);
     VelocitySnapshot velocities;
     velocities.velocities = {0.0, 1.0, 0.0};
-    velocities.positions.resize(3);
     velocities.stamps.assign(3, at.stamp);
     monitor_.cycle(at, velocities, settings_, frames_);
     const StoppingScale found = monitor_.velocityScale(at, velocities, settings_, frames_);

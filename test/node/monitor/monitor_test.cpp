@@ -186,7 +186,6 @@ class LookaheadWithObjects : public MonitorOfObjects {
     VelocitySnapshot velocities;
     const auto& joints = robot_->robotModel().joints;
     for (const scene::Joint& joint : joints) velocities.velocities.push_back(joint.name == "to_middle" ? -0.5 : 0.0);
-    velocities.positions.resize(joints.size());
     return monitor_.cycle(withTheRightSphereAt(*robot_, 0.5), velocities, settings_, frames).lookahead;
   }
 };

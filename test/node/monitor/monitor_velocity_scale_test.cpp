@@ -25,7 +25,6 @@ class ScaleOfSliders : public MonitorOfSliders {
   static VelocitySnapshot velocities(double left, double middle, double right) {
     VelocitySnapshot velocities;
     velocities.velocities = {left, middle, right};
-    velocities.positions.resize(3);
     return velocities;
   }
   StoppingScale scaleIn(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities) {

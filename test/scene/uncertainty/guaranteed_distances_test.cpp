@@ -728,7 +728,8 @@ TEST(GuaranteedDistances, NoPairOfAnObjectInTheFrameOfALinkLosesMoreThanTheLarge
   Chance chance(45);
   const auto model = modelOf(kCrane);
   const narrowphase::Shape sphere(narrowphase::Sphere{0.1});
-  const Object tool = makeObject("tool", {{sphere}}, Moving{"gripper"}), box = makeObject("box", {{sphere}}, Fixed{at(1, 1, 0)});
+  const Object tool = makeObject("tool", {{sphere}}, Moving{"gripper"}),
+               box = makeObject("box", {{sphere}}, Fixed{at(1, 1, 0)});
   ObjectRules rules;
   rules.free_objects = ObjectRules::FreeObjects::Checked;
   const auto objects =

@@ -52,7 +52,7 @@ class SplineDelays {
                const std::function<double(std::size_t joint, double delay)>& position_at);
 
   bool fits() const { return last_fit_ == time_; }  ///< the last state, to some delay
-  double lastFit() const { return last_fit_; }      ///< [s] the time of the last state that fitted
+  double leftAt() const { return left_; }           ///< [s] if it does not fit: since this state none has fitted
   /// [s] The time of the first of those states that agree up to the last one. If the last one fits but does not agree,
   /// or comes after a gap, its own time; infinity if it does not fit.
   double agreedSince() const { return agreed_since_; }
@@ -84,7 +84,7 @@ class SplineDelays {
 
   Cells bounds_, possible_, agreed_;  // those with which the states agree since agreed_since_ are agreed_
   double time_ = std::numeric_limits<double>::quiet_NaN();  // of the last state
-  double last_fit_ = -std::numeric_limits<double>::infinity();
+  double last_fit_ = -std::numeric_limits<double>::infinity(), left_ = last_fit_;
   double agreed_since_;
   double best_ = 0.0, farthest_ = 0.0;
   int farthest_joint_ = 0;
