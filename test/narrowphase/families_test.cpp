@@ -299,6 +299,15 @@ TEST(Families, SphereOnTheAxisOfASweptConeOrCylinder) {
   }
 }
 
+// Regression: GJK ended apart by 20 nm, with a lower bound of -6 mm, as rounding hid that its simplex enclosed the origin.
+TEST(Families, ANarrowTriangleWhoseEndTouchesACorner) {
+  const Shape triangle = hullOf({{-0.060444665, 0.0393125, -0.0414988}, {-0.06044, 0.039314, -0.041496}, {2, 6, -2}});
+  const Shape tetrahedron =
+      hullOf({{-0.06044468, 0.0393126, -0.041498854}, {-0.04, -0.05, 0.02}, {0.03, -0.046, 0.04}, {0.05, 0.06, -0.03}});
+  expectExact({"narrow triangle", triangle, tetrahedron, Isometry3d::Identity()});
+  expectExact({"narrow triangle", tetrahedron, triangle, Isometry3d::Identity()});
+}
+
 const Points kPoint = {{0.3, -0.2, 0.1}};
 const Points kSegment = {{-0.5, 0, 0.1}, {0.4, 0.3, -0.2}};
 const Points kTriangle = {{-0.5, 0, 0}, {0.5, 0.1, 0}, {0, 0.6, 0}};

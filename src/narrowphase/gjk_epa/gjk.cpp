@@ -48,11 +48,13 @@ bool refineDistance(Cso& cso, const Vector3d& normal, const Options& options, Gj
 }
 
 /// Outcome of a search whose next vertex brings no progress, while its bounds are wider than the tolerance.
-Outcome outcomeWithoutProgress(const Cso& cso, double upper_bound, const Options& options) {
+Outcome outcomeWithoutProgress(const Cso& cso, double lower_bound, double upper_bound, const Options& options) {
   // The vertices on a curve lie in one plane within rounding. Only EPA can tell whether the cores overlap.
   if (!cso.isPolytope()) return Outcome::Overlap;
-  // The cores cannot be distinguished from touching ones, given the rounding of both bounds; EPA finds a small depth.
-  return upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance ? Outcome::Overlap : Outcome::Apart;
+  // The cores are not proven apart, for example because rounding hides that a simplex with a needle encloses the origin;
+  // or they cannot be distinguished from touching ones, given the rounding of both bounds. EPA finds a small depth.
+  const bool may_touch = lower_bound <= 0.0 || upper_bound + 3.0 * cso.rounding() <= options.distance_tolerance;
+  return may_touch ? Outcome::Overlap : Outcome::Apart;
 }
 
 bool isTriangle(unsigned members) { return std::bitset<4>(members).count() == 3; }
@@ -162,7 +164,8 @@ std::optional<Ending> endWithoutProgress(Cso& cso, const Nearest& nearest, int n
     observer.reaches(Algorithm::GjkNewton);
     return std::nullopt;
   }
-  return Ending{isOpen() ? outcomeWithoutProgress(cso, upper_bound, options) : Outcome::Apart, Status::Degenerate};
+  return Ending{isOpen() ? outcomeWithoutProgress(cso, result.lower_bound, upper_bound, options) : Outcome::Apart,
+                Status::Degenerate};
 }
 
 /// Searches until the result is decided, and sets all of it except the parts that finish() sets. Returns nullopt if

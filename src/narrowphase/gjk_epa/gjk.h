@@ -36,7 +36,8 @@ struct GjkResult {
 ///    If the cores are polytopes, the first iteration also adds the vertices with which the last query ended.
 /// 4. If the new nearest point is not nearer than the old one, the search ends: rounding prevents further progress.
 ///    Polytopes then take their lower bound from the best face at the newest vertex.
-/// 5. Stop with an overlap if the simplex encloses the origin, or comes as near to it as rounding can tell.
+/// 5. Stop with an overlap if the simplex encloses the origin, or comes as near to it as rounding can tell; or if the
+///    search ends by step 4 while nothing proves that the cores are apart.
 /// 6. If a core is curved, let Newton's method finish from the third iteration on, if it can (refinement.h).
 /// 7. Add the vertex of the CSO farthest towards the origin, and repeat from step 2.
 /// 8. If options.repeatability asks for it, the converged answer about polytopes is that of their nearest features
