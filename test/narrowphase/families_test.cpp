@@ -299,6 +299,48 @@ TEST(Families, SphereOnTheAxisOfASweptConeOrCylinder) {
   }
 }
 
+/// A hull nearly along z, or a box, that is much thinner than long.
+Shape needle(std::mt19937& random) {
+  std::uniform_real_distribution<double> part(-1.0, 1.0), exponent(-8.0, -3.0);
+  const double width = std::pow(10.0, exponent(random)), length = 0.1 + std::abs(part(random));
+  if (random() % 2 == 0) return Box{{width, 0.5 * width, length}};
+  Points points;
+  for (int i = 0; i < 12; ++i) points.emplace_back(width * part(random), width * part(random), length * part(random));
+  return hullOf(points);
+}
+
+// Regression: after 500 expansions the bounds were still open by 0.1 mm in 56 % of such pairs, as EPA covered a ring of
+// directions with faces.
+TEST(Families, NeedlesInRoundShapesTakeFewSteps) {
+  std::mt19937 random(57);
+  std::uniform_real_distribution<double> exponent(-9.0, -2.0);
+  std::vector<NamedShape> shapes = roundShapes();
+  shapes.erase(shapes.begin() + 1);  // with a capsule a needle is a polytope
+  shapes.push_back({"spheroid", Ellipsoid{{0.4, 0.4, 0.3}}});
+  shapes.push_back({"nearly round ellipsoid", Ellipsoid{{0.3, 0.3001, 0.2999}}});
+  for (const NamedShape& round : shapes)
+    for (int i = 0; i < repeats(100); ++i) {
+      Isometry3d pose = turned(i % 3 == 0 ? 2.0 : 0.0, randomDirection(random), Vector3d::Zero());
+      pose.translation() = std::pow(10.0, exponent(random)) * randomDirection(random);
+      const PairCase c{"needle in " + round.name, round.shape, needle(random), pose};
+      const SignedDistance result = resultOf(c);
+      EXPECT_TRUE(carriesItsProof(c.pair(), result, toleranceFor(c))) << describe(c);
+      EXPECT_EQ(result.status, Status::Converged) << describe(c);
+      EXPECT_LE(result.iterations, 160) << describe(c);
+    }
+}
+
+// Regression: the search by patches divided thousands of them, and left half the tolerance between the bounds. Once Newton's
+// method has found the points, the ellipsoid itself proves the depth.
+TEST(Families, BallInTheCentreOfANearlyRoundEllipsoid) {
+  for (const double flat : {0.5, 0.499, 0.495})
+    for (const double ball : {0.1, 0.5, 0.8}) {
+      const PairCase c{"ball", Ellipsoid{{0.5, 0.5, flat}}, Sphere{ball}, Isometry3d::Identity()};
+      expectExact(c);
+      EXPECT_LE(resultOf(c).upper_bound - resultOf(c).lower_bound, 1e-13) << describe(c);
+    }
+}
+
 // Regression: GJK ended apart by 20 nm, with a lower bound of -6 mm, as rounding hid that its simplex enclosed the origin.
 TEST(Families, ANarrowTriangleWhoseEndTouchesACorner) {
   const Shape triangle = hullOf({{-0.060444665, 0.0393125, -0.0414988}, {-0.06044, 0.039314, -0.041496}, {2, 6, -2}});

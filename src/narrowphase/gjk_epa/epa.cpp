@@ -6,11 +6,13 @@
 #include "narrowphase/curved/inner_ellipsoid.h"
 #include "narrowphase/curved/refinement.h"
 #include "narrowphase/gjk_epa/epa_start.h"
+#include "narrowphase/gjk_epa/gjk.h"
 #include "proximity_server/narrowphase/angle.h"
 #include "proximity_server/narrowphase/assertion.h"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 namespace proximity_server::narrowphase {
@@ -110,31 +112,25 @@ FacePoint nearestPoint(std::array<CsoVertex, 3> corners, const EpaResult& result
   return {points.on_a, points.on_b - target, (points.on_a - points.on_b).norm()};
 }
 
-/// Sets the witness points by a strip of triangles between support points in directions around the normal: to the point
-/// of the strip that is nearest to the one at the depth. has_points stays false if they are farther apart than nine
-/// tenths of the tolerance; the rest is for rounding.
-void setPointsAround(Cso& cso, double tolerance, EpaResult& result) {
-  // The middle of a chord of the CSO lies below the surface by at most the squared angle times the radius: a quarter of
-  // the tolerance.
-  const double angle = 0.5 * std::sqrt(tolerance / (cso.a().coreReach() + cso.b().coreReach()));
-  const Vector3d& n = result.normal;
-  const Vector3d along =
-      n.head<2>().norm() > 0.5 ? Vector3d(n.cross(Vector3d::UnitZ()).normalized()) : n.unitOrthogonal();
-  const Vector3d across = n.cross(along);
-  std::array<CsoVertex, 8> strip;
-  std::size_t count = 0;
-  // Four rows: the inner two, 3e-5 of the angle from the normal, meet a narrow piece of the surface between two kinks.
-  for (const double row : {-1.0, -3e-5, 3e-5, 1.0})
-    for (const double side : {-1.0, 1.0}) strip[count++] = cso.vertex(n + angle * (side * along + row * across));
-  FacePoint best{Vector3d::Zero(), Vector3d::Zero(), 0.9 * tolerance};
-  for (std::size_t i = 0; i + 2 < count; ++i) {
-    const FacePoint point = nearestPoint({strip[i], strip[i + 1], strip[i + 2]}, result);
-    if (!(point.error <= best.error)) continue;
-    best = point;
-    result.has_points = true;
-    result.point_a = point.on_a;
-    result.point_b = point.on_b;
-  }
+/// Sets the witness points by the point of the CSO nearest to the one at the depth along the normal. The ray along the
+/// normal leaves the CSO below this point by no more than the gap of the bounds. has_points stays false if the point that
+/// is found is farther away than nine tenths of the tolerance; the rest is for rounding.
+void setPointsAtDepth(const Cso& cso, double tolerance, EpaResult& result) {
+  const Vector3d way_out = result.depth * result.normal;
+  Eigen::Isometry3d touching = cso.pose();
+  touching.translation() += way_out;
+  WarmStart none;
+  Cso moved(cso.a(), cso.b(), touching, cso.rounding(), none);
+  Options options;
+  options.stop_below = 0.9 * tolerance;
+  const GjkResult nearest = gjk(moved, result.normal, moved.vertex(result.normal), options);
+  const bool is_apart = nearest.outcome == GjkResult::Outcome::Apart;
+  if (!is_apart && nearest.simplex.members == 0b1111) return;
+  const WitnessPoints points = is_apart ? nearest.points : witnessPoints(nearest.simplex);
+  if (!((points.on_a - points.on_b).norm() <= options.stop_below)) return;
+  result.has_points = true;
+  result.point_a = points.on_a;
+  result.point_b = points.on_b - way_out;
 }
 
 /// Sets the witness points to the point where the ray from the origin along the normal leaves the polytope: through the
@@ -244,11 +240,7 @@ class SmallestDepth {
     if (stationary.cos_proven < 1.0 && caps_ < kMaxCaps) proven_[caps_++] = {stationary.normal, stationary.cos_proven};
     // A direction with points is preferred to an equally shallow one without points.
     const double limit = result_.depth + (result_.has_points ? 0.0 : cso.rounding());
-    if (direction->depth < limit) {
-      setDirection(*direction, result_);
-      stationary_ = stationary;
-      is_tried_ = false;
-    }
+    if (direction->depth < limit) keep(*direction);
     return stationary.cos_proven < 1.0 && setAsideIfProven(polytope, face);
   }
 
@@ -260,17 +252,22 @@ class SmallestDepth {
   }
 
   /// Proves by branch and bound that no direction is shallower than the result, and improves the result on the way.
-  /// This is tried once.
+  /// This is tried once. Newton's method may not have begun yet with the direction of the result: where the depth is
+  /// nearly the same in all directions, the face that it is from was far inside.
   void proveAboutAxis(Cso& cso, double tolerance) {
     if (is_searched_) return;
     is_searched_ = true;
     const auto refine = [&](const std::array<Vector3d, 2>& directions) {
       improve(cso, directions);
-      return result_.depth;
+      proveByEllipsoid(cso, tolerance);
+      const bool is_proven = result_.has_points && depth_inside_ >= result_.depth - 0.5 * tolerance;
+      return is_proven ? 0.0 : result_.depth;
     };
-    const double proven = depthAboutAxis(cso, result_.depth, tolerance, refine);
+    const double known = result_.has_points ? result_.depth : refine({result_.normal, result_.normal});
+    // By reference: a std::function would take memory for so many captures.
+    const double proven = depthAboutAxis(cso, known, tolerance, std::ref(refine));
     depth_inside_ = std::max(depth_inside_, proven);
-    if (!result_.has_points && proven > 0.0) setPointsAround(cso, tolerance, result_);
+    if (!result_.has_points && proven > 0.0) setPointsAtDepth(cso, tolerance, result_);
   }
 
   /// [m] A lower bound of the depth in all directions, by a solid inside of the CSO or by the search about an axis;
@@ -290,6 +287,12 @@ class SmallestDepth {
   }
 
  private:
+  void keep(const Refined& direction) {
+    setDirection(direction, result_);
+    stationary_ = direction.stationary;
+    is_tried_ = false;
+  }
+
   /// Replaces the result by the first direction, which is shallower, or by the direction to which Newton's method
   /// refines it.
   void improve(Cso& cso, const std::array<Vector3d, 2>& directions) {
@@ -300,7 +303,7 @@ class SmallestDepth {
     const double depth = directions[0].dot(simplex[0].point);
     const std::optional<Refined> direction = refined(cso, simplex, directions[0]);
     if (direction && direction->depth <= std::min(depth, result_.depth)) {
-      setDirection(*direction, result_);
+      keep(*direction);
     } else if (depth < result_.depth) {
       result_.depth = depth;
       result_.normal = directions[0];
@@ -389,7 +392,7 @@ int firstEllipsoid(const Cso& cso) {
   return a == Shape::Kind::Ellipsoid || b == Shape::Kind::Ellipsoid ? 1 : kSomeFaces;
 }
 
-/// After so many expansions, cores about nearly parallel axes are searched by patches of directions: there is probably
+/// After so many expansions, cores of some kinds are searched by patches of directions: there is probably
 /// a ring of nearly equal depths. Evidence: 5000 pairs of each two round kinds within 1e-3 rad of one axis, mean of
 /// all: 12.7, 12.5, 12.6 and 13.3 us from 36, 48, 64 and 80 expansions on, 24 us without. From 24 on, two cones take 10
 /// instead of 6 us, as most of them need no more than 48.

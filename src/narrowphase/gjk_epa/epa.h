@@ -34,9 +34,9 @@ struct EpaResult {
 /// 5. If a core is curved and the face is near its support plane, refine the normal by Newton's method (refinement.h),
 ///    and look after some expansions whether an ellipsoid inside of the CSO proves the refined depth
 ///    (inner_ellipsoid.h). Solids of revolution about nearly parallel axes have a lower bound from the start
-///    (depthOfTiltedAxes() in parallel_axes.h), and after many expansions, cores that are round about such axes are
-///    searched by patches of directions (depth_about_axis.h). Repeat from step 3 if a cap proves the directions about
-///    the face.
+///    (depthOfTiltedAxes() in parallel_axes.h), and after many expansions, cores that are round about such axes, and
+///    needles in round cores, are searched by patches of directions (depth_about_axis.h). Repeat from step 3 if a cap
+///    proves the directions about the face.
 /// 6. Replace all faces that w sees by triangles from w to their horizon (polytope.h), and repeat from step 3.
 /// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
 ///    through, or if rounding hides this face, the nearest ones of a face or of GJK's simplex.

@@ -106,10 +106,41 @@ TEST(DepthAboutAxis, OfACylinderAboutAHullThatIsNearlyASegment) {
   expectProves(0.5, swapped);
 }
 
-TEST(DepthAboutAxis, IsNotProvenForAHullThatIsThickerThanTheTolerance) {
-  const Shape hull = hullOf({{0, 0, -2}, {0, 0, 2}, {1e-9, 0, 0}});
-  TwoCores cores(Cylinder{0.5, 1.0}, hull, Vector3d::Zero());
-  expectNoProof(cores);
+// Towards -x, where the hull ends in its edge along z.
+TEST(DepthAboutAxis, OfANeedleInACylinder) {
+  for (const double width : {1e-9, 1e-6, 1e-3}) {
+    TwoCores cores(Cylinder{0.5, 1.0}, hullOf({{0, 0, -2}, {0, 0, 2}, {width, 0, 0}}), Vector3d::Zero());
+    expectProves(0.5, cores);
+    TwoCores swapped(cores.b, cores.a, cores.a_T_b.inverse());
+    expectProves(0.5, swapped);
+  }
+}
+
+// The slant of this cone has the normal (0.8, 0, 0.6), about the axis, and is 0.6 m away. A box adds the least where the
+// normal is across its longer edge.
+TEST(DepthAboutAxis, OfABoxInACone) {
+  for (const double size : {1e-6, 1e-4, 1e-3}) {
+    TwoCores cores(Cone{1.5, 2.0}, Box{size * Vector3d(2, 4, 6)}, Vector3d::Zero());
+    expectProves(0.6 + size * (0.8 + 1.8), cores);
+  }
+}
+
+// The depth is nearly the same in all directions.
+TEST(DepthAboutAxis, OfABallAndOfABoxInANearlyRoundEllipsoid) {
+  for (const double excess : {1e-6, 1e-4, 1e-2})
+    for (const Vector3d& radii : {Vector3d(1, 1, 1 - excess), Vector3d(1, 1 + excess, 1 - excess)}) {
+      TwoCores of_ball(Ellipsoid{radii}, Sphere{0.1}, Vector3d::Zero());
+      expectProves(1.0 - excess, of_ball);
+      TwoCores of_box(Box{{2e-6, 2e-6, 2e-6}}, Ellipsoid{radii}, Vector3d::Zero());
+      expectProves(1.0 - excess + 1e-6, of_box);
+    }
+}
+
+TEST(DepthAboutAxis, OfANearlyRoundEllipsoidInACylinderAtEveryTilt) {
+  for (const double tilt : {0.0, 0.1, 1.0, M_PI_2}) {
+    TwoCores cores(Cylinder{1, 4}, Ellipsoid{{0.5, 0.5, 0.48}}, turnedAbout(Vector3d::UnitX(), tilt));
+    expectProves(1.0 + std::hypot(0.5 * std::cos(tilt), 0.48 * std::sin(tilt)), cores);
+  }
 }
 
 // Across z the swept cylinder reaches 2 m only where its other end is lower than the start: the turned one reaches
@@ -131,8 +162,10 @@ TEST(DepthAboutAxis, IsNotProvenWhereASweepReachesFartherThanItsStart) {
 }
 
 TEST(DepthAboutAxis, IsNotProvenForACoreThatIsNotRound) {
-  TwoCores cores(Cylinder{1, 4}, Box{{1, 1, 1}}, Vector3d::Zero());
-  expectNoProof(cores);
+  TwoCores of_box(Cylinder{1, 4}, Box{{1, 1, 1}}, Vector3d::Zero());
+  expectNoProof(of_box);
+  TwoCores of_ellipsoid(Ellipsoid{{1, 2, 3}}, Box{{1e-3, 1e-3, 1}}, Vector3d::Zero());
+  expectNoProof(of_ellipsoid);
 }
 
 TEST(DepthAboutAxis, IsNotProvenForASweepAcrossTheAxis) {
@@ -218,6 +251,21 @@ TEST(DepthAboutAxis, IsNeverMoreThanTheDepthAndNearlyAlwaysProven) {
     return TwoCores(a, b, nearOneAxis(random));
   };
   EXPECT_GT(shareOfProofs(30, pair), 0.97);  // without Newton's method
+}
+
+TEST(DepthAboutAxis, IsNeverMoreThanTheDepthOfANeedleInARoundCore) {
+  std::uniform_real_distribution<double> part(-1.0, 1.0), exponent(-9.0, -3.5);
+  const auto pair = [&](std::mt19937& random) {
+    std::vector<Vector3d> points;
+    const Vector3d size(std::pow(10.0, exponent(random)), std::pow(10.0, exponent(random)), part(random));
+    for (int i = 0; i < 9; ++i) points.push_back(size.cwiseProduct(Vector3d(part(random), part(random), part(random))));
+    const Shape polytope = hullOf(points), round = anyRoundCore(random);
+    const bool is_first = random() % 2 == 0;
+    Isometry3d pose = nearOneAxis(random);
+    if (random() % 2 == 0) pose = pose * turnedAbout({part(random), part(random), part(random)}, 4.0);
+    return TwoCores(is_first ? polytope : round, is_first ? round : polytope, pose);
+  };
+  EXPECT_GT(shareOfProofs(32, pair), 0.8);  // without Newton's method, which finds most depths at once
 }
 
 /// A core that is not round, with a round one inside of it.
