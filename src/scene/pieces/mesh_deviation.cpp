@@ -97,15 +97,21 @@ class DeviationSearch {
       const int longest = edge(0) >= edge(1) ? (edge(0) >= edge(2) ? 0 : 2) : (edge(1) >= edge(2) ? 1 : 2);
       const Vector3d &a = t[longest], &b = t[(longest + 1) % 3], &c = t[(longest + 2) % 3];
       const Vector3d middle = 0.5 * (a + b);
-      look({a, middle, c}, whole.middle_of_hull, whole.near);
-      look({middle, b, c}, whole.middle_of_hull, whole.near);
+      look({a, middle, c}, whole.middle_of_hull, &whole.measured);
+      look({middle, b, c}, whole.middle_of_hull, &whole.measured);
     }
   }
 
  private:
+  struct Measured {
+    Vector3d centre;
+    const Triangle* near;  // the triangle of the mesh that is nearest to the centre
+    double distance;       // [m] from that triangle
+    bool is_inside;
+  };
   struct Patch {
     Triangle corners;
-    const Triangle* near;  // the triangle of the mesh that is nearest to its centre
+    Measured measured;
     Vector3d middle_of_hull;
     double bound;  // [m] an upper bound of the distance outside of the mesh, for all points of the patch
     bool operator<(const Patch& other) const { return bound < other.bound; }
@@ -114,17 +120,26 @@ class DeviationSearch {
   /// [m] A part that lies no farther outside than this changes nothing.
   double floor() const { return std::max(farthest_ + kMeshRounding, thresholds_.below); }
 
-  void look(const Triangle& t, const Vector3d& middle_of_hull, const Triangle* near = nullptr) {
+  /// True if a point is inside of the mesh. On the way from the centre of the whole there is no surface if that way is
+  /// shorter than the distance of the centre from it.
+  bool isInside(const Vector3d& p, const Measured* of_whole) const {
+    constexpr double kClearly = 1.0 - 1e-9;
+    const bool is_as_before = of_whole && (p - of_whole->centre).norm() < kClearly * of_whole->distance;
+    return is_as_before ? of_whole->is_inside : mesh_.inside_.holds(p, mesh_.effort());
+  }
+
+  void look(const Triangle& t, const Vector3d& middle_of_hull, const Measured* of_whole = nullptr) {
     const Vector3d centre = (t[0] + t[1] + t[2]) / 3.0;
     double reach = 0.0, at_corners = 0.0;
     for (const Vector3d& corner : t) reach = std::max(reach, (corner - centre).norm());
     // A triangle so near proves that the patch changes nothing. Without one within reach, it is wholly inside or outside.
     const double harmless = std::min(floor() - reach, thresholds_.above < kInfinity ? thresholds_.above : farthest_);
     const double far = std::max(harmless, reach) + kMeshRounding;
+    const Triangle* near = of_whole ? of_whole->near : nullptr;
     TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near, {harmless, far});
     if (nearest.distance <= harmless) return;
     if (!nearest.triangle) {
-      if (mesh_.inside_.holds(centre, mesh_.effort())) return;
+      if (isInside(centre, of_whole)) return;
       nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near, {});
     }
     for (const Vector3d& corner : t) {
@@ -132,13 +147,13 @@ class DeviationSearch {
     }
     const double bound = std::min(nearest.distance + reach, at_corners);
     if (nearest.distance <= farthest_ && bound <= floor()) return;
-    const bool inside = nearest.distance > 0.0 && mesh_.inside_.holds(centre, mesh_.effort());
+    const bool inside = nearest.distance > 0.0 && isInside(centre, of_whole);
     if (!inside) farthest_ = std::max(farthest_, nearest.distance);
     const double signed_bound = inside ? std::min(bound, reach - nearest.distance) : bound;
     if (signed_bound <= floor()) return;
     const bool may_be_covered = inside || nearest.distance <= kMeshRounding;
     if (may_be_covered && isCovered(t, centre, middle_of_hull)) return;
-    patches_.push({t, nearest.triangle, middle_of_hull, signed_bound});
+    patches_.push({t, {centre, nearest.triangle, nearest.distance, inside}, middle_of_hull, signed_bound});
   }
 
   /// True if a part of a hull is proven to lie outside by kMeshRounding at most, because it is inside after each of its

@@ -276,12 +276,15 @@ class RoomSearch {
     constexpr std::size_t kMany = 100;
     const double far = kFarther * radius;
     normals_.clear();
-    const auto isOneTooMany = [&](const Triangle& t) {
+    // Two normals along one u are at an angle below twice acos(1 / kFarther), the cosine of which this is.
+    constexpr double kSmallestCosine = 2.0 / (kFarther * kFarther) - 1.0;
+    const auto endsIt = [&](const Triangle& t) {
       if ((nearestPoint(t, point) - point).norm() > far) return false;
       normals_.push_back(reliableNormal(t));
-      return normals_.size() > kMany;
+      return normals_.size() > kMany || !(normals_.back().dot(normals_.front()) > kSmallestCosine) ||
+             normals_.back().isZero(0.0);
     };
-    if (rooms_.surface_->anyIn({point.array() - far, point.array() + far}, effort_, isOneTooMany)) return false;
+    if (rooms_.surface_->anyIn({point.array() - far, point.array() + far}, effort_, endsIt)) return false;
     Vector3d u = Vector3d::Zero();
     for (const Vector3d& normal : normals_) u += normal;
     u.stableNormalize();

@@ -95,7 +95,8 @@ struct TriangleBoxes {
     return x * x + y * y + z * z;
   }
 
-  void split(int node, SplitAxes axes);
+  static constexpr int kMostUnequal = 32;
+  void split(int node, SplitAxes axes, bool may_be_unequal);
 };
 
 /// Finds the point of some triangles that is nearest to a given one.
