@@ -73,7 +73,7 @@ def pieces_of(cache):
     for file in pathlib.Path(cache).rglob("*.pieces"):
         lines = file.read_text().split("\n")
         deviations.append(struct.unpack("d", struct.pack("Q", int(lines[4])))[0])
-        counts.append(len(set(lines[8:8 + int(lines[7])])))
+        counts.append(len(set(lines[9:9 + int(lines[8])])))
     return {"most": max(counts), "all": sum(counts), "deviation": max(deviations)}
 
 

@@ -57,8 +57,12 @@ struct Job {
   const ConnectedMesh& mesh;
   const MeshOptions& options;
   Effort& effort;
-  double tolerance() const { return std::max(options.tolerance, kMeshRounding); }
+  double tolerance;  // [m]
 };
+
+/// A mesh whose budget is spent may become pieces within so many times the tolerance, unless it has no more than so many.
+constexpr double kCoarsest = 8.0;
+constexpr int kFewPieces = 300;
 
 std::vector<Component> componentsOf(const Job& job) {
   std::vector<Component> components;
@@ -91,15 +95,63 @@ double volumeRatio(const std::vector<TriangleMesh>& components) {
   return meshes > 0.0 ? hulls / meshes : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// True if one hull of the whole mesh is within tolerance.
-bool isHullOfAll(const Job& job, const MeshSolid& solid) {
-  const Partition one(job.mesh.components.size(), 0);
-  return solid.isWithin(job.tolerance(), coverOf(clusterPoints(job.mesh.welded, one).front(), job.effort));
+/// Hulls after the search for their points that lie farthest outside of the mesh.
+struct Measured {
+  double deviation;                  // [m] an upper bound for the hulls that are not too far
+  std::vector<std::size_t> too_far;  // the indices of the hulls that are not proven to lie within tolerance
+  std::vector<Vector3d> rooms;       // points of the rooms that these fill
+};
+
+/// Measures hulls. A room that is not excluded when the effort is spent counts as filled, which is the safe side: it makes
+/// the deviation larger, and the hull stays. Surfaces have no limit, because most of them are known to be within tolerance.
+Measured measure(const Job& job, const MeshSolid& solid, const std::vector<Cover>& covers) {
+  const Effort for_rooms = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
+  Measured result{covers.empty() ? 0.0 : solid.deviationOf(covers), {}, {}};
+  std::vector<std::size_t> within(covers.size());
+  std::iota(within.begin(), within.end(), 0);
+  if (result.deviation > job.tolerance) {
+    const auto far = std::stable_partition(
+        within.begin(), within.end(), [&](std::size_t i) { return solid.isSurfaceWithin(job.tolerance, covers[i]); });
+    result.too_far.assign(far, within.end());
+    within.erase(far, within.end());
+    result.deviation = job.tolerance;
+  }
+  job.effort = for_rooms;
+  for (const std::size_t i : within) {
+    const double known = std::min(result.deviation, job.tolerance);
+    const Rooms::Largest room = solid.roomIn(covers[i].hull, known, job.tolerance);
+    if (!(room.at_most > result.deviation + kMeshRounding)) continue;
+    if (room.at_most > job.tolerance && !job.effort.isSpent()) {
+      result.too_far.push_back(i);
+      result.rooms.push_back(room.centre);
+    } else {
+      result.deviation = room.at_most;
+    }
+  }
+  return result;
+}
+
+/// Returns clusters of whole components if their hulls are within tolerance.
+std::optional<Clustering> ifWithin(const Job& job, const MeshSolid& solid, Partition partition,
+                                   Representation representation) {
+  std::vector<Cover> covers;
+  for (std::vector<Vector3d>& points : clusterPoints(job.mesh.welded, partition)) {
+    covers.push_back(coverOf(std::move(points), job.effort));
+    if (!solid.isSurfaceWithin(job.tolerance, covers.back())) return std::nullopt;
+  }
+  const Measured found = measure(job, solid, covers);
+  if (job.effort.isSpent()) throw Effort::Exceeded();
+  if (!found.too_far.empty()) return std::nullopt;
+  Clustering clustering;
+  clustering.partition = std::move(partition);
+  clustering.representation = representation;
+  clustering.deviation = found.deviation;
+  return clustering;
 }
 
 /// Assigns each component to a cluster of its own, or to the cluster of another component whose hull contains its hull:
-/// the union of the hulls stays the same. Returns nullopt if one of the hulls is not within tolerance.
-std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& solid) {
+/// the union of the hulls stays the same.
+Partition hullsOfComponents(const Job& job) {
   std::vector<Component> components = componentsOf(job);
   std::stable_sort(components.begin(), components.end(), [](const Component& a, const Component& b) {
     return a.cover.hull.volume() > b.cover.hull.volume();
@@ -117,10 +169,6 @@ std::optional<Partition> hullsOfComponents(const Job& job, const MeshSolid& soli
     hider[component.number] = is_hidden ? (*found)->number : component.number;
     if (!is_hidden) outermost.push_back(&component);
   }
-  const bool near = std::all_of(outermost.begin(), outermost.end(), [&](const Component* component) {
-    return solid.isWithin(job.tolerance(), component->cover);
-  });
-  if (!near) return std::nullopt;
   Partition partition;
   for (const int component : job.mesh.components) partition.push_back(hider[component]);
   return partition;
@@ -155,120 +203,127 @@ Partition hullNumbers(const Partition& partition) {
   return result;
 }
 
-/// Returns a point of the hull of some triangles where it may fill a room; nullopt if it is proven to fill none. Returns a
-/// corner where the effort is spent before.
-std::optional<Vector3d> roomOf(const Job& job, const MeshSolid& solid, const std::vector<int>& triangles) {
-  const narrowphase::ConvexHull hull(pointsOf(job.mesh.welded, triangles));
-  try {
-    return solid.roomIn(job.tolerance(), hull);
-  } catch (const Effort::Exceeded&) {
-    return hull.vertices().front();
-  }
-}
-
-/// Divides the clusters whose hulls may fill a room anew until no hull does, and numbers all clusters anew. This has the
-/// time budget once more: where it is spent, triangles are left, which fill nothing. Only the first search for rooms has
-/// no limit, because it decides whether the pieces are within tolerance.
-void emptyRooms(const Job& job, const MeshSolid& solid, Decomposition& found) {
+/// Measures the hulls of clusters, and divides anew those that are too far until none is. This has the time budget once
+/// more; when it is spent, the rooms that are left count as filled.
+void settle(const Job& job, const MeshSolid& solid, Clustering& clustering) {
   const TriangleMesh& mesh = job.mesh.welded;
   std::vector<Vector3d> rooms;
-  job.effort = Effort(std::numeric_limits<double>::infinity());
-  for (std::size_t first = 0;;) {  // the first cluster that is not known to fill no room
-    const std::vector<std::vector<int>> clusters = byNumber(found.partition);
+  job.effort = Effort(job.options.time_budget);
+  for (std::size_t first = 0;;) {  // the first cluster that is not measured
+    const std::vector<std::vector<int>> clusters = byNumber(clustering.partition);
+    std::vector<std::size_t> numbers;  // of the clusters of covers
+    std::vector<Cover> covers;
+    for (std::size_t i = first; i < clusters.size(); ++i) {
+      if (clusters[i].size() < 2) continue;
+      std::vector<Vector3d> points = pointsOf(mesh, clusters[i]);
+      numbers.push_back(i);
+      covers.push_back({narrowphase::ConvexHull(points), std::move(points)});
+    }
+    const Measured found = measure(job, solid, covers);
+    clustering.deviation = std::max(clustering.deviation, found.deviation);
+    clustering.is_complete &= !job.effort.isSpent();
+    if (found.too_far.empty()) break;
+
+    rooms.insert(rooms.end(), found.rooms.begin(), found.rooms.end());
     TriangleMesh filling{mesh.vertices, {}};
     Partition parts;
     std::vector<int> origins;
-    for (std::size_t i = first; i < clusters.size(); ++i) {
-      if (clusters[i].size() < 2) continue;
-      const std::optional<Vector3d> room = roomOf(job, solid, clusters[i]);
-      if (!room) continue;
-      rooms.push_back(*room);
-      for (const int t : clusters[i]) filling.triangles.push_back(mesh.triangles[t]);
-      parts.insert(parts.end(), clusters[i].size(), static_cast<int>(rooms.size()));
-      origins.insert(origins.end(), clusters[i].begin(), clusters[i].end());
+    for (const std::size_t i : found.too_far) {
+      for (const int t : clusters[numbers[i]]) {
+        filling.triangles.push_back(mesh.triangles[t]);
+        parts.push_back(static_cast<int>(i));
+        origins.push_back(t);
+      }
     }
-    if (origins.empty()) break;
-    if (first == 0) job.effort = Effort(job.options.time_budget);
     first = clusters.size();
-    const Decomposition anew = decompose(filling, parts, solid, job.tolerance(), rooms);
+    const Decomposition anew = decompose(filling, parts, solid, job.tolerance, PartsOfHulls::AreTested, rooms);
     for (std::size_t i = 0; i < origins.size(); ++i)
-      found.partition[origins[i]] = static_cast<int>(first) + anew.partition[i];
-    found.is_complete &= anew.is_complete;
+      clustering.partition[origins[i]] = static_cast<int>(first) + anew.partition[i];
+    clustering.is_complete &= anew.is_complete;
   }
-  found.partition = hullNumbers(found.partition);
+  clustering.partition = hullNumbers(clustering.partition);
+}
+
+/// Decomposes a mesh within its tolerance. Where half of the effort does not suffice for few pieces, the tolerance is
+/// doubled, up to a limit, with half of what is left.
+Clustering decomposed(Job job, const MeshSolid& solid) {
+  Clustering clustering;
+  for (const double coarsest = kCoarsest * job.tolerance;; job.tolerance *= 2.0) {
+    const bool is_last = job.tolerance >= coarsest;
+    const Effort for_coarser = is_last ? Effort(0.0) : job.effort.half();
+    // All components take part, not only the outermost ones: the hull of a component can contain another component that
+    // lies in a hollow of it, but the hulls of its clusters need not contain that one.
+    Decomposition found = decompose(job.mesh.welded, job.mesh.components, solid, job.tolerance);
+    const int pieces = *std::max_element(found.partition.begin(), found.partition.end()) + 1;
+    clustering.partition = std::move(found.partition);
+    clustering.is_complete &= found.is_complete;
+    if (found.is_complete || is_last || pieces <= kFewPieces) break;
+    job.effort.add(for_coarser);
+  }
+  clustering.tolerance = job.tolerance;
+  settle(job, solid, clustering);
+  clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
+  return clustering;
 }
 
 /// Returns the clusters of the first representation that is within tolerance. Representations with fewer pieces are
 /// tried first.
 Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
-  Clustering clustering;
+  const std::size_t triangles = job.mesh.components.size();
   const Effort for_decomposition = job.effort.half();
+  bool is_complete = true;
   try {
-    if (isHullOfAll(job, solid)) {
-      clustering.partition.assign(job.mesh.components.size(), 0);
-      clustering.representation = Representation::ConvexHull;
-      return clustering;
-    }
-    if (auto components = hullsOfComponents(job, solid)) {
-      clustering.partition = std::move(*components);
-      clustering.representation = Representation::Decomposed;
-      return clustering;
-    }
+    if (auto hull = ifWithin(job, solid, Partition(triangles, 0), Representation::ConvexHull)) return *hull;
+    if (auto hulls = ifWithin(job, solid, hullsOfComponents(job), Representation::Decomposed)) return *hulls;
   } catch (const Effort::Exceeded&) {
-    clustering.is_complete = false;
+    is_complete = false;
   }
   job.effort.add(for_decomposition);
-  if (job.options.tolerance <= kMeshRounding) {
-    Clustering triangles = trianglesThemselves(job.mesh.components.size());
-    triangles.is_complete = clustering.is_complete;
-    return triangles;
-  }
-  if (job.options.progress) {
-    job.options.progress("decomposing " + std::to_string(job.mesh.components.size()) + " triangles");
-  }
-  // All components take part, not only the outermost ones: the hull of a component can contain another component that
-  // lies in a hollow of it, but the hulls of its clusters need not contain that one.
-  Decomposition found = decompose(job.mesh.welded, job.mesh.components, solid, job.options.tolerance);
-  emptyRooms(job, solid, found);
-  clustering.partition = std::move(found.partition);
-  clustering.is_complete = clustering.is_complete && found.is_complete;
-  clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
+  const bool needs_triangles = job.options.tolerance <= kMeshRounding;
+  if (!needs_triangles && job.options.progress)
+    job.options.progress("decomposing " + std::to_string(triangles) + " triangles");
+  Clustering clustering = needs_triangles ? trianglesThemselves(triangles) : decomposed(job, solid);
+  clustering.is_complete &= is_complete;
   return clustering;
 }
 
-/// Measures how far the hulls lie from the mesh. They are proven to be within the tolerance.
-void measure(const TriangleMesh& mesh, const MeshSolid& solid, double tolerance, Clustering& clustering) {
-  std::vector<Cover> covers;
-  for (std::vector<Vector3d>& points : clusterPoints(mesh, clustering.partition))
-    covers.push_back(coverOf(std::move(points), solid.effort()));
-  clustering.deviation = std::min(solid.deviationOf(covers), tolerance);
-  for (const Cover& cover : covers)
-    clustering.uncovered = std::max(clustering.uncovered, farthestOutside(cover, solid.effort()));
-  if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
+/// [m] The largest distance of a point of the mesh outside of the hull that covers it.
+double uncoveredBy(const TriangleMesh& mesh, const Partition& partition) {
+  Effort unlimited(std::numeric_limits<double>::infinity());
+  double farthest = 0.0;
+  for (std::vector<Vector3d>& points : clusterPoints(mesh, partition))
+    farthest = std::max(farthest, farthestOutside(coverOf(std::move(points), unlimited), unlimited));
+  return farthest;
 }
 
 Clustering compute(const TriangleMesh& mesh, const ConnectedMesh& connected, const MeshOptions& options,
                    const MeshCache& cache, std::vector<std::string>& warnings) {
   Effort effort(options.time_budget);
   const std::vector<TriangleMesh> closed = closedParts(connected.parts);
-  const Job job{connected, options, effort};
+  const Job job{connected, options, effort, std::max(options.tolerance, kMeshRounding)};
   const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), allTriangles(closed), effort,
                         Rooms(connected.parts));
   Clustering clustering = nearestEnough(job, solid);
+  clustering.tolerance = std::max(clustering.tolerance, options.tolerance);
   clustering.volume_ratio = volumeRatio(connected.parts);
-  // The remaining steps take time in proportion to the size of the mesh, so they need no limit.
-  effort = Effort(std::numeric_limits<double>::infinity());
-  if (clustering.representation != Representation::Triangles) measure(mesh, solid, job.tolerance(), clustering);
+  if (clustering.representation != Representation::Triangles) {
+    clustering.uncovered = uncoveredBy(mesh, clustering.partition);
+    if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
+  }
   const std::string trouble = cache.store(clustering);
   if (!trouble.empty()) warnings.push_back(trouble);
   return clustering;
 }
 
-std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, std::size_t pieces) {
+std::string shortfallOf(const TriangleMesh& mesh, const MeshOptions& options, const MeshPieces& pieces) {
   std::ostringstream text;
   text << "its " << mesh.triangles.size() << " triangles would take more than the time budget of "
-       << options.time_budget << " s to become as few convex pieces as possible; " << pieces
-       << " stand for it, within the tolerance";
+       << options.time_budget << " s to become as few convex pieces as possible; " << pieces.hulls.size()
+       << " stand for it, within ";
+  if (pieces.deviation <= options.tolerance)
+    text << "the tolerance";
+  else
+    text << pieces.deviation << " m instead of the tolerance of " << options.tolerance << " m";
   return text.str();
 }
 
@@ -340,10 +395,11 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
   pieces.hulls = hullsOf(mesh, clustering->partition);
   addSolid(connected, clustering->partition, pieces);
   pieces.representation = clustering->representation;
+  pieces.tolerance = clustering->tolerance;
   pieces.deviation = clustering->deviation;
   pieces.uncovered = clustering->uncovered;
   pieces.volume_ratio = clustering->volume_ratio;
-  if (!clustering->is_complete) pieces.shortfall = shortfallOf(mesh, options, pieces.hulls.size());
+  if (!clustering->is_complete) pieces.shortfall = shortfallOf(mesh, options, pieces);
   return pieces;
 }
 

@@ -43,6 +43,7 @@ struct Demand {
   const MeshSolid& solid;
   double tolerance;  // [m]
   const std::vector<Vector3d>& rooms;
+  PartsOfHulls parts_of_hulls;
 
   /// `surface`: the triangles of the hull that are not yet known to be within tolerance.
   bool isMetBy(const Cover& cover, const std::vector<Triangle>& surface) const {
@@ -94,6 +95,7 @@ class Halving {
   std::vector<ClusterWithHull> partsOf(Cluster component) {
     std::vector<ClusterWithHull> parts = halved({std::move(component)});
     if (parts.size() <= 1) return parts;
+    if (demand_.parts_of_hulls == PartsOfHulls::AreTrusted) return quartered(std::move(parts));
     for (int level = 0; level < 2; ++level) parts = cutOnce(std::move(parts));
     return parts;
   }
@@ -134,6 +136,36 @@ class Halving {
       }
     }
     return result;
+  }
+
+  /// Cuts parts twice. The hulls of what is cut are trusted.
+  std::vector<ClusterWithHull> quartered(std::vector<ClusterWithHull> parts) {
+    std::vector<ClusterWithHull> result;
+    for (ClusterWithHull& part : parts) {
+      std::vector<Cluster> cut{part.triangles};
+      for (int level = 0; level < 2; ++level) {
+        for (std::size_t i = 0, count = cut.size(); i < count; ++i)
+          if (cut[i].size() > 1) cut.push_back(takeHalf(mesh_, cut[i]));
+      }
+      std::vector<ClusterWithHull> cut_parts = withHulls(std::move(cut));
+      if (cut_parts.empty()) cut_parts.push_back(std::move(part));
+      std::move(cut_parts.begin(), cut_parts.end(), std::back_inserter(result));
+    }
+    return result;
+  }
+
+  /// Returns nothing if the effort is spent.
+  std::vector<ClusterWithHull> withHulls(std::vector<Cluster> clusters) try {
+    std::vector<ClusterWithHull> parts;
+    if (!is_complete_) return parts;
+    for (Cluster& cluster : clusters) {
+      const Cover cover = coverOf(pointsOf(mesh_, cluster), demand_.solid.effort());
+      parts.push_back({std::move(cluster), sorted(cover.hull.vertices())});
+    }
+    return parts;
+  } catch (const Effort::Exceeded&) {
+    is_complete_ = false;
+    return {};
   }
 
   /// Returns no corners if the hull is not within tolerance, or if the effort is spent.
@@ -389,11 +421,11 @@ Cover coverOf(std::vector<Vector3d> points, Effort& effort) {
 }
 
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
-                        const std::vector<Vector3d>& rooms) {
+                        PartsOfHulls parts_of_hulls, const std::vector<Vector3d>& rooms) {
   // Halving can leave many parts, so it may use only half of the effort.
   Effort& effort = solid.effort();
   const Effort for_fusion = effort.half();
-  const Demand demand{solid, tolerance, rooms};
+  const Demand demand{solid, tolerance, rooms, parts_of_hulls};
   Halving halving(mesh, demand);
   Fusion fusion(mesh, demand);
   for (Cluster& whole : byNumber(components)) {

@@ -10,6 +10,10 @@ namespace proximity_server::scene {
 /// For each triangle of a mesh the number of its cluster. The hull of a cluster is a convex piece.
 using Partition = std::vector<int>;
 
+/// The hull of a part of a cluster lies in the hull of the cluster. If that one is within tolerance, so is the part, unless
+/// a room is between: to trust in that saves most of the tests, and the hulls of the result are to be measured.
+enum class PartsOfHulls : unsigned char { AreTrusted, AreTested };
+
 struct Decomposition {
   Partition partition;
   bool is_complete = true;  ///< false: the effort of the mesh was spent before the end
@@ -34,6 +38,7 @@ struct Decomposition {
 ///          Decomposition, ICIP 2009 (HACD). Unlike there, the distance of the hull from the mesh decides and not its
 ///          concavity, and the first clusters are parts instead of triangles.
 Decomposition decompose(const TriangleMesh& mesh, const Partition& components, const MeshSolid& solid, double tolerance,
+                        PartsOfHulls parts_of_hulls = PartsOfHulls::AreTrusted,
                         const std::vector<Eigen::Vector3d>& rooms = {});
 
 /// Makes the hull of some points, and first spends the steps that this takes.

@@ -27,6 +27,7 @@ class Effort {
   }
   void add(const Effort& other) { left_ = std::max(0.0, left_) + other.left_; }
 
+  bool isSpent() const { return left_ < 0.0; }
   double secondsLeft() const { return left_ / kStepsPerSecond; }
 
  private:

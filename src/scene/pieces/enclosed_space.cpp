@@ -75,14 +75,13 @@ EnclosedSpace::EnclosedSpace(const std::vector<Triangle>& closed)
     : views_{View(AngleAxisd(0.7391, Vector3d(0.317, 0.911, -0.263).normalized()).toRotationMatrix(), closed),
              View(AngleAxisd(2.1731, Vector3d(-0.571, 0.337, 0.749).normalized()).toRotationMatrix(), closed)} {}
 
-bool EnclosedSpace::holds(const Vector3d& p, Effort& effort) const {
-  return std::all_of(views_.begin(), views_.end(),
-                     [&](const View& view) { return view.winding(p, effort).number != 0; });
-}
+bool EnclosedSpace::holds(const Vector3d& p, Effort& effort) const { return windingNumber(p, effort) != 0; }
 
 int EnclosedSpace::windingNumber(const Vector3d& p, Effort& effort) const {
-  const int first = views_[0].winding(p, effort).number, second = views_[1].winding(p, effort).number;
-  return std::abs(second) < std::abs(first) ? second : first;
+  const Winding first = views_[0].winding(p, effort);
+  if (first.is_certain) return first.number;
+  const Winding second = views_[1].winding(p, effort);
+  return second.is_certain || std::abs(second.number) < std::abs(first.number) ? second.number : first.number;
 }
 
 bool EnclosedSpace::mayHold(const Vector3d& p) const {

@@ -18,12 +18,12 @@ class EnclosedSpace {
  public:
   explicit EnclosedSpace(const std::vector<Triangle>& closed);
 
-  /// True if p is inside. Both rays must agree, so that a ray that grazes an edge does not turn outside into inside.
-  /// May throw Effort::Exceeded.
+  /// True if the winding number of p is not 0. May throw Effort::Exceeded.
   bool holds(const Eigen::Vector3d& p, Effort& effort) const;
 
-  /// The winding number: how often the triangles surround a point, with the sign of their side. If the two rays
-  /// disagree, the smaller number is returned. May throw Effort::Exceeded.
+  /// The winding number: how often the triangles surround a point, with the sign of their side. The first ray whose
+  /// crossings rounding cannot change decides. If there is none, the smaller number is returned, so that a ray that grazes
+  /// an edge does not turn outside into inside. May throw Effort::Exceeded.
   int windingNumber(const Eigen::Vector3d& p, Effort& effort) const;
 
   /// False only if p is proven to be outside, if it is farther from the triangles than rounding. The first ray whose

@@ -16,7 +16,7 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr const char* kVersion = "proximity_server-pieces-6";
+constexpr const char* kVersion = "proximity_server-pieces-7";
 
 std::string keyOf(const TriangleMesh& mesh, double tolerance, double time_budget) {
   system::FnvHash hash;
@@ -53,7 +53,8 @@ std::string write(const std::string& key, const Clustering& clustering) {
   text << kVersion << '\n' << key << '\n' << static_cast<int>(clustering.representation) << '\n';
   text << (clustering.is_complete ? "complete" : "stopped") << '\n';
   text << bitsOf(clustering.deviation) << '\n' << bitsOf(clustering.uncovered) << '\n';
-  text << bitsOf(clustering.volume_ratio) << '\n' << clustering.partition.size() << '\n';
+  text << bitsOf(clustering.volume_ratio) << '\n' << bitsOf(clustering.tolerance) << '\n';
+  text << clustering.partition.size() << '\n';
   for (const int cluster : clustering.partition) text << cluster << '\n';
   return text.str();
 }
@@ -68,7 +69,8 @@ std::optional<Clustering> read(const std::string& text, const std::string& key, 
   Clustering result;
   if (!(stream >> version >> found_key >> representation >> completeness)) return std::nullopt;
   if (!readBits(stream, result.deviation) || !readBits(stream, result.uncovered) ||
-      !readBits(stream, result.volume_ratio) || !(stream >> count) || count != triangles) {
+      !readBits(stream, result.volume_ratio) || !readBits(stream, result.tolerance) || !(stream >> count) ||
+      count != triangles) {
     return std::nullopt;
   }
   if (representation < 0 || representation > static_cast<int>(Representation::Triangles)) return std::nullopt;
@@ -85,10 +87,15 @@ std::optional<Clustering> read(const std::string& text, const std::string& key, 
 /// True if these numbers can be a result of convexPieces. Written so that NaN is refused.
 bool isPlausible(const Clustering& clustering, double tolerance) {
   const bool is_exact = clustering.representation == Representation::Exact;
-  const double largest = is_exact ? kMeshRounding : std::max(tolerance, kMeshRounding);
+  // Only rooms that were not excluded when the effort was spent are deeper than the tolerance.
+  const bool has_open_rooms = !clustering.is_complete && !is_exact;
+  const double largest = is_exact         ? kMeshRounding
+                         : has_open_rooms ? std::numeric_limits<double>::max()
+                                          : std::max(tolerance, kMeshRounding);
   const double ratio = clustering.volume_ratio;
-  return clustering.deviation >= 0.0 && clustering.deviation <= largest && clustering.uncovered >= 0.0 &&
-         std::isfinite(clustering.uncovered) && (std::isnan(ratio) || (ratio >= 0.0 && std::isfinite(ratio)));
+  return clustering.tolerance >= tolerance && std::isfinite(clustering.tolerance) && clustering.deviation >= 0.0 &&
+         clustering.deviation <= largest && clustering.uncovered >= 0.0 && std::isfinite(clustering.uncovered) &&
+         (std::isnan(ratio) || (ratio >= 0.0 && std::isfinite(ratio)));
 }
 
 std::filesystem::path fileOf(const std::string& folder, const std::string& key) {

@@ -13,6 +13,7 @@ namespace proximity_server::scene {
 struct Clustering {
   Partition partition;
   Representation representation = Representation::Exact;
+  double tolerance = 0.0;  ///< [m] see MeshPieces
   double deviation = 0.0;  ///< [m] see MeshPieces
   double uncovered = 0.0;  ///< [m] see MeshPieces
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();

@@ -58,6 +58,11 @@ class DeviationSearch {
 
   double farthest() const { return farthest_; }
 
+  /// [m] No part lies farther outside than this, except for kMeshRounding.
+  double proven() const {
+    return patches_.empty() || patches_.top().bound <= floor() ? farthest_ : patches_.top().bound;
+  }
+
   bool isExceeded() const { return farthest_ > thresholds_.above; }
 
   /// True if no part is left that may lie farther outside than the farthest point found, or than the threshold `below`.
@@ -182,22 +187,20 @@ double MeshSolid::distance(const Vector3d& p) const {
 }
 
 double MeshSolid::deviationOf(const std::vector<Cover>& covers) const {
-  constexpr int kLooks = 1000000, kLooksForRooms = 30000, kFewestLooksForRooms = 100;
+  constexpr int kLooks = 1000000;
   DeviationSearch search(*this, DecisionThresholds());
   for (const Cover& cover : covers) search.lookAbove(pointsBelow(cover.hull, cover.points), surfaceOf(cover.hull));
   for (const Cover& cover : covers) search.look(cover.hull, surfaceOf(cover.hull));
   search.refine(kLooks);
-  double farthest = search.farthest();
-  const int looks_for_rooms = std::max(kLooksForRooms / static_cast<int>(covers.size()), kFewestLooksForRooms);
-  for (const Cover& cover : covers) {
-    const Rooms::Largest room = rooms_.largestIn(cover.hull, {farthest, kInfinity, 0.0, looks_for_rooms}, effort_);
-    if (room.radius > farthest) farthest = room.at_most;
-  }
-  return farthest;
+  return search.proven();
 }
 
-bool MeshSolid::isSurfaceWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const {
+bool MeshSolid::isSurfaceWithin(double tolerance, const Cover& cover, std::vector<Triangle> surface) const {
   constexpr int kLooks = 100000;
+  // Most hulls that are too far are so at a large triangle.
+  const auto size = [](const Triangle& t) { return (t[1] - t[0]).cross(t[2] - t[0]).squaredNorm(); };
+  std::stable_sort(surface.begin(), surface.end(),
+                   [&](const Triangle& a, const Triangle& b) { return size(a) > size(b); });
   DeviationSearch search(*this, {tolerance, kTooClose * tolerance});
   search.look(cover.hull, surface);
   search.lookAbove(pointsBelow(cover.hull, cover.points), surface);
@@ -205,10 +208,9 @@ bool MeshSolid::isSurfaceWithin(double tolerance, const Cover& cover, const std:
   return search.isProven();
 }
 
-std::optional<Vector3d> MeshSolid::roomIn(double tolerance, const narrowphase::ConvexHull& hull) const {
+Rooms::Largest MeshSolid::roomIn(const narrowphase::ConvexHull& hull, double deviation, double tolerance) const {
   constexpr int kLooks = 100000;
-  const Rooms::Largest room = rooms_.largestIn(hull, {0.0, kTooClose * tolerance, tolerance, kLooks}, effort_);
-  return room.at_most <= tolerance ? std::nullopt : std::optional(room.centre);
+  return rooms_.largestIn(hull, {deviation, std::max(kTooClose * tolerance, deviation), 0.0, kLooks}, effort_);
 }
 
 double farthestOutside(const Cover& cover, Effort& effort) {

@@ -23,7 +23,7 @@ struct Cover {
 std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 
 /// The solid of a mesh, from which distances are measured: its surface and the space that its closed parts enclose.
-/// Every call may throw Effort::Exceeded.
+/// Every call but roomIn() may throw Effort::Exceeded.
 ///
 /// The largest distance of a hull outside of the mesh is searched for on the surface of the hull:
 ///
@@ -43,24 +43,23 @@ class MeshSolid {
   /// [m] The distance from p to the surface, negative inside.
   double distance(const Eigen::Vector3d& p) const;
 
-  /// [m] The largest distance outside of the mesh that was found for any of the hulls, at least 0. It is searched for
-  /// on the surfaces of the hulls, and in the rooms that they fill. Every hollow that contains a point of the mesh is
-  /// found, however small. If a search ends before its limit of steps, the result is proven within kMeshRounding. For a
-  /// room that was found, the result is at least its depth.
+  /// [m] The largest distance outside of the mesh of the surfaces of the hulls, at least 0. Every hollow that contains a
+  /// point of the mesh is found, however small. If a search ends before its limit of steps, the result is proven within
+  /// kMeshRounding; otherwise it is a proven upper bound.
   double deviationOf(const std::vector<Cover>& covers) const;
 
-  /// True if the hull is proven to lie outside of the mesh by no more than `tolerance` [m], on its surface and in the
-  /// rooms that it fills. Distances slightly below the tolerance are refused, too.
-  bool isWithin(double tolerance, const Cover& cover) const {
-    return isSurfaceWithin(tolerance, cover, surfaceOf(cover.hull)) && !roomIn(tolerance, cover.hull);
+  /// True if the surface of a hull is proven to lie outside of the mesh by no more than `tolerance` [m]. Distances
+  /// slightly below the tolerance are refused, too.
+  bool isSurfaceWithin(double tolerance, const Cover& cover) const {
+    return isSurfaceWithin(tolerance, cover, surfaceOf(cover.hull));
   }
 
-  /// Like isWithin, for some triangles of the hull's surface only and without rooms.
-  bool isSurfaceWithin(double tolerance, const Cover& cover, const std::vector<Triangle>& surface) const;
+  /// For some triangles of the hull's surface only.
+  bool isSurfaceWithin(double tolerance, const Cover& cover, std::vector<Triangle> surface) const;
 
-  /// Returns nullopt if a hull whose surface is within tolerance is proven to fill no room that is deeper than the
-  /// tolerance. Otherwise returns a point of the hull that is in such a room, or where none could be excluded.
-  std::optional<Eigen::Vector3d> roomIn(double tolerance, const narrowphase::ConvexHull& hull) const;
+  /// Searches for the deepest room that a hull fills, if it is deeper than the deviation [m] of the hull's surface. The
+  /// search ends at a room that is deeper than `tolerance` [m], or nearly so.
+  Rooms::Largest roomIn(const narrowphase::ConvexHull& hull, double deviation, double tolerance) const;
 
  private:
   friend class DeviationSearch;

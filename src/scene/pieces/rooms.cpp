@@ -85,7 +85,10 @@ TriangleMesh hullOfAll(const std::vector<TriangleMesh>& meshes) {
   std::vector<Vector3d> points;
   for (const TriangleMesh& mesh : meshes) points.insert(points.end(), mesh.vertices.begin(), mesh.vertices.end());
   const ConvexHull hull(points);
-  return {hull.vertices(), hull.triangles()};
+  TriangleMesh mesh{hull.vertices(), hull.triangles()};
+  if (hull.dimension() == 2)  // has one side only; with both it is closed, and encloses nothing
+    for (const auto& [a, b, c] : hull.triangles()) mesh.triangles.push_back({a, c, b});
+  return mesh;
 }
 
 /// True if isSuch holds for one of the at most two triangles that make up the part of a triangle beyond a plane.
@@ -181,6 +184,9 @@ class RoomSearch {
     bool operator<(const Cell& other) const { return bound < other.bound; }
   };
 
+  // Few triangles decide quickly; among many the boxes become small enough by themselves.
+  static constexpr std::size_t kMany = 100;
+
   double floor() const { return std::max(radius_ + kMeshRounding, question_.enough); }
   bool isDecided() const { return radius_ > question_.too_large || cells_.empty() || cells_.top().bound <= floor(); }
 
@@ -249,12 +255,14 @@ class RoomSearch {
       return (nearestPoint(triangle, centre) - centre).norm() <= radius;
     };
     Vector3d away = Vector3d::Zero();
-    rooms_.surface_->anyIn({centre.array() - radius, centre.array() + radius}, effort_, [&](const Triangle& triangle) {
-      if (!isNear(triangle)) return false;
+    const auto isOneTooMany = [&](const Triangle& triangle) {
+      const Vector3d way = centre - nearestPoint(triangle, centre);
+      if (way.norm() > radius) return false;
       near_.push_back(triangle);
-      away += (centre - nearestPoint(triangle, centre)).stableNormalized();
-      return false;
-    });
+      away += way.stableNormalized();
+      return near_.size() > kMany;
+    };
+    if (rooms_.surface_->anyIn({centre.array() - radius, centre.array() + radius}, effort_, isOneTooMany)) return false;
     away.stableNormalize();
     return std::none_of(near_.begin(), near_.end(), [&](const Triangle& triangle) {
       return anyBeyond(away, away.dot(centre) - reach, triangle, isNear);
@@ -269,11 +277,9 @@ class RoomSearch {
   /// backs to their fronts only, and each makes the winding number smaller by 1. So if the number is not negative at
   /// that point, it is negative nowhere within `radius`, and empty space, where it is 0, is in front of each triangle that
   /// it touches. The way from a touched point to the centre of the ball is a combination of normals of triangles that
-  /// meet there, so it leads along u, and so does the ball that grows. Few triangles decide quickly; among many the boxes
-  /// become small enough by themselves.
+  /// meet there, so it leads along u, and so does the ball that grows.
   bool canGrowAlongNormals(const Vector3d& point, double radius) {
     constexpr double kFarther = 1.5, kRounding = 0.01;
-    constexpr std::size_t kMany = 100;
     const double far = kFarther * radius;
     normals_.clear();
     // Two normals along one u are at an angle below twice acos(1 / kFarther), the cosine of which this is.
@@ -317,7 +323,15 @@ class RoomSearch {
 
 Rooms::Largest Rooms::largestIn(const ConvexHull& hull, const Question& question, Effort& effort) const {
   if (parts_.empty() || hull.dimension() < 3) return {question.known, question.known};
-  return RoomSearch(*this, hull, question, effort).search();
+  try {
+    return RoomSearch(*this, hull, question, effort).search();
+  } catch (const Effort::Exceeded&) {
+    // No point of the hull is farther from its surface than half of the smallest edge of its box.
+    Eigen::AlignedBox3d box;
+    for (const Vector3d& vertex : hull.vertices()) box.extend(vertex);
+    const double on_surface = std::max(question.known, question.enough);
+    return {question.known, on_surface + 0.5 * box.sizes().minCoeff(), hull.vertices().front()};
+  }
 }
 
 }  // namespace proximity_server::scene

@@ -36,14 +36,6 @@ struct NearestOffered {
 
 Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 
-/// True if a plane perpendicular to `way` is proven to keep a triangle at least as far from p as the root of `squared`
-/// [m^2]. In the direction of the nearest point so far, this settles most triangles at less cost than nearestPoint().
-bool isBeyond(const Triangle& triangle, const Vector3d& p, const Vector3d& way, double squared) {
-  constexpr double kRounding = 1e-12;
-  const double along = std::min({way.dot(triangle[0] - p), way.dot(triangle[1] - p), way.dot(triangle[2] - p)});
-  return along > 0.0 && along * along > (1.0 + kRounding) * way.squaredNorm() * squared;
-}
-
 /// True if planes perpendicular to `axis` keep both triangles apart in spite of rounding. The rounding of a scalar
 /// product of three terms is at most 3/2 eps of the sum of their sizes, and that of the coordinates 1/2 eps; there are
 /// two products. Rounded up to 8.
@@ -113,21 +105,6 @@ Vector3d nearestCombination(const Triangle& triangle, const Vector3d& p) {
 
 namespace {
 
-/// Bins of equal width along one axis, into which triangles are sorted by their centroids.
-struct Bins {
-  static constexpr int kCount = 16;
-
-  Bins(Eigen::Index along, double from, double to)
-      : axis(along), low(from), per_length(kCount / (to - from)) {}
-
-  int of(const Triangle& triangle) const {
-    return std::clamp(static_cast<int>((centroid(triangle)[axis] - low) * per_length), 0, kCount - 1);
-  }
-
-  Eigen::Index axis;
-  double low, per_length;
-};
-
 /// A measure of the queries that visit a box: its surface, or seen along z the area that a ray can hit.
 double visitsOf(const Eigen::AlignedBox3d& box, TriangleBoxes::SplitAxes axes) {
   const Vector3d size = box.sizes();
@@ -135,36 +112,46 @@ double visitsOf(const Eigen::AlignedBox3d& box, TriangleBoxes::SplitAxes axes) {
   return axes == TriangleBoxes::SplitAxes::XY ? seen_along_z : seen_along_z + size.z() * (size.x() + size.y());
 }
 
-/// The cheapest way to divide triangles: those in bins below `first_above` and the others.
-struct Division {
-  double cost = std::numeric_limits<double>::infinity();
-  Bins bins{0, 0.0, 1.0};
-  int first_above = 0;
-};
+/// Bins of equal width along one axis, into which triangles are sorted by their centroids.
+struct Bins {
+  static constexpr int kCount = 16;
 
-void considerDivisions(const Triangle* begin, const Triangle* end, const Bins& bins, TriangleBoxes::SplitAxes axes,
-                       Division& best) {
-  std::array<Eigen::AlignedBox3d, Bins::kCount> boxes;
-  std::array<int, Bins::kCount> counts{};
-  for (const Triangle* triangle = begin; triangle != end; ++triangle) {
-    const int bin = bins.of(*triangle);
-    ++counts[bin];
-    for (const Vector3d& corner : *triangle) boxes[bin].extend(corner);
+  int of(const Triangle& triangle) const {
+    return std::clamp(static_cast<int>((centroid(triangle)[axis] - low) * kCount / length), 0, kCount - 1);
   }
-  std::array<double, Bins::kCount> costs_above{};
-  Eigen::AlignedBox3d above, below;
-  for (int i = Bins::kCount - 1, count = 0; i > 0; --i) {
-    above.extend(boxes[i]);
-    costs_above[i] = (count += counts[i]) ? count * visitsOf(above, axes) : 0.0;
+
+  /// Returns the first bin above the boundary between bins where the sum of triangles times visits is smallest, or 0 if one
+  /// bin has all triangles.
+  int cheapestBoundary(const Triangle* begin, const Triangle* end, TriangleBoxes::SplitAxes axes) const {
+    std::array<Eigen::AlignedBox3d, kCount> boxes;
+    std::array<int, kCount> counts{};
+    for (const Triangle* triangle = begin; triangle != end; ++triangle) {
+      const int bin = of(*triangle);
+      ++counts[bin];
+      for (const Vector3d& corner : *triangle) boxes[bin].extend(corner);
+    }
+    std::array<double, kCount> costs_above{};
+    Eigen::AlignedBox3d above, below;
+    for (int i = kCount - 1, count = 0; i > 0; --i) {
+      above.extend(boxes[i]);
+      count += counts[i];
+      costs_above[i] = count > 0 ? count * visitsOf(above, axes) : 0.0;
+    }
+    int cheapest = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 1, count = 0; i < kCount; ++i) {
+      below.extend(boxes[i - 1]);
+      count += counts[i - 1];
+      if (count == 0 || count == end - begin) continue;
+      const double cost = count * visitsOf(below, axes) + costs_above[i];
+      if (cost < least) least = cost, cheapest = i;
+    }
+    return cheapest;
   }
-  for (int i = 1, count = 0; i < Bins::kCount; ++i) {
-    below.extend(boxes[i - 1]);
-    count += counts[i - 1];
-    if (count == 0 || count == end - begin) continue;
-    const double cost = count * visitsOf(below, axes) + costs_above[i];
-    if (cost < best.cost) best = {cost, bins, i};
-  }
-}
+
+  Eigen::Index axis;
+  double low, length;  // [m] of all bins
+};
 
 }  // namespace
 
@@ -189,25 +176,23 @@ void TriangleBoxes::split(int index, SplitAxes axes, bool may_be_unequal) {
   }
   if (node.end - node.begin <= kLeafSize) return;
 
+  constexpr double kShortest = 1e-12;  // [m]; below it rounding decides on the bins
+  Eigen::Index axis;
+  const double length = centroids.sizes().head(static_cast<Eigen::Index>(axes)).maxCoeff(&axis);
   Triangle *const begin = triangles.data() + node.begin, *const end = triangles.data() + node.end;
-  Division best;
-  for (Eigen::Index axis = 0; may_be_unequal && axis < static_cast<Eigen::Index>(axes); ++axis) {
-    const double low = centroids.min()[axis], high = centroids.max()[axis];
-    if (low < high) considerDivisions(begin, end, Bins(axis, low, high), axes, best);
-  }
   Triangle* middle = begin + (end - begin) / 2;
-  if (best.first_above > 0) {
-    middle = std::partition(begin, end, [&](const Triangle& t) { return best.bins.of(t) < best.first_above; });
+  const Bins bins{axis, centroids.min()[axis], length};
+  const int boundary = may_be_unequal && length > kShortest ? bins.cheapestBoundary(begin, end, axes) : 0;
+  if (boundary > 0) {
+    middle = std::partition(begin, end, [&](const Triangle& t) { return bins.of(t) < boundary; });
   } else {
-    Eigen::Index axis;
-    node.box.sizes().head(static_cast<Eigen::Index>(axes)).maxCoeff(&axis);
     std::nth_element(begin, middle, end,
                      [axis](const Triangle& s, const Triangle& t) { return centroid(s)[axis] < centroid(t)[axis]; });
   }
-  const int first = node.begin, boundary = static_cast<int>(middle - triangles.data()), last = node.end;
+  const int first = node.begin, second = static_cast<int>(middle - triangles.data()), last = node.end;
   node.left = static_cast<int>(nodes.size());
-  nodes.push_back({{}, first, boundary});
-  nodes.push_back({{}, boundary, last});
+  nodes.push_back({{}, first, second});
+  nodes.push_back({{}, second, last});
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* likely,
@@ -230,7 +215,6 @@ TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, c
   tree_.lookAround(p, isFar, [&](const TriangleBoxes::Node& leaf) {
     steps += kStepsPerTriangle * static_cast<std::size_t>(leaf.end - leaf.begin);
     for (int i = leaf.begin; i < leaf.end; ++i) {
-      if (isBeyond(tree_.triangles[i], p, best - p, best_squared)) continue;
       const Vector3d candidate = nearestPoint(tree_.triangles[i], p);
       const double squared = (candidate - p).squaredNorm();
       if (squared >= best_squared) continue;

@@ -24,8 +24,10 @@ Eigen::Vector3d nearestCombination(const Triangle& triangle, const Eigen::Vector
 
 /// Triangles in a binary tree of bounding boxes.
 ///
-/// A node with more than four triangles is halved by their centroids along the longest edge of its box, or of its x and
-/// y edges with SplitAxes::XY. Both children have equally many triangles.
+/// A node with more than two triangles is divided by their centroids along the longest edge of the box of the centroids (of x and y with SplitAxes::XY),
+/// where the sum over both children of triangles times surface of the box is smallest: the expected work of a query. Files
+/// of CAD have long thin triangles among small ones, with which children of equally many triangles overlap widely.
+/// Source: Wald, On fast Construction of SAH-based Bounding Volume Hierarchies, 2007 (16 bins).
 struct TriangleBoxes {
   enum class SplitAxes : unsigned char { XY = 2, XYZ = 3 };
 
@@ -85,8 +87,10 @@ struct TriangleBoxes {
   std::vector<Node> nodes;  ///< the first one is the root
 
  private:
-  // Halving as many triangles as an int can count gives at most 31 levels, and each level leaves one sibling waiting.
+  // Each level leaves one sibling waiting. Below kMostUnequal levels nodes are halved, which ends after 31 more levels for as
+  // many triangles as an int can count.
   static constexpr std::size_t kMostPending = 64;
+  static constexpr int kMostUnequal = 32;
 
   /// Like box.squaredExteriorDistance(p), but without branches, which the processor cannot predict here.
   static double squaredDistance(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& p) {
@@ -95,7 +99,6 @@ struct TriangleBoxes {
     return x * x + y * y + z * z;
   }
 
-  static constexpr int kMostUnequal = 32;
   void split(int node, SplitAxes axes, bool may_be_unequal);
 };
 

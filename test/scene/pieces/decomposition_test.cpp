@@ -69,15 +69,15 @@ TEST(MeshSolid, HullOverAGapDeviatesByHalfOfIt) {
   const TwoCubes cubes;
   const ConvexHull hull(cubes.mesh.vertices);
   EXPECT_NEAR(cubes.solid.deviationOf({{hull, cubes.mesh.vertices}}), 0.5, 1e-3);
-  EXPECT_FALSE(cubes.solid.isWithin(0.49, {hull, {}}));
-  EXPECT_TRUE(cubes.solid.isWithin(0.52, {hull, {}}));
+  EXPECT_FALSE(cubes.solid.isSurfaceWithin(0.49, {hull, {}}));
+  EXPECT_TRUE(cubes.solid.isSurfaceWithin(0.52, {hull, {}}));
 }
 
 TEST(MeshSolid, HullOfACubeDoesNotDeviate) {
   const TwoCubes cubes;
   const ConvexHull hull(boxMesh({2, 0, 0}, kOnes).vertices);
   EXPECT_LE(cubes.solid.deviationOf({{hull, hull.vertices()}}), kMeshRounding);
-  EXPECT_TRUE(cubes.solid.isWithin(kMeshRounding, {hull, {}}));
+  EXPECT_TRUE(cubes.solid.isSurfaceWithin(kMeshRounding, {hull, {}}));
 }
 
 // Its triangles lie in the planes of other triangles of the mesh, or cut through the solid from face to face; each was
@@ -90,7 +90,7 @@ TEST(MeshSolid, PieceOfACubeIsProvenToBeInsideInFewSteps) {
   const ConvexHull half(
       {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 1, 1}, {0.3, 0, 0}, {0.7, 1, 0}, {0.3, 0, 1}, {0.7, 1, 1}});
   EXPECT_LE(solid.deviationOf({{half, {}}}), kMeshRounding);
-  EXPECT_TRUE(solid.isWithin(kMeshRounding, {half, {}}));
+  EXPECT_TRUE(solid.isSurfaceWithin(kMeshRounding, {half, {}}));
 }
 
 // 1e-5 m of it are outside.
@@ -98,7 +98,7 @@ TEST(MeshSolid, PieceThatPeersOutOfACubeDeviates) {
   const TwoCubes cubes;
   const ConvexHull piece({{0.2, 0.2, 0.2}, {0.8, 0.2, 0.2}, {0.2, 0.8, 0.2}, {0.3, 0.3, 1.00001}});
   EXPECT_NEAR(cubes.solid.deviationOf({{piece, {}}}), 1e-5, kMeshRounding);
-  EXPECT_FALSE(cubes.solid.isWithin(0.5e-5, {piece, {}}));
+  EXPECT_FALSE(cubes.solid.isSurfaceWithin(0.5e-5, {piece, {}}));
 }
 
 // --- hulls
@@ -180,7 +180,8 @@ TEST(Decompose, JoinsComponentsWhoseCommonHullIsWithinTolerance) {
 TEST(Decompose, LeavesOutWhatIsKnownToBeInARoom) {
   const TwoCubes cubes;
   const std::vector<Vector3d> rooms{{1.5, 0.5, 0.5}};  // between the two
-  const Decomposition result = decompose(cubes.mesh, componentNumbers(cubes.mesh), cubes.solid, 1.01, rooms);
+  const Decomposition result =
+      decompose(cubes.mesh, componentNumbers(cubes.mesh), cubes.solid, 1.01, PartsOfHulls::AreTested, rooms);
   EXPECT_EQ(clustersOf(result.partition), (std::set<std::set<int>>{numbers(0, 12), numbers(12, 24)}));
 }
 

@@ -579,15 +579,19 @@ TEST(ConcaveMeshes, WhereTheTimeBudgetEndsThePiecesSoFarStandForTheMesh) {
   EXPECT_NE(pieces.shortfall.find("time budget of 0.1 s"), std::string::npos) << pieces.shortfall;
 }
 
-// Ever smaller budgets: as many steps are counted each time, so the pieces are the same, and each is within tolerance.
-TEST(ConcaveMeshes, AnyTimeBudgetGivesTheSamePiecesEachTimeAndAllOfThemWithinTheTolerance) {
+// Ever smaller budgets: as many steps are counted each time, so the pieces are the same. They say how far they lie from
+// the mesh, which has no rooms.
+TEST(ConcaveMeshes, AnyTimeBudgetGivesTheSamePiecesEachTimeWithATrueBound) {
   int cut_short = 0;
   for (double budget = kIsSanitized ? 0.001 : 1.0; budget > 1e-6; budget *= 0.3) {
     MeshOptions options;
     options.time_budget = budget;
     const MeshPieces pieces = convexPieces(kConcave[2].mesh, options), again = convexPieces(kConcave[2].mesh, options);
     cut_short += !pieces.shortfall.empty();
-    EXPECT_LE(pieces.deviation, options.tolerance) << budget;
+    EXPECT_GE(pieces.tolerance, options.tolerance) << budget;
+    EXPECT_LE(pieces.tolerance, 8.0 * options.tolerance) << budget;
+    EXPECT_EQ(pieces.tolerance, again.tolerance) << budget;
+    EXPECT_EQ(pieces.deviation, again.deviation) << budget;
     EXPECT_LE(pieces.uncovered, 1e-9) << budget;
     ASSERT_EQ(pieces.hulls.size(), again.hulls.size()) << budget;
     for (std::size_t i = 0; i < pieces.hulls.size(); ++i)
@@ -671,6 +675,21 @@ TEST(ConcaveMeshes, ABumpyBallBecomesFewPiecesWithinItsTimeBudget) {
   EXPECT_GT(pieces.hulls.size(), 10U);
   EXPECT_LE(pieces.deviation, MeshOptions{}.tolerance);
   EXPECT_LE(pieces.uncovered, 1e-9);
+}
+
+// Regression: where the budget ended, the triangles that were not yet merged stood for the mesh, thousands of them.
+TEST(ConcaveMeshes, ATooDearMeshGetsFewPiecesWithinACoarserToleranceAndSaysSo) {
+  MeshOptions options;
+  options.time_budget = 0.3;
+  const TriangleMesh mesh = bumpyBall(32, 64);
+  const MeshPieces pieces = convexPieces(mesh, options);
+  EXPECT_LE(pieces.hulls.size(), 300U);
+  EXPECT_GT(pieces.tolerance, options.tolerance);
+  EXPECT_LE(pieces.tolerance, 8.0 * options.tolerance);
+  EXPECT_GT(pieces.deviation, options.tolerance);
+  EXPECT_LE(pieces.deviation, pieces.tolerance);
+  EXPECT_LE(pieces.uncovered, 1e-9);
+  EXPECT_NE(pieces.shortfall.find("instead of the tolerance of 0.005 m"), std::string::npos) << pieces.shortfall;
 }
 
 TEST(ConcaveMeshes, NegativeOrNanToleranceThrows) {
@@ -796,7 +815,7 @@ TEST_F(Cache, ImpossibleNumbersAreNotBelieved) {
   EXPECT_EQ(pieces().deviation, 0.001);  // so it is not measured again
   for (const std::string& broken :
        {with(4, bits(0.021)), with(4, bits(-1.0)), with(4, bits(std::nan(""))), with(5, bits(std::nan(""))),
-        with(2, "0"), with(2, "9"), with(8, "-1"), with(8, "100000"), with(7, "1")}) {
+        with(2, "0"), with(2, "9"), with(7, bits(0.001)), with(9, "-1"), with(9, "100000"), with(8, "1")}) {
     overwrite(broken);
     decomposed_ = 0;
     expectSame(first, pieces());

@@ -107,6 +107,28 @@ TEST(Rooms, AreFoundBetweenFacesThatFaceTheSameWay) {
 
 TEST(Rooms, HaveTheirPlaceInTheHull) { EXPECT_LE(largest({kOuter, kCavity}, kAround).centre.norm(), 1e-3); }
 
+// Regression: the plate had one side, so that all below it counted as solid.
+TEST(Rooms, AreFoundBehindAFlatOpenPart) {
+  for (const Vector3d& way : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1)}) {
+    for (const double place : {-5.0, 5.0}) {
+      const Vector3d u = 500.0 * Vector3d(way.y(), way.z(), way.x()), v = way.cross(u), p = place * way;
+      const TriangleMesh plate{{p - u - v, p + u - v, p + u + v, p - u + v}, {{{0, 1, 2}}, {{0, 2, 3}}}};
+      EXPECT_NEAR(largest({kOuter, kCavity, plate}, kAround).radius, 0.5, 1e-6) << p.transpose();
+    }
+  }
+}
+
+// The ball in the middle has radius 0.5; a coarse bound of it is half of the smallest edge of the hull.
+TEST(Rooms, HaveACoarseBoundWhereTheEffortIsSpent) {
+  for (double seconds = 1e-8; seconds < 1e-3; seconds *= 3.0) {
+    Effort little(seconds);
+    const Rooms::Largest found =
+        Rooms({welded(kOuter), welded(kCavity)}).largestIn(kAround, {0.1, kInfinity, 0.0, 100000}, little);
+    EXPECT_GE(found.at_most, 0.5) << seconds;
+    EXPECT_LE(found.at_most, 1.6) << seconds;
+  }
+}
+
 // --- meshes with rooms
 
 /// A sheet in the plane z, from a square hole to a square around it, with half edges; seen from above it faces up, or

@@ -21,8 +21,9 @@ struct MeshOptions {
   std::string cache;  ///< The folder that keeps the pieces of earlier meshes. If it is "", nothing is read or written.
   std::function<void(const std::string&)> progress;  ///< Called before a step that takes long; may be empty.
   /// [s] The approximate time of one core of 2020. Steps are counted instead of time, so that every machine and every
-  /// run computes the same pieces. When it is spent, the pieces found so far are the result; all of them are within
-  /// tolerance. Clusters that fill a room are divided anew, with the same budget once again.
+  /// run computes the same pieces. Half of it is for the tolerance above. If that leaves more than 300 pieces, the tolerance
+  /// is doubled, with half of what is left, and so on up to 8 times the tolerance. The pieces found then are the result.
+  /// Rooms are excluded with the same budget once again; those that are left when it is spent are filled.
   double time_budget = 10.0;
 };
 
@@ -33,6 +34,7 @@ struct MeshOptions {
 struct MeshPieces {
   std::vector<narrowphase::ConvexHull> hulls;
   Representation representation = Representation::Exact;
+  double tolerance = 0.0;  ///< [m] that of the options, or a coarser one because the time budget was spent
   /// [m] the largest distance from the mesh that was found for a point of the pieces outside of the mesh
   double deviation = 0.0;
   /// [m] the largest distance from the pieces that was found for a point of the mesh's triangles
@@ -41,7 +43,7 @@ struct MeshPieces {
   /// open, or if they enclose nothing.
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> warnings;  ///< not empty if the cache cannot be written
-  /// If the time budget ended the search: a text that says that fewer pieces might be enough; else "".
+  /// If the time budget ended the search: a text that says how many pieces there are and how near to the mesh; else "".
   std::string shortfall;
   /// For each hull: true if it is a representative. A representative represents a connected component when other shapes
   /// test whether that component lies in their interiors. Every component has one.
