@@ -87,14 +87,27 @@ class GeometryWarnings {
   std::vector<Entry> entries_;
 };
 
+/// Returns the lines of YAML that change what a mesh became whose time budget was spent; "" for all others.
+std::string remedyOf(const MeshPieces& mesh, const std::string& link, const MeshOptions& options) {
+  if (mesh.shortfall.empty()) return "";
+  constexpr double kLongest = 3600.0, kLonger = 4.0;
+  std::ostringstream text;
+  text << "; \"mesh_time_budget: " << std::min(kLongest, kLonger * options.time_budget) << "\" lets it take longer";
+  if (mesh.tolerance > options.tolerance)
+    text << ", \"link_mesh_tolerance: {" << link << ": " << mesh.tolerance << "}\" asks for no more";
+  return text.str();
+}
+
 /// Reads the geometry of one <collision>. If a mesh cannot be read and that is allowed, adds a warning and returns no
 /// geometry.
 CollisionGeometry readGeometry(const urdf::Geometry& geometry, const Place& place, const ModelOptions& options,
                                GeometryReader& reader, GeometryWarnings& warnings) {
   try {
-    CollisionGeometry result = reader.read(geometry, meshOptionsOf(place.link, options));
+    const MeshOptions meshes = meshOptionsOf(place.link, options);
+    CollisionGeometry result = reader.read(geometry, meshes);
     for (const std::string& warning : result.mesh.warnings) warnings.add(warning);
-    for (const std::string& text : {result.unit_remark, result.mesh.shortfall, result.mesh.openness})
+    const std::string shortfall = result.mesh.shortfall + remedyOf(result.mesh, place.link, meshes);
+    for (const std::string& text : {result.unit_remark, shortfall, result.mesh.openness})
       if (!text.empty()) warnings.add(text, place);
     return result;
   } catch (const std::invalid_argument& error) {

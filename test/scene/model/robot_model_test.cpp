@@ -749,7 +749,7 @@ TEST_F(MeshRobot, NumberOfThreadsChangesNothing) {
   const RobotModel one = load(body, options);
   EXPECT_EQ(one.collisions.size(), 8U);
   EXPECT_GT(one.pieces.size(), 30U);
-  for (const int threads : {0, 2, 5, 100}) {
+  for (const int threads : {0, 2, 3, 5, 100}) {
     options.threads = threads;
     const RobotModel model = load(body, options);
     ASSERT_EQ(model.pieces.size(), one.pieces.size());
@@ -799,9 +799,26 @@ TEST_F(MeshRobot, MeshThatTakesLongerThanItsTimeBudgetIsAWarningWithLinkFileAndR
   const RobotModel model = load(link("tent", mesh("package://boxes/zigzag.obj", "0.5 0.5 0.5")), options);
   const std::vector<std::string> warnings = warningsThatSay("0.01 s", model);
   ASSERT_EQ(warnings.size(), 1U);
-  for (const std::string what : {"link \"tent\"", "package://boxes/zigzag.obj", "400 triangles"})
+  for (const std::string what :
+       {"link \"tent\"", "package://boxes/zigzag.obj", "400 triangles", "mesh_time_budget: 0.04"})
     expectSays(warnings[0], what);
-  EXPECT_GT(model.pieces.size(), 100U);
+}
+
+TEST_F(MeshRobot, NumberOfThreadsChangesNoMeshWhoseTimeBudgetIsSpent) {
+  const std::string body = zigzagLinks(files_, 6);
+  ModelOptions options;
+  options.mesh_time_budget = 1e-3;
+  options.threads = 1;
+  const RobotModel one = load(body, options);
+  EXPECT_GT(warningsThatSay("mesh_time_budget: 0.004", one).size(), 0U);
+  for (const int threads : {2, 3}) {
+    options.threads = threads;
+    const RobotModel model = load(body, options);
+    EXPECT_EQ(model.warnings, one.warnings);
+    ASSERT_EQ(model.pieces.size(), one.pieces.size());
+    for (std::size_t i = 0; i < one.pieces.size(); ++i)
+      EXPECT_EQ(model.pieces[i].shape.hull().vertices(), one.pieces[i].shape.hull().vertices());
+  }
 }
 
 TEST_F(MeshRobot, FirstOfSeveralBrokenMeshesIsTheError) {
