@@ -1,15 +1,21 @@
 """The running node: each question is a service with its request, or a state of the robot with the messages of the monitor.
 
 The clock of all nodes is that of this program: it stands still between two states, and the monitor has one cycle at each. What
-depends on the time that something takes is left out: the duration and the number of a cycle, the motion since the one before, the
-look-ahead and the velocity scale, which need velocities beside the transforms, and budgets that end.
+depends on the time that something takes is left out: the duration and the number of a cycle, the motion since the one before, and
+budgets that end.
+
+The node "watched" has a period of 10 s, of which its searches may take a quarter, so that they come to their end on any machine. Its
+groups begin with their parameters, and its states may have velocities, for the look-ahead and the velocity scale. Its monitor gets
+everything in one order: velocities and frames, then the transforms, then the time.
 """
 
 import functools
+import math
 import queue
 import re
 import time
 import unittest
+import warnings
 import xml.etree.ElementTree as ElementTree
 
 import genpy
@@ -18,9 +24,14 @@ import rospy
 import rostest
 import tf2_msgs.msg
 import yaml
+from dynamic_reconfigure.encoding import decode_config, encode_config
+from dynamic_reconfigure.srv import Reconfigure
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+from std_srvs.srv import SetBool, Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from proximity_server import msg, srv
 from recording import Blocks
@@ -29,11 +40,11 @@ import robots
 run = rostest.rosrun
 
 PATIENCE = 60.0  # [s] nothing takes this long unless it is broken
-STEP = rospy.Duration(0, 100000000)  # the period of the monitor
 SERVICES = {"minimum_distance": srv.MinimumDistance, "separation_axis": srv.SeparationAxis, "penetration_depth": srv.PenetrationDepth,
             "query_pairs": srv.QueryPairs, "query_configuration": srv.QueryConfiguration, "time_of_contact": srv.FirstContact,
             "query_trajectory": srv.QueryTrajectory, "prove_joint_box": srv.ProveJointBox,
-            "apply_objects": srv.ApplyObjects}
+            "apply_objects": srv.ApplyObjects, "enable_monitor": SetBool, "reload": Trigger,
+            "set_parameters": Reconfigure}
 ROBOTS = {"": ["/left", "/right"]}  # namespace of a node -> those of its robots, where there are several
 MOTION = re.compile(", (closing|opening) [0-9]+ mm/s( by [^;]*)?")  # in the line of a level: since the cycle before
 LEFT_OUT = {"computation_time", "cycle", "node_start", "seq", "lookahead"}
@@ -41,7 +52,7 @@ LEFT_OUT = {"computation_time", "cycle", "node_start", "seq", "lookahead"}
 
 def missing(group):
     """Why a group cannot be asked here; empty if it can."""
-    if group == "two_robots" and rospkg.RosPack().get_manifest("robot_state_publisher").version in ("1.15.0", "1.15.1"):
+    if group.startswith("two_robots") and rospkg.RosPack().get_manifest("robot_state_publisher").version in ("1.15.0", "1.15.1"):
         return "robot_state_publisher before 1.15.2 has no tf_prefix"
     return robots.missing(group)
 
@@ -85,19 +96,32 @@ def in_lines(message):
     return "\n".join(lines)
 
 
+def publisher(topic, kind):
+    """One that has sent its message when publish() returns."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)  # rospy wants a queue
+        return rospy.Publisher(topic, kind, queue_size=None)
+
+
 class Joints:
-    """Those of a robot, whose robot_state_publisher tells tf of them."""
+    """Those of a robot: the node listens to its joint_states, and its robot_state_publisher, which makes the transforms, to its
+    positions. Of several robots both listen to joint_states."""
 
     def __init__(self, namespace):
-        self.publisher = rospy.Publisher(f"{namespace}/joint_states", JointState, queue_size=10)
+        self.states, self.positions = (publisher(f"{namespace}/{topic}", JointState) for topic in ("joint_states", "positions"))
         description = ElementTree.fromstring(rospy.get_param(f"{namespace}/robot_description"))
         self.names = [joint.get("name") for joint in description.findall("joint")
                       if joint.get("type") in ("revolute", "continuous", "prismatic") and joint.find("mimic") is None]
 
-    def publish(self, stamp, positions):
+    def are_connected(self):
+        return self.states.get_num_connections() + self.positions.get_num_connections() >= 2
+
+    def message(self, stamp, positions, velocities):
         message = JointState(name=self.names, position=[float(positions.get(name, 0.0)) for name in self.names])
+        if velocities is not None:
+            message.velocity = [float(velocities.get(name, 0.0)) for name in self.names]
         message.header.stamp = stamp
-        self.publisher.publish(message)
+        return message
 
 
 class Node:
@@ -113,19 +137,32 @@ class Node:
 
     def __init__(self, namespace):
         self.name = f"{namespace}/proximity_server"
+        self.is_watched = namespace == "/watched"
+        self.period = rospy.Duration.from_sec(1.0 / rospy.get_param(f"{self.name}/rate"))
+        self.before = Node.now  # the time of the state before the latest
         self.robots = {name.strip("/"): Joints(name) for name in ROBOTS.get(namespace, [namespace])}
-        self.inboxes = {topic: queue.Queue() for topic in ("clearance", "constraints")}
+        topics = {"clearance": msg.Clearance, "constraints": msg.ConstraintRows}
+        if self.is_watched:
+            topics["collision_velocity_scale"] = Float64
+        self.inboxes = {topic: queue.Queue() for topic in topics}
         self.answered = set()  # topics
-        for topic, kind in (("clearance", msg.Clearance), ("constraints", msg.ConstraintRows)):
-            rospy.Subscriber(f"{self.name}/{topic}", kind, self.inboxes[topic].put)
+        subscribers = [rospy.Subscriber(f"{self.name}/{topic}", kind, self.inboxes[topic].put) for topic, kind in topics.items()]
         self.latest = {}
         for topic, kind in (("objects", msg.ObjectList), ("model_info", msg.ModelInfo)):
             rospy.Subscriber(f"{self.name}/{topic}", kind, functools.partial(self.latest.__setitem__, topic))
         self.changes = rospy.Publisher(f"{self.name}/apply_objects", msg.ObjectChanges, queue_size=10)
+        self.frames = publisher(f"{namespace}/tf", tf2_msgs.msg.TFMessage)
+        self.commands = publisher(f"{namespace}/commands", JointTrajectory)
+        self.stated = []  # names of parameters
+        self.sees_changes = True  # the next change of objects has a cycle of its own
         for service in SERVICES:
             rospy.wait_for_service(f"{self.name}/{service}", PATIENCE)
-        wait_until("robot_state_publisher", lambda: all(robot.publisher.get_num_connections() for robot in self.robots.values()))
+        wait_until("robot_state_publisher", lambda: all(robot.are_connected() for robot in self.robots.values()))
         wait_until("the node's topics", self.changes.get_num_connections)
+        wait_until("the monitor's topics", lambda: all(subscriber.get_num_connections() for subscriber in subscribers))
+        for inbox in self.inboxes.values():
+            with inbox.mutex:
+                inbox.queue.clear()
 
     @functools.lru_cache(maxsize=None)
     def service(self, name):
@@ -136,11 +173,18 @@ class Node:
         genpy.message.fill_message_args(request, [fields])
         return self.service(name)(request)
 
+    def received(self, topic):
+        """The next message. A velocity scale has no stamp: it is that of the cycle whose clearance is the next one."""
+        message = self.inboxes[topic].get(timeout=PATIENCE)
+        if self.is_watched and topic == "clearance":
+            self.scale = self.inboxes["collision_velocity_scale"].get(timeout=PATIENCE).data
+        return message
+
     def next(self, topic):
         """The message at Node.now. A monitor forgets earlier answers when its clock stands still for two seconds: the bits of the
         next ones then depend on how busy the machine is."""
         while True:
-            message = self.inboxes[topic].get(timeout=PATIENCE)
+            message = self.received(topic)
             if "the clock stands still" in message.status.message:
                 if topic in self.answered:
                     raise unittest.SkipTest("this machine is too busy: two states are more than two seconds apart")
@@ -150,29 +194,100 @@ class Node:
                     message.tf_age = rospy.Duration(0)  # the node looked by its wall time, before it knew the next time of the clock
                 return message
 
-    def publish_state(self, positions):
+    def messages(self, positions, velocities):
+        """Of each robot."""
         for name, robot in self.robots.items():
-            robot.publish(Node.now, positions.get(name, {}) if len(self.robots) > 1 else positions)
+            yield robot, robot.message(Node.now, positions.get(name, {}) if len(self.robots) > 1 else positions, velocities)
 
-    def state(self, positions):
+    def publish_frames(self, places):
+        """Frames of tf that are no links, at their positions in that of the root."""
+        message = tf2_msgs.msg.TFMessage()
+        for child, (x, y, z) in places.items():
+            message.transforms.append(transform("base", child, Node.now, x, y, z))
+        wait_until("the node to listen to tf", self.frames.get_num_connections)
+        self.frames.publish(message)
+
+    def await_reading(self):
+        """Waits until the node has read what was sent to it: the first of two calls may be read with it, the second one is not."""
+        for _ in range(2):
+            self.revision()
+
+    def state(self, fields):
         """Places the robots at the next time, and lets the monitor look at them."""
-        Node.now += STEP
-        self.publish_state(positions)
-        published = time.monotonic()
+        velocities, frames = fields.pop("velocities", None), fields.pop("frames", None)
+        self.before = Node.now
+        Node.now += self.period
+        if frames:
+            self.publish_frames(frames)
+        messages = list(self.messages(fields, velocities))
+        published = -math.inf
 
         def is_known():
             nonlocal published
-            response = self.ask("minimum_distance", {"stamp": {"secs": Node.now.secs, "nsecs": Node.now.nsecs}})
-            if not response.success and time.monotonic() > published + 1.0:  # before all were connected
-                self.publish_state(positions)
+            if time.monotonic() > published + 1.0:  # again: not all were connected
+                for robot, message in messages:
+                    robot.states.publish(message)
+                self.await_reading()
+                for robot, message in messages:
+                    robot.positions.publish(message)
                 published = time.monotonic()
-            return response.success
+            # The filter of the watched node may leave no pair.
+            return self.ask("minimum_distance", {"stamp": fields_of(Node.now), "ignore_filter": self.is_watched}).success
         wait_until("tf", is_known)
         Node.clock.publish(Clock(Node.now))
+        self.sees_changes = True
+        return self.monitored()
+
+    def monitored(self):
+        """What the monitor says in its next cycle."""
         answer = Blocks()
-        for topic in ("clearance", "constraints"):
-            answer.add(topic, in_lines(self.next(topic)))
+        clearance, constraints = self.next("clearance"), self.next("constraints")
+        answer.add("clearance", in_lines(clearance))
+        if clearance.lookahead.state != msg.Lookahead.OFF:
+            answer.add("lookahead", in_lines(clearance.lookahead))
+        answer.add("constraints", in_lines(constraints))
+        if self.is_watched:
+            answer.add("velocity scale", shown(self.scale))
         return answer
+
+    @functools.cached_property
+    def defaults(self):
+        """The live parameters at the start."""
+        return self.set_live({})
+
+    def set_live(self, values):
+        config = decode_config(self.service("set_parameters")(encode_config(values)).config)
+        return {name: value for name, value in config.items() if name != "groups"}
+
+    def set_parameters(self, values):
+        """Those that the questions behind this one are about: all others are what they were at the start."""
+        for name in self.stated:
+            rospy.delete_param(f"{self.name}/{name}")
+        self.stated = [name for name in values if name not in self.defaults]
+        for name in self.stated:
+            rospy.set_param(f"{self.name}/{name}", values[name])
+        answer = Blocks()
+        live = {name: type(default)(values.get(name, default)) for name, default in self.defaults.items()}
+        self.sees_changes = True
+        self.answered.clear()  # the monitor begins anew
+        try:
+            self.set_live(live)
+            self.period = rospy.Duration.from_sec(1.0 / live["rate"])
+        except rospy.ServiceException as error:
+            answer.add("live", str(error))
+        answer.add("", in_lines(self.ask("reload", {})))
+        return answer
+
+    def command(self, fields):
+        """A trajectory, as a controller gets it. The node takes it in the thread that answers changes of parameters."""
+        wait_until("the monitor to listen", self.commands.get_num_connections)
+        message = JointTrajectory()
+        genpy.message.fill_message_args(message, [fields])
+        self.commands.publish(message)
+        for _ in range(2):
+            self.set_live({})
+        self.sees_changes = True
+        return Blocks()
 
     def change(self, fields):
         """By the topic, which has no answer: the list of objects tells what came of it."""
@@ -181,7 +296,20 @@ class Node:
         revision = self.revision()
         self.changes.publish(message)
         wait_until("another revision", lambda: self.revision() > revision)
+        self.await_cycle(self.revision())
         return self.topic("objects")
+
+    def apply(self, fields):
+        before = self.revision()
+        response = self.ask("apply_objects", fields)
+        if response.revision != before:
+            self.await_cycle(response.revision)
+        return response
+
+    def await_cycle(self, revision):
+        """Of the watched node: it has one at once for the first change after a state."""
+        while self.is_watched and self.sees_changes:
+            self.sees_changes = self.received("clearance").objects_revision != revision
 
     def revision(self):
         return self.ask("apply_objects", {}).revision
@@ -197,16 +325,29 @@ class Node:
 
     def answer(self, question):
         name, _, text = question.partition(" ")
+        for word, stamp in (("BEFORE", self.before), ("NOW", Node.now)):
+            text = text.replace(word, str(fields_of(stamp)))
         fields = yaml.safe_load(text or "{}")
-        if name == "state":
-            return self.state(fields)
-        if name == "change":
-            return self.change(fields)
+        asked = {"state": self.state, "change": self.change, "command": self.command, "parameters": self.set_parameters}
+        if name in asked:
+            return asked[name](fields)
         if name in ("objects", "model_info"):
             return self.topic(name)
         answer = Blocks()
-        answer.add("", in_lines(self.ask(name, fields)))
+        answer.add("", in_lines(self.apply(fields) if name == "apply_objects" else self.ask(name, fields)))
         return answer
+
+
+def fields_of(stamp):
+    return {"secs": stamp.secs, "nsecs": stamp.nsecs}
+
+
+def transform(parent, child, stamp, x, y, z):
+    stamped = TransformStamped(child_frame_id=child)
+    stamped.header.stamp, stamped.header.frame_id = stamp, parent
+    stamped.transform.translation.x, stamped.transform.translation.y, stamped.transform.translation.z = x, y, z
+    stamped.transform.rotation.w = 1.0
+    return stamped
 
 
 def place_roots():
@@ -214,10 +355,7 @@ def place_roots():
     publisher = rospy.Publisher("/tf_static", tf2_msgs.msg.TFMessage, queue_size=1, latch=True)
     message = tf2_msgs.msg.TFMessage()
     for x, child in ((0.0, "left/base"), (2.5, "right/base")):
-        transform = TransformStamped()
-        transform.header.frame_id, transform.child_frame_id = "world", child
-        transform.transform.translation.x, transform.transform.rotation.w = x, 1.0
-        message.transforms.append(transform)
+        message.transforms.append(transform("world", child, rospy.Time(), x, 0.0, 0.0))
     publisher.publish(message)
     return publisher
 
@@ -230,7 +368,7 @@ def prepare(options):
 
 
 def answers(group, asked):
-    node = Node.of("" if group == "two_robots" else "/" + group.split("_")[0])
+    node = Node.of("" if group.startswith("two_robots") else "/" + group.split("_")[0])
     Node.start = Node.now
     for question in asked:
         yield question, node.answer(question)

@@ -4,6 +4,7 @@ import ast
 import math
 import os
 import pathlib
+import pickle
 import sys
 import warnings
 
@@ -24,6 +25,7 @@ def prepare(options):
                                                "pair_stop_distance: [{links: [torso, left_upper_arm], distance: 0.01}]\n")
     pathlib.Path("crossing.urdf").write_text(
         robots.text_of_header("tools/robot/crossing_sliders.h", "kCrossingSliders"))
+    pathlib.Path("angle.obj").write_text(robots.ANGLE)
     for path in sorted((robots.PLACES["CORPUS"] / "object_files").iterdir()):  # their first byte is for the fuzzer
         pathlib.Path(path.name).write_bytes(path.read_bytes()[1:])
 
@@ -32,6 +34,10 @@ def states(robot, seed, *shape):
     """Random ones, less the infinite ranges."""
     lower, upper = numpy.clip(robot.ranges, -math.pi, math.pi).T
     return numpy.random.default_rng(seed).uniform(lower, upper, (*shape, len(lower)))
+
+
+def text(path):
+    return pathlib.Path(path).read_text()
 
 
 def at(x, y, z, angle):
@@ -83,6 +89,6 @@ def answer_to(question, names):
 def answers(group, asked):
     import proximity
     names = {**vars(proximity), "proximity": proximity, "numpy": numpy, "nan": math.nan, "states": states, "at": at,
-             **robots.PLACES}
+             "text": text, "pickle": pickle, **robots.PLACES}
     for question in asked:
         yield question, answer_to(question, names)

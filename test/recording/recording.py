@@ -21,6 +21,7 @@ import unittest
 HERE = pathlib.Path(__file__).resolve().parent
 SOURCE = HERE.parents[1]
 sys.path.insert(0, str(HERE))
+import robots  # noqa: E402
 
 RECORDS = os.environ.get("PROXIMITY_RECORD") == "1"
 WHOLE = os.environ.get("PROXIMITY_RECORD_WHOLE") and pathlib.Path(os.environ["PROXIMITY_RECORD_WHOLE"]).resolve()
@@ -35,9 +36,8 @@ VARYING = [(r"[0-9.e+]+ states per core-hour", "<speed>"), (r'("program": {\n *"
 
 def without_what_differs(text):
     """Without places of files, the version, times, and the hash of the programs."""
-    version = re.search(r"<version>(.*)</version>", (SOURCE / "package.xml").read_text())[1]
     for varying, name in ((os.getcwd(), "<here>"), (str(SOURCE), "<source>"), (str(SOURCE.parent / "shared/robots"), "<robots>"),
-                          (f"proximity_server {version}", "proximity_server <version>")):
+                          (f"proximity_server {robots.version()}", "proximity_server <version>")):
         text = text.replace(varying, name)
     for varying, name in VARYING:
         text = re.sub(varying, name, text)

@@ -14,13 +14,12 @@ import rospy
 import rosunit
 from sensor_msgs.msg import JointState
 
+import records
 import robots
 from recording import Blocks, digest
 
 run = rosunit.unitrun
 
-ANGLE = """v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nv 0 0 1\nv 3 0 1\nv 3 1 1\nv 1 1 1\nv 1 3 1\nv 0 3 1
-f 1 4 3 2\nf 1 6 5 4\nf 7 8 9 10\nf 7 10 11 12\nf 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n"""
 MESHES = """<robot name="angle"><link name="angle"><collision><geometry><mesh filename="{}"/></geometry></collision></link>
 <link name="ball"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
 <joint name="slide" type="prismatic"><parent link="angle"/><child link="ball"/><origin xyz="2.5 2.5 0.5"/><axis xyz="1 0 0"/>
@@ -45,6 +44,38 @@ changes:
 - {at: {time: 4}, operation: REMOVE, id: part}
 """
 
+# Three cubes that slide along x, "b" 0.5 to 0.8 m before "a", and "c" as far before "b".
+CUBES = """<robot name="cubes">
+<link name="a"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<link name="b"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<link name="c"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link>
+<joint name="first" type="prismatic"><parent link="a"/><child link="b"/><origin xyz="0.5 0 0"/><axis xyz="1 0 0"/>
+<limit lower="0" upper="0.3" effort="1" velocity="1"/></joint>
+<joint name="second" type="prismatic"><parent link="b"/><child link="c"/><origin xyz="0.5 0.0 0"/><axis xyz="1 0 0"/>
+<limit lower="0" upper="0.3" effort="1" velocity="1"/></joint>
+</robot>"""
+LAMP = """<link name="lamp"><visual><geometry><sphere radius="{}"/></geometry></visual></link>
+<joint name="weld" type="fixed"><parent link="a"/><child link="lamp"/></joint></robot>"""
+FAULTS = {  # their names -> what stands in place of what, where it stands first
+    "left_of_xacro": ("</robot>", '<gazebo reference="a"><mu1>${friction}</mu1></gazebo></robot>'),
+    "number_of_xacro": ("0.5 0 0", "${length} 0 0"),
+    "without_limits": ('lower="0" upper="0.3" effort="1" velocity="1"', 'lower="1" upper="-1" effort="1" velocity="1"'),
+    "without_range": ('lower="0" upper="0.3" effort="1" velocity="1"', 'lower="0.1" upper="0.1" effort="1" velocity="0"'),
+    "mimic": ('<origin xyz="0.5 0.0 0"/>', '<origin xyz="0.5 0.0 0"/><mimic joint="first" multiplier="-2" offset="0.1"/>'),
+    "lamp": ("</robot>", LAMP.format(0.1)),
+    "mark": ("</robot>", LAMP.format(0.005)),
+    "visual": ('<link name="b">', '<link name="b"><visual><geometry><sphere radius="0.15"/></geometry></visual>'),
+    "neighbours": ("0.5 0 0", "0.1 0 0"),
+    "overlap": ("0.5 0 0", "-0.15 0 0"),
+    "pocket": ("0.5 0.0 0", "-0.6 0 0"),
+    "beam": ('<link name="c"><collision><geometry><box size="0.2 0.2 0.2"/>',
+             '<link name="c"><collision><geometry><box size="4 0.1 0.1"/>'),
+}
+NEIGHBOURS = '<disable_collisions link1="a" link2="b" reason="Adjacent"/><disable_collisions link1="b" link2="c" reason="Adjacent"/>'
+ENTRIES = {"": "", "_never": '<disable_collisions link1="a" link2="c" reason="Never"/>',
+           "_decided": '<disable_collisions link1="a" link2="c" reason="User: c hangs in a pocket of a"/>',
+           "_unknown": '<disable_collisions link1="a" link2="d" reason="Never"/>'}
+
 
 def table(header, count, lower, upper, seed):
     """CSV of random states."""
@@ -63,6 +94,14 @@ def write_bag(name):
             bag.write("/others", JointState(name=["elbow"], position=[position]), stamp)
 
 
+def cubes():
+    """Name -> text of the files about the three cubes."""
+    files = {"cubes.urdf": CUBES}
+    files.update((f"cubes_{name}.urdf", CUBES.replace(*fault, 1)) for name, fault in FAULTS.items())
+    files.update((f"cubes{name}.srdf", f'<robot name="cubes">{NEIGHBOURS}{entry}</robot>') for name, entry in ENTRIES.items())
+    return files
+
+
 def prepare(options):
     robots.ENVIRONMENT["PATH"] = f"{options.programs}:{os.environ['PATH']}"
     arm = [f"left_{joint}" for joint in ("shoulder_pan", "shoulder_lift", "upper_arm_roll", "elbow_flex", "wrist_flex")]
@@ -71,13 +110,13 @@ def prepare(options):
         "crossing.urdf": robots.text_of_header("tools/robot/crossing_sliders.h", "kCrossingSliders"),
         "crossing.srdf": robots.text_of_header("tools/robot/crossing_sliders.h", "kFaultySrdf"),
         "arm.urdf": robots.text_of_header("tools/states/arm.h", "kArm"),
-        "angle.obj": ANGLE, "angle.urdf": MESHES.format("angle.obj"), "no_mesh.urdf": MESHES.format("absent.stl"),
+        "angle.obj": robots.ANGLE, "angle.urdf": MESHES.format("angle.obj"), "no_mesh.urdf": MESHES.format("absent.stl"),
         "thresholds.yaml": THRESHOLDS, "schedule.yaml": SCHEDULE, "timed.yaml": TIMED,
         "slide.csv": table(["slide"], 300, -1.2, 2, 7), "few.csv": table(["slide"], 10, -1.2, 2, 8),
         "arm.csv": table(arm, 12, -1, 0, 9), "time.csv": "time,slide\n0,0\n1,0.5\n2.5,-0.9\n3,-1.1\n5,2\n",
         "panda.csv": table([f"panda_joint{i}" for i in range(1, 8)], 8, -1.5, -0.1, 10),
         "broken.csv": "slide\n0\n1\nnan\n2\n", "quotes.csv": "slide\n\"0\n", "unknown.csv": "slied\n0\n", "empty.csv": "",
-        "short.csv": "slide\n0\n0,1\n", "broken.urdf": "<robot name=\"x\"><link name=\"a\">",
+        "short.csv": "slide\n0\n0,1\n", "broken.urdf": "<robot name=\"x\"><link name=\"a\">", **cubes(),
     }
     for name, text in files.items():
         pathlib.Path(name).write_text(text)
@@ -90,6 +129,7 @@ def prepare(options):
     numpy.save("cube.npy", numpy.zeros((2, 2, 2)))
     pathlib.Path("cut_off.npy").write_bytes(pathlib.Path("slide.npy").read_bytes()[:300])
     write_bag("slide.bag")
+    records.write_all()
 
 
 # A tool prints this line only if the user's cache does not have the pieces of the mesh yet.
@@ -98,7 +138,7 @@ DECOMPOSING = re.compile(rb'^link ".*": mesh .*: decomposing \d+ triangles\n', r
 
 def missing(group):
     """Why a group cannot be asked here; empty if it can."""
-    if group == "clearance_second_opinion":
+    if group.endswith("second_opinion"):
         asked = subprocess.run(["clearance", "sliders.urdf", "--zero", "--second-opinion", "fcl"], env=robots.ENVIRONMENT,
                                capture_output=True, text=True)
         return "this build has no FCL" if "this build has no FCL" in asked.stderr else ""
