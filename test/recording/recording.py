@@ -31,7 +31,8 @@ QUESTION = "=== "  # begins the line of a question in the files of answers
 
 
 VARYING = [(r"[0-9.e+]+ states per core-hour", "<speed>"), (r'("program": {\n *"version": .*\n *"digest": ").*"', r'\1<of the library>"'),
-           (r'("seconds": )[0-9.e+-]+', r"\1<time>"), (r"(folders that are searched: )[^'\"\n]*", r"\1<folders>")]
+           (r'("seconds": )[0-9.e+-]+', r"\1<time>"), (r"\S*/proximity_replay_\w+", "<folder>"),
+           (r"(folders that are searched: )[^'\"\n]*", r"\1<folders>")]
 
 
 def without_what_differs(text):
