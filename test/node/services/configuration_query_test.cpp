@@ -92,6 +92,21 @@ TEST_F(QueryConfiguration, TakesTheOptionsOfQueryPairs) {
   EXPECT_EQ(ask(request).states.at(0).pairs.size(), 1u);
 }
 
+TEST_F(QueryConfiguration, GivesTheGradientInEachState) {
+  auto request = asking({gantryAt({0.5, 0.0, -1.0}), gantryAt({0.0, 0.6, 0.0})});
+  request.want_gradient = true;
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_EQ(response.joint_names, (std::vector<std::string>{"lift", "x_axis", "y_axis"}));
+  const double along_x[] = {0.0, 1.0, 0.0}, along_y[] = {0.0, 0.0, -1.0};
+  ASSERT_EQ(response.states.at(0).minimum.gradient.size(), 3u);
+  ASSERT_EQ(response.states.at(1).minimum.gradient.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(response.states[0].minimum.gradient[i], along_x[i], kTolerance) << i;
+    EXPECT_NEAR(response.states[1].minimum.gradient[i], along_y[i], kTolerance) << i;
+  }
+}
+
 TEST_F(QueryConfiguration, SaysInTheStateOfNowWhatQueryPairsSays) {
   QueryPairsRequest now;
   now.stamp = moveTo({0.3, 0.4, 0.1});

@@ -164,6 +164,22 @@ TEST_F(Objects, MoveWithTheLinkInOtherStates) {
   expectNear(response.states[1].minimum.point_a_link, 0.0, -0.1, 0.5);  // the ball's frame is turned by a quarter
 }
 
+// The frame of the ball is turned by a quarter, so that the part is 1 m before it along x.
+TEST_F(Objects, InTheFrameOfALinkStandWhereEachStateHasIt) {
+  add({addBallInFrame("part", "ball", poseAt(0.0, -1.0, 0.0))});
+  QueryConfigurationRequest request;
+  request.a = {shape("base")};
+  request.b = {shape("part")};
+  request.states.resize(2);
+  for (sensor_msgs::JointState& state : request.states) state.name = {"x_axis", "y_axis", "lift"};
+  request.states[0].position = {0.0, 0.0, 0.0};
+  request.states[1].position = {1.5, 0.0, 0.0};
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_NEAR(response.states[0].minimum.distance, 0.8, kTolerance);
+  EXPECT_NEAR(response.states[1].minimum.distance, 2.3, kTolerance);
+}
+
 TEST_F(Objects, InAFrameThatTfDoesNotKnowAreUnknownAndTheFrameIsNamed) {
   publishFrame("camera", 1.0);
   add({addBallInFrame("part", "camera"), addBallInFrame("other", "nowhere")});
