@@ -49,6 +49,22 @@ TEST_F(MonitorOfSliders, SaysThatTheFilterLeavesNoPairOnlyWhereItDoes) {
   EXPECT_EQ(clearance.level, Clearance::INVALID);
 }
 
+TEST_F(MonitorOfSliders, TellsTheSkewOfTheTransforms) {
+  follow("");
+  PoseSnapshot poses = snapshot();
+  poses.skew = ros::Duration(0.03);
+  EXPECT_EQ(monitor_.cycle(poses, {}, settings_).tf_skew, ros::Duration(0.03));
+}
+
+// Spheres 21 mm apart are within the hysteresis of the level STOP.
+TEST_F(MonitorOfSliders, BeginsWithoutALevelAfterAReload) {
+  follow("");
+  EXPECT_EQ(cycleWithTheRightSphereAt(0.21).level, Clearance::STOP);
+  EXPECT_EQ(cycleWithTheRightSphereAt(0.221).level, Clearance::STOP);
+  follow("");
+  EXPECT_EQ(cycleWithTheRightSphereAt(0.221).level, Clearance::WARN);
+}
+
 // --- objects
 
 class MonitorOfObjects : public MonitorOfSliders {
@@ -95,6 +111,23 @@ TEST_F(MonitorOfObjects, HasLevelsOfTheirOwnForObjects) {
 }
 
 // The object is farther from the robot than the links are from each other, but its levels begin earlier.
+TEST_F(MonitorOfObjects, HoldsTheLevelOfObjectsByThatOfObjects) {
+  add(ballAt(standingAt(0.71, 0.0, 0.0)));
+  EXPECT_EQ(cycleWithTheRightSphereAt(0.5).level, Clearance::STOP);
+  EXPECT_EQ(cycleWithTheRightSphereAt(0.489).level, Clearance::STOP) << "21 mm are within the hysteresis";
+}
+
+TEST_F(MonitorOfObjects, AreDecidedByThePairFarthestBelowItsThreshold) {
+  settings_.object_stop_distance = 0.1;
+  settings_.object_warn_distance = 0.2;
+  add(ballAt(standingAt(0.44, 0.0, 0.0)));
+  const Clearance& clearance = monitor_.cycle(withTheRightSphereAt(*robot_, 0.21), {}, settings_);
+  EXPECT_EQ(clearance.level, Clearance::STOP);
+  EXPECT_NEAR(clearance.minimum.distance, 0.01, 1e-9) << "to the middle sphere";
+  EXPECT_NEAR(clearance.deciding.distance, 0.03, 1e-9) << "to the ball";
+  EXPECT_EQ(clearance.deciding_threshold, 0.1);
+}
+
 TEST_F(MonitorOfObjects, TakesTheWorseLevelOfTheTwoKinds) {
   settings_.object_warn_distance = settings_.object_stop_distance = 0.5;
   add(ballAt(standingAt(0.0, 0.6, 0.0)));
@@ -201,6 +234,13 @@ TEST_F(LookaheadWithObjects, MeetsAnObjectAtTheStopDistanceOfObjects) {
   EXPECT_EQ(lookahead.pair.b.link, "ball");
   EXPECT_EQ(lookahead.pair.b.kind, ShapeRef::OBJECT);
   EXPECT_EQ(lookahead.object_contact_distance, 0.05);
+}
+
+TEST_F(LookaheadWithObjects, MeetsAnObjectThatCameAfterTheLastCycle) {
+  add(ballAt(standingAt(-0.5, 0.0, 0.0)));
+  EXPECT_NEAR(ahead().time_to_contact, (0.3 - 0.05) / 0.5, 1e-5);
+  add(ballAt(standingAt(-0.4, 0.0, 0.0), "nearer"));
+  EXPECT_NEAR(ahead().time_to_contact, (0.2 - 0.05) / 0.5, 1e-5);
 }
 
 TEST_F(LookaheadWithObjects, MeetsALinkAtTheStopDistanceOfLinksIfThatIsFirst) {

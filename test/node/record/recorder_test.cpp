@@ -1,6 +1,7 @@
 // Records of the monitor, read as any tool reads bags.
 #include "node/record/bag_file.h"
 #include "node/record/recorded_sliders.h"
+#include "node/robot/load_config.h"
 
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -171,6 +172,33 @@ TEST_F(RecordedSliders, AreNotKeptIfTheSecondsAreZero) {
 }
 
 // rosbag::Bag ends the process here.
+TEST(RecordMessages, HaveAllSettings) {
+  MonitorSettings settings;
+  settings.rate = 7.0;
+  settings.max_reported_pairs = 3;
+  settings.markers = false;
+  settings.gradients = true;
+  EXPECT_EQ(differences(settings, monitorSettingsFrom(toMessage(settings), "record")), "");
+}
+
+TEST(RecordMessages, HaveTheRateOfAJointThatPassesHalfATurn) {
+  const Robot robot(
+      R"(<robot name="wheel"><link name="base"/><link name="rim"/><joint name="axle" type="continuous">
+         <parent link="base"/><child link="rim"/><axis xyz="0 0 1"/></joint></robot>)",
+      "", Config());
+  const auto jointsAt = [&](double angle, double time, const sensor_msgs::JointState& before) {
+    RecordedCycle cycle;
+    cycle.poses.assign(2, Eigen::Isometry3d::Identity());
+    cycle.poses[1]->rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
+    cycle.clearance.header.stamp = ros::Time(time);
+    return jointsOf(robot, cycle, before);
+  };
+  constexpr double kHalfATurn = 3.14159265358979323846;
+  const sensor_msgs::JointState state = jointsAt(kHalfATurn + 0.02, 1000.5, jointsAt(kHalfATurn - 0.03, 1000.0, {}));
+  ASSERT_EQ(state.velocity.size(), 1u);
+  EXPECT_NEAR(state.velocity[0], 0.1, 1e-9);
+}
+
 TEST(BagFile, ThrowsOnAFullDisk) {
   std_msgs::String message;
   message.data.assign(4 << 20, 'x');

@@ -2,6 +2,7 @@
 // uncertainty counts in full along its axis.
 #include "node/answers.h"
 #include "node/asked_robot.h"
+#include "node/object_messages.h"
 #include "node/services/queries.h"
 #include "scene/files.h"
 
@@ -41,6 +42,20 @@ TEST_F(UncertainGantry, GuaranteesTheDistanceWithinTheUncertaintyOfTheRequest) {
   const Proximity apart = askWithin<PenetrationDepthRequest>("0.1").pair;  // only proven to be apart
   EXPECT_LE(apart.guaranteed, 0.2);
   EXPECT_GT(apart.guaranteed, 0.1);
+}
+
+TEST_F(UncertainGantry, GuaranteesTheDistanceOfAnObjectThatAFrameOfTfCarries) {
+  moveTo({1.0, 0.0, 0.0});
+  geometry_msgs::TransformStamped tray = Gantry::post({0.0, 0.0, 0.5});
+  tray.child_frame_id = "tray";
+  gantry_.publish({tray}, ros::Time::now());
+  ASSERT_TRUE(ask(requestOf({addBallInFrame("part", "tray", poseAt(1.0, 0.0, 0.0))})).success);
+  auto request = between<MinimumDistanceRequest>("ball", "part");
+  request.uncertainty = "object_uncertainty: {part: 0.01}";
+  const auto response = ask(request);
+  ASSERT_TRUE(response.success) << response.status.message;
+  EXPECT_NEAR(response.pair.distance, 0.3, kTolerance);
+  EXPECT_NEAR(response.pair.guaranteed, 0.29, 1e-3);
 }
 
 TEST_F(UncertainGantry, RefusesAnUncertaintyThatMakesNoSense) {
