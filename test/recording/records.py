@@ -114,8 +114,9 @@ def write_all():
     ages = [cycle(CLEAR, gantry(x), age=age) for x, age in ((0.5, 0.0), (0.3, 0.01), (0.3, 0.09), (0.3, 1.0), (0.3, -1.0))]
     write("latency", ages, parameters={"pose_latency": "limit", "message_latency": 0.02})
     write("late", ages, parameters={"pose_latency": "velocity", "max_acceleration": 2.0})
-    write("objects", [cycle(CLEAR, gantry(0.5)), [PART], cycle(CLEAR, gantry(1.25)), cycle(STOP, gantry(1.29), ("ball", "part", 0.01, 0.02)),
-                      [HELD], cycle(CLEAR, gantry(1.29)), [HELD, FLOOR, TRAY], cycle(WARN, gantry(1.29) + [pose("cart", 1.0, 0.0, -0.35)]),
+    write("objects", [cycle(CLEAR, gantry(0.5)), [PART], cycle(CLEAR, gantry(1.25)),
+                      cycle(STOP, gantry(1.29), ("ball", "part", 0.01, 0.02)), [HELD], cycle(CLEAR, gantry(1.29)), [HELD, FLOOR, TRAY],
+                      cycle(WARN, gantry(1.29) + [pose("cart", 1.0, 0.0, -0.35)]),
                       cycle(WARN, gantry(1.29) + [pose("cart", 2.0, 0.0, -0.35)]), cycle(INVALID, gantry(1.29), text="no cart"), [],
                       cycle(CLEAR, gantry(1.29))],
           event="stop", event_cycle=3, parameters={"object_uncertainty": {"part": 0.002}})
