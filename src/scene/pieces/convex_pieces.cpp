@@ -60,9 +60,9 @@ struct Job {
   double tolerance;  // [m]
 };
 
-/// A mesh whose budget is spent may become pieces within so many times the tolerance, unless it has no more than so many.
-constexpr double kCoarsest = 8.0;
+/// A mesh that half of the budget does not bring to so many pieces gets a coarser tolerance.
 constexpr int kFewPieces = 300;
+constexpr double kCoarser = 2.0;
 
 std::vector<Component> componentsOf(const Job& job) {
   std::vector<Component> components;
@@ -244,22 +244,21 @@ void settle(const Job& job, const MeshSolid& solid, Clustering& clustering) {
   clustering.partition = hullNumbers(clustering.partition);
 }
 
-/// Decomposes a mesh within its tolerance. Where half of the effort does not suffice for few pieces, the tolerance is
-/// doubled, up to a limit, with half of what is left.
+/// Decomposes a mesh within its tolerance. If half of the effort leaves too many pieces, the rest is for a coarser one.
 Clustering decomposed(Job job, const MeshSolid& solid) {
+  // All components take part, not only the outermost ones: the hull of a component can contain another component that
+  // lies in a hollow of it, but the hulls of its clusters need not contain that one.
+  const auto decomposeNow = [&] { return decompose(job.mesh.welded, job.mesh.components, solid, job.tolerance); };
+  const Effort for_coarser = job.effort.half();
+  Decomposition found = decomposeNow();
   Clustering clustering;
-  for (const double coarsest = kCoarsest * job.tolerance;; job.tolerance *= 2.0) {
-    const bool is_last = job.tolerance >= coarsest;
-    const Effort for_coarser = is_last ? Effort(0.0) : job.effort.half();
-    // All components take part, not only the outermost ones: the hull of a component can contain another component that
-    // lies in a hollow of it, but the hulls of its clusters need not contain that one.
-    Decomposition found = decompose(job.mesh.welded, job.mesh.components, solid, job.tolerance);
-    const int pieces = *std::max_element(found.partition.begin(), found.partition.end()) + 1;
-    clustering.partition = std::move(found.partition);
-    clustering.is_complete &= found.is_complete;
-    if (found.is_complete || is_last || pieces <= kFewPieces) break;
+  clustering.is_complete = found.is_complete;
+  if (!found.is_complete && *std::max_element(found.partition.begin(), found.partition.end()) >= kFewPieces) {
     job.effort.add(for_coarser);
+    job.tolerance *= kCoarser;
+    found = decomposeNow();
   }
+  clustering.partition = std::move(found.partition);
   clustering.tolerance = job.tolerance;
   settle(job, solid, clustering);
   clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
