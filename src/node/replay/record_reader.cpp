@@ -9,6 +9,7 @@
 #include <std_msgs/String.h>
 
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace proximity_server::node {
@@ -64,6 +65,8 @@ void RecordReader::take(const rosbag::MessageInstance& message, const OnCycle& o
   if (endsWith(topic, "/record/robot")) {
     record = *instance<Record>(message);
     robot = robotOf(record, variant_);
+    objects = {};
+    cycle_.poses.clear();
     none_ = robot->objects().get();
     is_new = true;
   } else if (!robot) {
@@ -76,6 +79,11 @@ void RecordReader::take(const rosbag::MessageInstance& message, const OnCycle& o
     placePoses(*instance<tf2_msgs::TFMessage>(message), *robot, objects.frames.names, cycle_);
   } else if (endsWith(topic, "/clearance")) {
     cycle_.clearance = *instance<Clearance>(message);
+    for (const auto& [is_there, missing] :
+         {std::pair(objects.objects.all != nullptr, "objects"), std::pair(!cycle_.poses.empty(), "poses")})
+      if (!is_there)
+        throw std::invalid_argument("cycle " + std::to_string(cycle_.clearance.cycle) +
+                                    " comes before its .../record/" + missing);
     cycle_.time = message.getTime();
     on_cycle(cycle_);
     is_new = false;

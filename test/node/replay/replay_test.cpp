@@ -5,6 +5,8 @@
 #include "node/robot/load_config.h"
 
 #include <gtest/gtest.h>
+#include <rosbag/bag.h>
+#include <rosbag/view.h>
 
 #include <cstdint>
 #include <iomanip>
@@ -175,6 +177,24 @@ TEST_F(Replayed, AreRefusedByNameIfThereIsNoRecord) {
   const auto refusal = [&](const std::string& file) { return scene::errorOf([&] { replay({file, {}}, rows); }); };
   EXPECT_EQ(refusal("/nowhere.bag").find("/nowhere.bag: "), 0u);
   EXPECT_EQ(refusal(files_.write("text.bag", "no bag")).find(files_.path("text.bag: ")), 0u);
+}
+
+// Regression: such a record ended the process.
+TEST_F(Replayed, AreRefusedIfACycleComesBeforeWhatItNeeds) {
+  const std::string file = recordOfRandomCycles(1, 3), part = files_.path("part.bag");
+  for (const std::string left_out : {"objects", "poses"}) {
+    {
+      rosbag::Bag all(file, rosbag::bagmode::Read), some(part, rosbag::bagmode::Write);
+      for (const rosbag::MessageInstance& message : rosbag::View(all))
+        if (message.getTopic().find("/record/" + left_out) == std::string::npos)
+          some.write(message.getTopic(), message.getTime(), message);
+    }
+    std::ostringstream rows;
+    EXPECT_EQ(scene::errorOf([&] {
+                replay({part, {}}, rows);
+              }),
+              part + ": cycle 1 comes before its .../record/" + left_out);
+  }
 }
 
 }  // namespace proximity_server::node::replay_test

@@ -211,13 +211,13 @@ TEST(JointInequalities, OfManyJointsAreRefusedOnlyTogetherWithTheOneThatContradi
       return text;
     };
     Eigen::VectorXd point(kJoints);
-    for (double& q : point) q = chance.between(-1, 1);
+    for (int j = 0; j < kJoints; ++j) point[j] = chance.between(-1, 1);
     FileValue::List texts;
     Eigen::VectorXd combined = Eigen::VectorXd::Zero(kJoints);
     double bound_of_combined = 0.0;
     for (int n = 0; n < kRows; ++n) {
       Eigen::VectorXd row(kJoints);
-      for (double& c : row) c = chance.between(-1, 1);
+      for (int j = 0; j < kJoints; ++j) row[j] = chance.between(-1, 1);
       const double bound = row.dot(point) + (chance.happens(0.5) ? 0.0 : chance.between(0, 1));
       texts.push_back({sum(row) + " <= " + shortest(bound), 0});
       const double multiplier = chance.between(0, 1);
