@@ -525,7 +525,7 @@ def missing_paths(path):
 
 # What is done with the blocks that begin like this.
 BLOCKS = (
-    ("system\nnarrowphase/layer_guard", Document.picture),  # the order of the rooms, which rooms_test reads
+    ("system/layer_guard\nsystem", Document.picture),  # the order of the rooms, which rooms_test reads
     ("./dev ", Document.dev),
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Document.workspace),
     ("rosservice call ", Document.service_calls),

@@ -60,8 +60,9 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("mesh_time_budget", &config.model.mesh_time_budget, {1e-3, 3600}, "s", kReload,
       "How long the decomposition of one mesh may take, roughly in seconds of one core: steps are counted instead of "
       "time, so that every machine and every start gives the same pieces. A mesh that half of it does not bring to 300 "
-      "pieces has the other half for twice the tolerance; rooms in it that are not excluded within the budget are "
-      "filled. A warning in `~model_info` names link and file, how near the pieces are, and the line of YAML that "
+      "pieces gets twice the tolerance, up to eight times, with as much each time; rooms in it that are not excluded "
+      "within the budget are filled. A warning in `~model_info` names link and file, how near the pieces are, and the "
+      "line of YAML that "
       "changes it. Meshes are read in parallel.");
   add("mesh_cache", &config.mesh_cache, {}, "", kReload,
       "Folder of the cache of decomposed meshes, for the next start. user: $XDG_CACHE_HOME/proximity_server, or "

@@ -60,9 +60,9 @@ struct Job {
   double tolerance;  // [m]
 };
 
-/// A mesh that half of the budget does not bring to so many pieces gets a coarser tolerance.
+/// A mesh that half of the budget does not bring to so many pieces gets a coarser tolerance, up to so many times its own.
 constexpr int kFewPieces = 300;
-constexpr double kCoarser = 2.0;
+constexpr double kCoarsest = 8.0;
 
 std::vector<Component> componentsOf(const Job& job) {
   std::vector<Component> components;
@@ -244,21 +244,22 @@ void settle(const Job& job, const MeshSolid& solid, Clustering& clustering) {
   clustering.partition = hullNumbers(clustering.partition);
 }
 
-/// Decomposes a mesh within its tolerance. If half of the effort leaves too many pieces, the rest is for a coarser one.
+/// Decomposes a mesh within its tolerance. While half of the budget leaves too many pieces, the tolerance is doubled, with as
+/// much effort.
 Clustering decomposed(Job job, const MeshSolid& solid) {
-  // All components take part, not only the outermost ones: the hull of a component can contain another component that
-  // lies in a hollow of it, but the hulls of its clusters need not contain that one.
-  const auto decomposeNow = [&] { return decompose(job.mesh.welded, job.mesh.components, solid, job.tolerance); };
-  const Effort for_coarser = job.effort.half();
-  Decomposition found = decomposeNow();
+  const double coarsest = kCoarsest * job.tolerance;
   Clustering clustering;
-  clustering.is_complete = found.is_complete;
-  if (!found.is_complete && *std::max_element(found.partition.begin(), found.partition.end()) >= kFewPieces) {
-    job.effort.add(for_coarser);
-    job.tolerance *= kCoarser;
-    found = decomposeNow();
+  while (true) {
+    job.effort = Effort(0.5 * job.options.time_budget);
+    // All components take part, not only the outermost ones: the hull of a component can contain another component that
+    // lies in a hollow of it, but the hulls of its clusters need not contain that one.
+    Decomposition found = decompose(job.mesh.welded, job.mesh.components, solid, job.tolerance);
+    const int pieces = *std::max_element(found.partition.begin(), found.partition.end()) + 1;
+    clustering.partition = std::move(found.partition);
+    clustering.is_complete &= found.is_complete;
+    if (found.is_complete || pieces <= kFewPieces || job.tolerance >= coarsest) break;
+    job.tolerance *= 2.0;
   }
-  clustering.partition = std::move(found.partition);
   clustering.tolerance = job.tolerance;
   settle(job, solid, clustering);
   clustering.representation = isOneByOne(clustering.partition) ? Representation::Triangles : Representation::Decomposed;
@@ -269,7 +270,7 @@ Clustering decomposed(Job job, const MeshSolid& solid) {
 /// tried first.
 Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   const std::size_t triangles = job.mesh.components.size();
-  const Effort for_decomposition = job.effort.half();
+  job.effort = Effort(0.5 * job.options.time_budget);
   bool is_complete = true;
   try {
     if (auto hull = ifWithin(job, solid, Partition(triangles, 0), Representation::ConvexHull)) return *hull;
@@ -277,7 +278,6 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   } catch (const Effort::Exceeded&) {
     is_complete = false;
   }
-  job.effort.add(for_decomposition);
   const bool needs_triangles = job.options.tolerance <= kMeshRounding;
   if (!needs_triangles && job.options.progress)
     job.options.progress("decomposing " + std::to_string(triangles) + " triangles");

@@ -684,7 +684,8 @@ TEST(ConcaveMeshes, ATooDearMeshGetsFewPiecesWithinACoarserToleranceAndSaysSo) {
   const TriangleMesh mesh = bumpyBall(32, 64);
   const MeshPieces pieces = convexPieces(mesh, options);
   EXPECT_LE(pieces.hulls.size(), 300U);
-  EXPECT_EQ(pieces.tolerance, 2.0 * options.tolerance);
+  EXPECT_GT(pieces.tolerance, options.tolerance);
+  EXPECT_LE(pieces.tolerance, 8.0 * options.tolerance);
   EXPECT_GT(pieces.deviation, options.tolerance);
   EXPECT_LE(pieces.deviation, pieces.tolerance);
   EXPECT_LE(pieces.uncovered, 1e-9);

@@ -21,8 +21,8 @@ struct MeshOptions {
   std::string cache;  ///< The folder that keeps the pieces of earlier meshes. If it is "", nothing is read or written.
   std::function<void(const std::string&)> progress;  ///< Called before a step that takes long; may be empty.
   /// [s] The approximate time of one core of 2020. Steps are counted instead of time, so that every machine and every
-  /// run computes the same pieces. Half of it is for the tolerance above. If that leaves more than 300 pieces, the other
-  /// half is for twice the tolerance. The pieces found then are the result.
+  /// run computes the same pieces. Half of it is for the tolerance above. While that leaves more than 300 pieces, the
+  /// tolerance is doubled, up to 8 times, with as much each time. The pieces found then are the result.
   /// Rooms are excluded with the same budget once again; those that are left when it is spent are filled.
   double time_budget = 10.0;
 };
