@@ -5,6 +5,7 @@
 #include "system/number_text.h"
 #include "system/whole_file.h"
 
+#include <ros/console.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -155,6 +156,9 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Standard output is for rows, and ROS writes its info there.
+  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn))
+    ros::console::notifyLoggerLevelsChanged();
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {
