@@ -7,6 +7,7 @@ import pathlib
 import random
 import re
 import subprocess
+import tempfile
 
 import numpy
 import rosbag
@@ -104,6 +105,7 @@ def cubes():
 
 def prepare(options):
     robots.ENVIRONMENT["PATH"] = f"{options.programs}:{os.environ['PATH']}"
+    robots.ENVIRONMENT["XDG_CACHE_HOME"] = CACHE.name
     arm = [f"left_{joint}" for joint in ("shoulder_pan", "shoulder_lift", "upper_arm_roll", "elbow_flex", "wrist_flex")]
     files = {
         "sliders.urdf": robots.text_of_header("tools/robot/two_sliders.h", "kTwoSliders"),
@@ -132,7 +134,8 @@ def prepare(options):
     records.write_all()
 
 
-# A tool prints this line only if the user's cache does not have the pieces of the mesh yet.
+# The cache of meshes is empty at first, whatever the user's has. A tool prints this line for each mesh that is not in it.
+CACHE = tempfile.TemporaryDirectory()
 DECOMPOSING = re.compile(rb'^link ".*": mesh .*: decomposing \d+ triangles\n', re.MULTILINE)
 
 
