@@ -215,9 +215,10 @@ TEST_F(LookaheadOfTheMonitor, IsOffUntilItIsAskedFor) {
   EXPECT_TRUE(std::isnan(off->lookahead.time_to_contact));
 
   set("/off/", "lookahead", 2.0);
-  const auto on = inbox.next([](const Clearance& message) { return message.lookahead.state != Lookahead::OFF; });
+  const auto on = inbox.next([](const Clearance& message) {  // the first search may end at its budget
+    return message.lookahead.state == Lookahead::CONTACT;
+  });
   ASSERT_TRUE(on);
-  EXPECT_EQ(on->lookahead.state, Lookahead::CONTACT) << on->lookahead.status.message;
   EXPECT_NEAR(on->lookahead.time_to_contact, 1.36, 1e-5);  // the stop distance is 0.02
 }
 
