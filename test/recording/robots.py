@@ -34,6 +34,6 @@ def version():
     return re.search(r"<version>(.*)</version>", (SOURCE / "package.xml").read_text())[1]
 
 
-# Of a solid with the section of an L.
+# This is the mesh of a solid whose section is an L.
 ANGLE = """v 0 0 0\nv 3 0 0\nv 3 1 0\nv 1 1 0\nv 1 3 0\nv 0 3 0\nv 0 0 1\nv 3 0 1\nv 3 1 1\nv 1 1 1\nv 1 3 1\nv 0 3 1
 f 1 4 3 2\nf 1 6 5 4\nf 7 8 9 10\nf 7 10 11 12\nf 1 2 8 7\nf 2 3 9 8\nf 3 4 10 9\nf 4 5 11 10\nf 5 6 12 11\nf 6 1 7 12\n"""

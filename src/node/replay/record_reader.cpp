@@ -79,11 +79,9 @@ void RecordReader::take(const rosbag::MessageInstance& message, const OnCycle& o
     placePoses(*instance<tf2_msgs::TFMessage>(message), *robot, objects.frames.names, cycle_);
   } else if (endsWith(topic, "/clearance")) {
     cycle_.clearance = *instance<Clearance>(message);
-    for (const auto& [is_there, missing] :
-         {std::pair(objects.objects.all != nullptr, "objects"), std::pair(!cycle_.poses.empty(), "poses")})
-      if (!is_there)
-        throw std::invalid_argument("cycle " + std::to_string(cycle_.clearance.cycle) +
-                                    " comes before its .../record/" + missing);
+    if (!objects.objects.all || cycle_.poses.empty())
+      throw std::invalid_argument("cycle " + std::to_string(cycle_.clearance.cycle) + " comes before its .../record/" +
+                                  (objects.objects.all ? "poses" : "objects"));
     cycle_.time = message.getTime();
     on_cycle(cycle_);
     is_new = false;

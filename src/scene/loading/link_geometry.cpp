@@ -1,5 +1,6 @@
 #include "scene/loading/link_geometry.h"
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/collision_geometry.h"
 #include "scene/mesh/input_limits.h"
@@ -94,7 +95,7 @@ std::string remedyOf(const MeshPieces& mesh, const std::string& link, const Mesh
   std::ostringstream text;
   text << "; \"mesh_time_budget: " << std::min(kLongest, kLonger * options.time_budget) << "\" lets it take longer";
   if (mesh.tolerance > options.tolerance)
-    text << ", \"link_mesh_tolerance: {" << link << ": " << mesh.tolerance << "}\" asks for no more";
+    text << ", \"link_mesh_tolerance: {" << yamlName(link) << ": " << mesh.tolerance << "}\" asks for no more";
   return text.str();
 }
 

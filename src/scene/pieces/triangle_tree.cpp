@@ -144,7 +144,9 @@ struct Bins {
       count += counts[i - 1];
       if (count == 0 || count == end - begin) continue;
       const double cost = count * visitsOf(below, axes) + costs_above[i];
-      if (cost < least) least = cost, cheapest = i;
+      if (!(cost < least)) continue;
+      least = cost;
+      cheapest = i;
     }
     return cheapest;
   }
@@ -160,13 +162,13 @@ TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triang
   // split() appends the children, which the loop splits later.
   std::vector<int> levels{0};
   for (int node = 0; node < static_cast<int>(nodes.size()); ++node) {
-    split(node, axes, levels[node] < kMostUnequal);
+    split(node, axes, levels[node]);
     levels.resize(nodes.size(), levels[node] + 1);
   }
 }
 
 /// Fits the box of a node and divides its triangles.
-void TriangleBoxes::split(int index, SplitAxes axes, bool may_be_unequal) {
+void TriangleBoxes::split(int index, SplitAxes axes, int level) {
   constexpr int kLeafSize = 2;
   Node& node = nodes[index];
   Eigen::AlignedBox3d centroids;
@@ -182,7 +184,7 @@ void TriangleBoxes::split(int index, SplitAxes axes, bool may_be_unequal) {
   Triangle *const begin = triangles.data() + node.begin, *const end = triangles.data() + node.end;
   Triangle* middle = begin + (end - begin) / 2;
   const Bins bins{axis, centroids.min()[axis], length};
-  const int boundary = may_be_unequal && length > kShortest ? bins.cheapestBoundary(begin, end, axes) : 0;
+  const int boundary = level < kMostUnequal && length > kShortest ? bins.cheapestBoundary(begin, end, axes) : 0;
   if (boundary > 0) {
     middle = std::partition(begin, end, [&](const Triangle& t) { return bins.of(t) < boundary; });
   } else {

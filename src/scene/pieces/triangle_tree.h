@@ -24,9 +24,10 @@ Eigen::Vector3d nearestCombination(const Triangle& triangle, const Eigen::Vector
 
 /// Triangles in a binary tree of bounding boxes.
 ///
-/// A node with more than two triangles is divided by their centroids along the longest edge of the box of the centroids (of x and y with SplitAxes::XY),
-/// where the sum over both children of triangles times surface of the box is smallest: the expected work of a query. Files
-/// of CAD have long thin triangles among small ones, with which children of equally many triangles overlap widely.
+/// A node with more than two triangles is divided by their centroids, along the longest edge of the box of these (of x
+/// and y with SplitAxes::XY), where the sum over both children of triangles times surface of the box is smallest: the
+/// expected work of a query. Files of CAD have long thin triangles among small ones, with which children of equally many
+/// triangles overlap widely.
 /// Source: Wald, On fast Construction of SAH-based Bounding Volume Hierarchies, 2007 (16 bins).
 struct TriangleBoxes {
   enum class SplitAxes : unsigned char { XY = 2, XYZ = 3 };
@@ -99,7 +100,7 @@ struct TriangleBoxes {
     return x * x + y * y + z * z;
   }
 
-  void split(int node, SplitAxes axes, bool may_be_unequal);
+  void split(int node, SplitAxes axes, int level);
 };
 
 /// Finds the point of some triangles that is nearest to a given one.
