@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 /// carries one with a pose, and for one that carries a half-space in the frame of a link.
 void PairBounds::findRadii() {
   const RobotModel& robot = joints_.robot();
+  reach_ = held_reach_;
   reachCarriedObjects();
   radius_ = reach_;
   for (int body = static_cast<int>(robot.bodies.size()) - 1; body >= 0; --body) {  // parents come first

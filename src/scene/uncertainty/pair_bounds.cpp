@@ -79,7 +79,7 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
       column_of_(model->robot.joints.size(), kNoColumn),
       moved_(model->robot.bodies.size() + 2),
       closing_(model->robot.joints.size()),
-      reach_(model->robot.bodies.size()) {
+      held_reach_(model->robot.bodies.size()) {
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders_.push_back(robot.leaderOf(joint));
   placeObjects();
@@ -127,9 +127,9 @@ void PairBounds::placeObjects() {
   objects_lose_ = 0.0;
   TwoLargest lose;
   const auto add_reach = [&](int body, const Part& part) {
-    if (!part.whole().isEmpty()) reach_[body] = std::max(reach_[body], part.whole().bounds.reach);
+    if (!part.whole().isEmpty()) held_reach_[body] = std::max(held_reach_[body], part.whole().bounds.reach);
   };
-  std::fill(reach_.begin(), reach_.end(), 0.0);
+  std::fill(held_reach_.begin(), held_reach_.end(), 0.0);
   for (int link = 0; link < static_cast<int>(joints_.robot().links.size()); ++link)
     if (joints_.robot().hasGeometry(link)) add_reach(joints_.robot().links[link].body, volumes_->part(link));
   if (!objects) return;

@@ -260,10 +260,11 @@ class PairBounds {
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero(), origin = Eigen::Vector3d::Zero();
     Eigen::Isometry3d displacement = Eigen::Isometry3d::Identity();
   };
-  std::vector<Moved> moved_;     ///< by body; then the objects of the two sides, if they are objects
-  std::vector<double> closing_;  ///< by leader, the change of the gap to first order, and then its position
-  std::vector<double> reach_;    ///< [m] of the geometry of each body and of what its links hold, from its origin
-  std::vector<double> radius_;   ///< working memory of largestLoss()
+  std::vector<Moved> moved_;        ///< by body; then the objects of the two sides, if they are objects
+  std::vector<double> closing_;     ///< by leader, the change of the gap to first order, and then its position
+  std::vector<double> held_reach_;  ///< [m] of the geometry of each body and of what its links hold, from its origin
+  std::vector<double> reach_;       ///< [m] the same, also of the objects in the frames of its links in these poses
+  std::vector<double> radius_;      ///< working memory of largestLoss()
   /// The same: the losses [m] along two branches of what each body carries, those of the roots first.
   std::vector<TwoLargest> branches_;
   ReachedState reached_;

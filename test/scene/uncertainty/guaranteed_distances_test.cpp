@@ -763,6 +763,26 @@ TEST(GuaranteedDistances, NoPairOfAnObjectInTheFrameOfALinkLosesMoreThanTheLarge
   EXPECT_GT(pairs, 200);
 }
 
+// Regression: the reach of the objects of a frame that was far away for one state stayed.
+TEST(GuaranteedDistances, LargestLossIsThatOfThePresentPlaceOfAFrame) {
+  Chance chance(46);
+  const auto model = modelOf(kCrane);
+  const Object tool = makeObject("tool", {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, Moving{"gripper"});
+  const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}}));
+  const int hook = model->robot.links[model->robot.findLink("hook")].body;
+  GuaranteedDistances distances(model);
+  distances.use(objects, {-1, {hook}});
+  distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
+  const BodyPoses poses = forwardKinematics(model->robot, std::vector<double>{0.5, 0.2});
+  const auto lossAt = [&](double x) {
+    distances.update(poses, {*poses[hook] * at(x, 0, 0.5)});
+    return distances.largestLoss();
+  };
+  const double near = lossAt(1.0);
+  EXPECT_GT(lossAt(30.0), 2.0 * near);
+  EXPECT_EQ(lossAt(1.0), near);
+}
+
 /// Limits the work to so many steps, by their number or as time.
 void limitSteps(std::int64_t most, GuaranteeEnd by, GuaranteedDistances& distances) {
   GuaranteeLimits limits;
