@@ -64,7 +64,7 @@ class Proofs {
       return search < searches_.size();
     };
     const auto work = [&](std::size_t& search, int thread) {
-      if (question_.deadline.withoutTime().hasPassed()) return;  // with a time, each pair gets its first box
+      if (question_.deadline.hasPassed()) return;
       std::unique_ptr<BoxMeasures>& measures = measures_[static_cast<std::size_t>(thread)];
       if (!measures) measures = std::make_unique<BoxMeasures>(model_, question_.objects);
       measures->begin(scene_);

@@ -102,6 +102,7 @@ class Text {
   }
 
   std::string evidenceOf(const PairProof& proof) const {
+    if (proof.boxes == 0) return "not examined before the time was over";
     const std::string closest =
         (proof.closest_upper_bound > kContactDistance ? metres(proof.closest_upper_bound) + " apart"
                                                       : std::string("in contact")) +

@@ -107,24 +107,19 @@ TEST(ProveApart, WhatTheBudgetLeavesIsUndecided) {
   }
 }
 
-TEST(ProveApart, ADeadlineThatHasPassedLeavesAllButOneBox) {
-  const auto model = modelOf(kPlanarArm);
-  ProofQuestion question;
-  question.deadline = std::chrono::steady_clock::time_point::min();
-  const PairProof proof = proofOf(model, "wall", "fore", boxOf(*model, {{0.8, 3.0}, {-0.5, 0.5}}), question);
-  EXPECT_EQ(proof.outcome, ProofOutcome::Undecided);
-  EXPECT_EQ(proof.boxes, 1);
-  EXPECT_EQ(proof.undecided, 1.0);
-}
-
-TEST(ProveApart, TheFlagOfADeadlineLeavesAllBoxes) {
+TEST(ProveApart, ADeadlineThatHasPassedLeavesAllBoxes) {
   const auto model = modelOf(kPlanarArm);
   const std::atomic<bool> stop{true};
-  ProofQuestion question;
-  question.deadline = Deadline(stop);
-  const PairProof proof = proofOf(model, "wall", "fore", boxOf(*model, {{0.8, 3.0}, {-0.5, 0.5}}), question);
-  EXPECT_EQ(proof.outcome, ProofOutcome::Undecided);
-  EXPECT_EQ(proof.boxes, 0);
+  for (const Deadline& passed : {Deadline(std::chrono::steady_clock::time_point::min()), Deadline(stop)}) {
+    ProofQuestion question;
+    question.deadline = passed;
+    const PairProof proof = proofOf(model, "wall", "fore", boxOf(*model, {{0.8, 3.0}, {-0.5, 0.5}}), question);
+    EXPECT_EQ(proof.outcome, ProofOutcome::Undecided);
+    EXPECT_EQ(proof.boxes, 0);
+    EXPECT_EQ(proof.undecided, 1.0);
+    EXPECT_EQ(proof.lower_bound, -std::numeric_limits<double>::infinity());
+    EXPECT_TRUE(proof.closest.empty());
+  }
 }
 
 TEST(ProveApart, FixedJointsMakeAStateOfABox) {

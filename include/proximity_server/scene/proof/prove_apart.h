@@ -27,7 +27,7 @@ namespace proximity_server::scene {
 /// The proof is about the geometry of the model: convex pieces in place of meshes (ModelOptions::mesh_tolerance), and
 /// paddings. Objects stand where they are, and those that a link holds or whose frame is a link move with it.
 ///
-/// Pairs are examined in rounds with growing budgets, so that a deadline leaves no pair without its share, and in
+/// Pairs are examined in rounds with growing budgets, so that all have a share of the time until a deadline, and in
 /// parallel. The result is the same for any number of threads. With a deadline it depends on the time that the system
 /// gives to the program: what is proven or refuted is true, but it may be another part.
 ///
