@@ -72,8 +72,10 @@ std::string readTextFile(const std::filesystem::path& path) {
   return text.str();
 }
 
-std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options) {
-  const scene::ModelOptions model_options = modelOptions(options);
+std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options,
+                                              const std::atomic<bool>* stop) {
+  scene::ModelOptions model_options = modelOptions(options);
+  model_options.stop = stop;
   scene::RobotModel robot = withNameInErrors(
       text.urdf_name, [&] { return scene::loadRobotModel(text.urdf, resolverOf(text, options), model_options); });
   return withNameInErrors(text.srdf_name, [&] {
@@ -81,12 +83,13 @@ std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadO
   });
 }
 
-scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options) {
+scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options, const std::atomic<bool>* stop) {
   scene::ObjectOptions objects;
   objects.resolve = resolverOf(text, options);
   objects.meshes.tolerance = options.mesh_tolerance;
   objects.meshes.cache = scene::userMeshCache();
   objects.meshes.progress = options.progress;
+  objects.meshes.stop = stop;
   return objects;
 }
 

@@ -5,6 +5,7 @@
 #include "proximity_server/scene/objects/object.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -24,7 +25,7 @@ struct LoadOptions {
   scene::PairFilterOptions pairs;
   bool allow_missing_meshes;                         ///< see scene::ModelOptions
   bool allow_broken_mimics;                          ///< see scene::ModelOptions
-  std::function<void(const std::string&)> progress;  ///< is called in the calling thread
+  std::function<void(const std::string&)> progress;  ///< is called in the thread that loads
 };
 
 /// Reads the whole text of a file. Needs the GIL. Throws Python's OSError of the file, such as FileNotFoundError.
@@ -41,11 +42,14 @@ struct RobotText {
 };
 
 /// Makes the model of a robot from its texts.
-/// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and the link, joint or file that is wrong.
-std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options);
+/// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and the link, joint or file that is wrong;
+///          std::runtime_error once `stop` is set.
+std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options,
+                                              const std::atomic<bool>* stop);
 
-/// The options for objects of the robot. Relative paths, packages and meshes are treated like those of the links.
-scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options);
+/// The options for objects of the robot. Relative paths, packages and meshes are treated like those of the links;
+/// `stop` must outlive the use of the options.
+scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options, const std::atomic<bool>* stop);
 
 /// The thresholds of the text; nullopt if there are none.
 /// Failure: throws std::invalid_argument naming thresholds_name, and the line, link or group that is wrong.

@@ -9,6 +9,7 @@
 #include "python/path_caster.h"
 #include "python/robot.h"
 #include "python/rows.h"
+#include "python/signal_watch.h"
 #include "system/number_text.h"
 
 #include <pybind11/numpy.h>
@@ -154,8 +155,13 @@ void warn(const std::string& text) {
 
 std::unique_ptr<Robot> makeRobot(RobotText text, const Keywords& keywords) {
   const int all_cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  const py::gil_scoped_release released;
-  return std::make_unique<Robot>(std::move(text), loadOptions(keywords), keywords.threads.value_or(all_cores));
+  SignalWatch watch;
+  std::unique_ptr<Robot> robot;
+  watch.run([&] {
+    robot = std::make_unique<Robot>(std::move(text), loadOptions(keywords), keywords.threads.value_or(all_cores),
+                                    watch.stop());
+  });
+  return robot;
 }
 
 std::unique_ptr<Robot> withWarnings(std::unique_ptr<Robot> robot) {
@@ -189,10 +195,8 @@ std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::Object
                                    const std::vector<scene::WrittenRule>& rules, ObjectWarnings object_warnings) {
   std::vector<std::string> warnings;
   std::unique_ptr<Robot> next;
-  {
-    const py::gil_scoped_release released;  // meshes may take long
-    next = robot.with(std::move(objects), rules, warnings);
-  }
+  SignalWatch watch;  // because meshes may take long
+  watch.run([&] { next = robot.with(std::move(objects), rules, watch.stop(), warnings); });
   if (object_warnings == ObjectWarnings::Give)
     for (const std::string& warning : warnings) warn(warning);
   return next;
@@ -327,7 +331,7 @@ constexpr char kRobotDoc[] = R"(A robot with the pairs of its links, and of obje
 Only its `threads` can be changed: with_object(), moved(), attached() and the like return another robot, which shares
 all unchanged data. So the numbers of pairs in existing rows keep their meaning, a question of another thread is not
 disturbed, and the robot without objects stays as it is. Many threads of Python may use a robot at once: the GIL is
-released while a question is computed. Ctrl-C ends a question. A robot can be pickled; it is loaded again from the texts
+released while a question is computed. Ctrl-C ends a question, and a load. A robot can be pickled; it is loaded again from the texts
 of its files, and its meshes are read again from their files.
 
 The argument q of each question holds joint positions [rad] or [m]: shape (..., joints), or (joints,) for one state, in

@@ -37,10 +37,10 @@ namespace py = pybind11;
 constexpr Eigen::Index kBlock = 256;
 
 struct LoadedRobot {
-  LoadedRobot(RobotText robot_text, LoadOptions load_options)
+  LoadedRobot(RobotText robot_text, LoadOptions load_options, const std::atomic<bool>* stop)
       : text(std::move(robot_text)),
         options(std::move(load_options)),
-        model(load(text, options)),
+        model(load(text, options, stop)),
         thresholds(thresholdsOf(text, model->robot)),
         batch(model) {}
 
@@ -359,8 +359,8 @@ void writeGradients(const JointPositions::Block& block, Eigen::Index state, cons
 
 }  // namespace
 
-Robot::Robot(RobotText text, LoadOptions options, int threads)
-    : loaded_(std::make_shared<const LoadedRobot>(std::move(text), std::move(options))), threads_(1) {
+Robot::Robot(RobotText text, LoadOptions options, int threads, const std::atomic<bool>* stop)
+    : loaded_(std::make_shared<const LoadedRobot>(std::move(text), std::move(options), stop)), threads_(1) {
   scene::ObjectRules rules;
   rules.base = scene::ObjectRules::Base::StandsStill;  // because all poses are in the frame of the root link
   objects_ = std::make_shared<const scene::Objects>(scene::Objects(loaded_->model).withRules(rules));
@@ -404,8 +404,8 @@ void Robot::setThreads(int threads) {
 // --- objects
 
 std::unique_ptr<Robot> Robot::with(std::vector<scene::ObjectEdit> objects, const std::vector<scene::WrittenRule>& rules,
-                                   std::vector<std::string>& warnings) const {
-  const scene::ObjectOptions options = objectOptions(loaded_->text, loaded_->options);
+                                   const std::atomic<bool>* stop, std::vector<std::string>& warnings) const {
+  const scene::ObjectOptions options = objectOptions(loaded_->text, loaded_->options, stop);
   scene::LinkFrames frames(model().robot);
   scene::ObjectEditor editor(*objects_, frames, options);
   for (scene::ObjectEdit& object : objects) {
@@ -464,7 +464,7 @@ std::unique_ptr<Robot> Robot::allowing(const std::string& a, const std::string& 
     if (name != "*" && std::find(known.begin(), known.end(), name) == known.end())
       throw std::invalid_argument("there is no link or object " + scene::unknownName(name, known));
   std::vector<std::string> warnings;
-  return with({}, {{a, b, scene::AllowedPairs::Rule::Allowed}}, warnings);
+  return with({}, {{a, b, scene::AllowedPairs::Rule::Allowed}}, nullptr, warnings);
 }
 
 // --- questions

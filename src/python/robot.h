@@ -50,7 +50,7 @@ class Robot {
  public:
   /// Loads a robot without objects.
   /// Failure: throws as load() and thresholdsOf() do, and as setThreads() does.
-  Robot(RobotText text, LoadOptions options, int threads);
+  Robot(RobotText text, LoadOptions options, int threads, const std::atomic<bool>* stop);
   ~Robot();
 
   const scene::SceneModel& model() const;
@@ -71,7 +71,7 @@ class Robot {
   /// Returns the robot with these objects and rules. An object with the name of a present one replaces it, and the
   /// rules are added behind the present ones. Warnings about the objects are added to `warnings`.
   std::unique_ptr<Robot> with(std::vector<scene::ObjectEdit> objects, const std::vector<scene::WrittenRule>& rules,
-                              std::vector<std::string>& warnings) const;
+                              const std::atomic<bool>* stop, std::vector<std::string>& warnings) const;
 
   /// Returns the robot after an operation on one object. If q is not None, the object stays where it is in the state q.
   std::unique_ptr<Robot> edited(scene::ObjectEdit edit, const pybind11::object& q) const;

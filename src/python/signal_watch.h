@@ -8,7 +8,7 @@
 
 namespace proximity_server::python {
 
-/// Ends a long question at Ctrl-C, and when its time is over.
+/// Ends a long question, or loading, at Ctrl-C, and a question when its time is over.
 class SignalWatch {
  public:
   /// `time_budget`: [s] from now on. Throws std::invalid_argument for one that is negative or not a number.
@@ -16,6 +16,9 @@ class SignalWatch {
 
   /// For the searches of the question.
   const scene::Deadline& deadline() const { return deadline_; }
+
+  /// For loading, see scene::MeshOptions::stop.
+  const std::atomic<bool>* stop() const { return &is_interrupted_; }
 
   /// True after a handler of Python has raised an exception. Nobody waits for the answer then.
   bool isInterrupted() const { return is_interrupted_; }

@@ -165,9 +165,10 @@ struct Pipe {
 
 class Reader {
  public:
-  /// Without a deadline, it waits for ever.
-  explicit Reader(int input, std::optional<Clock::time_point> deadline = std::nullopt)
-      : input_(input), deadline_(deadline) {}
+  /// Without a deadline, it waits for ever. `stop`: see ProcessLimits.
+  explicit Reader(int input, std::optional<Clock::time_point> deadline = std::nullopt,
+                  const std::atomic<bool>* stop = nullptr)
+      : input_(input), deadline_(deadline), stop_(stop) {}
 
   enum class End { Complete, TooEarly, TooLate };
   End read(char* bytes, std::size_t size) const {
@@ -183,13 +184,17 @@ class Reader {
   }
 
  private:
-  /// Waits until there is something to read, or until the end of the pipe. Returns false after the deadline.
+  /// Waits until there is something to read, or until the end of the pipe. Returns false after the deadline, and
+  /// once the flag is set.
   bool awaitBytes() const {
+    constexpr int kPeriod = 50;  // [ms] of looking at the flag
     while (true) {
+      if (stop_ && *stop_) return false;
       int left = -1;  // [ms] the time that is left
       if (deadline_)
         left = static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(*deadline_ - Clock::now()).count());
       if (deadline_ && left <= 0) return false;
+      if (stop_ && (left < 0 || left > kPeriod)) left = kPeriod;
       pollfd one{input_, POLLIN, 0};
       const int ready = poll(&one, 1, left);
       if (ready > 0) return true;
@@ -199,6 +204,7 @@ class Reader {
 
   int input_;
   std::optional<Clock::time_point> deadline_;
+  const std::atomic<bool>* stop_;
 };
 
 /// Forks while all signals are blocked, because the handlers of this process must not run in the child.
@@ -293,6 +299,7 @@ void receive(char* bytes, std::size_t size, const Reader& reader, Child& child, 
     case Reader::End::Complete:
       return;
     case Reader::End::TooLate:
+      if (limits.stop && *limits.stop) throw std::runtime_error("it is stopped");
       throw std::runtime_error("it takes longer than " + std::to_string(limits.time.count()) + " s");
     case Reader::End::TooEarly:
       throw std::runtime_error(describeEnding(child.end(), limits));
@@ -307,7 +314,7 @@ std::string answerOfChild(const std::function<std::string()>& work, const Proces
     send(Head::Message, work());
   });
   // Read to the stated length, not to the end of the pipe: a child that another thread makes may hold the pipe open.
-  const Reader reader(child->input(), Clock::now() + limits.time);
+  const Reader reader(child->input(), Clock::now() + limits.time, limits.stop);
   Head head{};
   receive(reinterpret_cast<char*>(&head), sizeof head, reader, *child, limits);
   if (head.size > limits.answer) {

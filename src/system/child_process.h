@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <functional>
@@ -22,10 +23,11 @@ inline constexpr bool kMayForkBesideThreads = true;
 
 /// The limits on a child process.
 struct ProcessLimits {
-  std::size_t memory;                   ///< [byte] in addition to the memory that this process uses
-  std::chrono::seconds processor_time;  ///< the processor time of the child
-  std::chrono::seconds time;            ///< the time until its answer is received
-  std::size_t answer;                   ///< [byte]
+  std::size_t memory;                       ///< [byte] in addition to the memory that this process uses
+  std::chrono::seconds processor_time;      ///< the processor time of the child
+  std::chrono::seconds time;                ///< the time until its answer is received
+  std::size_t answer;                       ///< [byte]
+  const std::atomic<bool>* stop = nullptr;  ///< if not nullptr, a flag that ends the child once it is set
 };
 
 /// Runs `work` in a child process and returns its result. The child is a copy of this process, made by fork(). It may

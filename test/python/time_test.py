@@ -2,9 +2,12 @@
 """The end of long questions: time budgets, and Ctrl-C in the middle of one."""
 
 import math
+import os
+import pathlib
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -67,7 +70,9 @@ class TimeBudget(unittest.TestCase):
             self.assertTrue((self.robot.first_contact(q, q, time_budget=0.0)["t_free"] == 0.0).all())
             self.assertTrue((self.robot.minimum_between(q, q, time_budget=0.0)["lower"] == -math.inf).all())
         for name in ("time_budget", "seconds"):
-            self.assertTrue((self.robot.prove(**{name: 0.0})[0]["outcome"] == Outcome.UNDECIDED).any())
+            rows, closest = self.robot.prove(**{name: 0.0})
+            self.assertTrue((rows["outcome"] == Outcome.UNDECIDED).all())
+            self.assertTrue(numpy.isnan(closest).all())
 
     def test_states_are_answered_or_unknown(self):
         q = random_states(self.robot, 20000, 5)
@@ -95,6 +100,42 @@ class TimeBudget(unittest.TestCase):
                     ask()
         with self.assertRaisesRegex(TypeError, "another name of time_budget"):
             self.robot.prove(time_budget=1.0, seconds=1.0)
+
+
+# Begins to load a mesh of seconds. Afterwards it loads the same one with a tolerance of metres, which is one hull at once.
+LOADING = """
+import logging, os, signal, sys
+sys.path.insert(0, sys.argv[1])
+import proximity
+signal.signal(signal.SIGINT, signal.default_int_handler)
+logging.basicConfig(stream=sys.stdout, format="%(message)s", level=logging.INFO)
+robot = "<robot name='r'><link name='a'>{}</link></robot>"
+ball = "<collision><geometry><mesh filename='" + sys.argv[2] + "'/></geometry></collision>"
+try:
+    LOAD
+    print("loaded")
+except KeyboardInterrupt:
+    print("interrupted", os.path.exists(os.environ["XDG_CACHE_HOME"] + "/proximity_server"))
+print(len(proximity.Robot.from_text(robot.format(ball), mesh_tolerance=1.0).links))
+"""
+
+
+def bumpy_ball(rows, columns):
+    """The text of an .obj file: a closed ball with bumps, of about 2 * rows * columns triangles."""
+    lines = ["v 0 0 0.3", "v 0 0 -0.3"]
+    for i in range(1, rows):
+        for j in range(columns):
+            t, p = math.pi * i / rows, 2 * math.pi * j / columns
+            r = 0.3 * (1 + 0.08 * math.sin(t) * math.sin(13 * t) * math.cos(11 * p))
+            lines.append(f"v {r * math.sin(t) * math.cos(p)} {r * math.sin(t) * math.sin(p)} {r * math.cos(t)}")
+
+    def at(i, j):
+        return 3 + (i - 1) * columns + j % columns
+
+    for j in range(columns):
+        lines += [f"f 1 {at(1, j)} {at(1, j + 1)}", f"f 2 {at(rows - 1, j + 1)} {at(rows - 1, j)}"]
+        lines += [f"f {at(i, j)} {at(i + 1, j)} {at(i + 1, j + 1)} {at(i, j + 1)}" for i in range(1, rows - 1)]
+    return "\n".join(lines)
 
 
 class CtrlC(unittest.TestCase):
@@ -130,6 +171,30 @@ class CtrlC(unittest.TestCase):
 
     def test_ends_guaranteed_distances(self):
         self.expect_end("robot.guaranteed(numpy.repeat(q, 10**6, 0), 0.01)", 2)
+
+    def expect_stopped(self, load):
+        """Sends SIGINT while the mesh is decomposed. Before, the load ended when it was done, and its pieces were kept."""
+        with tempfile.TemporaryDirectory() as folder:
+            mesh = pathlib.Path(folder, "ball.obj")
+            mesh.write_text(bumpy_ball(64, 128))
+            with subprocess.Popen([sys.executable, "-W", "ignore", "-u", "-c", LOADING.replace("LOAD\n", load + "\n"), cases.MODULE, mesh],
+                                  env={**os.environ, "XDG_CACHE_HOME": folder}, stdout=subprocess.PIPE, text=True) as process:
+                try:
+                    self.assertIn("decomposing", process.stdout.readline())
+                    time.sleep(0.5)  # so that it is in the middle of that
+                    process.send_signal(signal.SIGINT)
+                    output, _ = process.communicate(timeout=PATIENCE)
+                except Exception:
+                    process.kill()
+                    raise
+        self.assertEqual("interrupted False\n1\n", output)
+        self.assertEqual(0, process.returncode)
+
+    def test_ends_the_loading_of_a_robot(self):
+        self.expect_stopped("proximity.Robot.from_text(robot.format(ball))")
+
+    def test_ends_the_loading_of_an_object(self):
+        self.expect_stopped("proximity.Robot.from_text(robot.format('')).with_object('ball', proximity.MeshFile(sys.argv[2]))")
 
 
 if __name__ == "__main__":

@@ -68,6 +68,31 @@ inline TriangleMesh dentedBall() {
   return mesh;
 }
 
+/// A closed ball of 0.6 m with bumps of 2 cm, of about 2 * rows * columns triangles.
+inline TriangleMesh bumpyBall(int rows, int columns) {
+  TriangleMesh mesh;
+  mesh.vertices.emplace_back(0.0, 0.0, 0.3);
+  for (int i = 1; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) {
+      const double t = M_PI * i / rows, p = 2.0 * M_PI * j / columns;
+      const double r = 0.3 * (1.0 + 0.08 * std::sin(t) * std::sin(13.0 * t) * std::cos(11.0 * p));
+      mesh.vertices.emplace_back(r * std::sin(t) * std::cos(p), r * std::sin(t) * std::sin(p), r * std::cos(t));
+    }
+  }
+  mesh.vertices.emplace_back(0.0, 0.0, -0.3);
+  const auto at = [&](int i, int j) { return 1 + (i - 1) * columns + j % columns; };
+  const int last = static_cast<int>(mesh.vertices.size()) - 1;
+  for (int j = 0; j < columns; ++j) {
+    mesh.triangles.push_back({0, at(1, j), at(1, j + 1)});
+    mesh.triangles.push_back({last, at(rows - 1, j + 1), at(rows - 1, j)});
+    for (int i = 1; i + 1 < rows; ++i) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  return mesh;
+}
+
 inline TriangleMesh scaled(TriangleMesh mesh, double factor) {
   for (Eigen::Vector3d& vertex : mesh.vertices) vertex *= factor;
   return mesh;

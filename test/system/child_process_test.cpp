@@ -11,7 +11,9 @@
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
+#include <future>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -103,6 +105,16 @@ TEST_F(ChildProcess, SaysBySizeAndTimeWhatWasTooMuch) {
   EXPECT_EQ(errorOfChild([] { return sleep(1000), ""; }, {std::size_t{64} << 20, seconds(60), seconds(1), 1000}),
             "it takes longer than 1 s");
   EXPECT_EQ(errorOfChild([] { return std::string(1001, 'x'); }), "its answer has 1001 bytes, more than 1000");
+}
+
+TEST_F(ChildProcess, EndsOnceTheFlagIsSet) {
+  std::atomic<bool> stop{false};
+  const std::future<void> setter = std::async(std::launch::async, [&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    stop = true;
+  });
+  EXPECT_EQ(errorOfChild(computeForEver, {std::size_t{64} << 20, seconds(60), seconds(60), 1000, &stop}),
+            "it is stopped");
 }
 
 TEST_F(ChildProcess, SaysHowItCrashed) {

@@ -1,6 +1,7 @@
 #include "scene/loading/collision_geometry.h"
 
 #include "scene/mesh/mesh_file.h"
+#include "scene/mesh/stop_flag.h"
 #include "system/child_process.h"
 #include "system/pipeline.h"
 #include "system/relay.h"
@@ -75,6 +76,7 @@ Eigen::Isometry3d toEigen(const urdf::Pose& pose) {
 
 CollisionGeometry GeometryReader::read(const urdf::Geometry& geometry, const MeshOptions& options) {
   if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry)) {
+    requireNoStop(options.stop);
     const MeshKey key = keyOf(*mesh, options);
     auto known = meshes_.find(key);
     if (known == meshes_.end()) known = meshes_.emplace(key, outcomeOf(key, mesh->filename, options)).first;
@@ -105,7 +107,7 @@ GeometryReader::Outcome GeometryReader::outcomeOf(const MeshKey& key, const std:
   if (options.progress)
     telling.progress = [&](const std::string& what) { options.progress("mesh " + uri + ": " + what); };
   CollisionGeometry geometry{"mesh " + uri, {}};
-  const MeshWithUnit file = readMesh(key.file, {key.scale[0], key.scale[1], key.scale[2]});
+  const MeshWithUnit file = readMesh(key.file, {key.scale[0], key.scale[1], key.scale[2]}, options.stop);
   geometry.mesh = convexPieces(file.mesh, telling);
   geometry.unit_remark = unitRemark(file.unit);
   for (std::string* sentence : {&geometry.mesh.shortfall, &geometry.mesh.openness})

@@ -32,6 +32,7 @@ MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) 
   meshes.tolerance = options.meshToleranceOf(link);
   meshes.cache = options.mesh_cache;
   meshes.time_budget = options.mesh_time_budget;
+  meshes.stop = options.stop;
   if (options.progress) {
     meshes.progress = [link, tell = options.progress](const std::string& what) {
       tell("link " + quoted(link) + ": " + what);

@@ -4,6 +4,7 @@
 #include "scene/mesh/input_limits.h"
 #include "scene/mesh/mesh_file.h"
 #include "scene/mesh/mesh_import.h"
+#include "scene/mesh/stop_flag.h"
 #include "system/child_process.h"
 
 #include <algorithm>
@@ -162,18 +163,20 @@ void checkMesh(const TriangleMesh& mesh) {
 
 }  // namespace
 
-MeshWithUnit readMesh(const std::string& path, const Vector3d& scale) try {
+MeshWithUnit readMesh(const std::string& path, const Vector3d& scale, const std::atomic<bool>* stop) try {
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
     throw std::invalid_argument("its scale must be finite and not zero");
   }
   const std::size_t size = checkFile(path);
   checkFormat(path, size);
-  const system::ProcessLimits limits{kMaxReadingMemory, kMaxReadingProcessorTime, kMaxReadingTime, maxBytesOfMesh()};
+  const system::ProcessLimits limits{kMaxReadingMemory, kMaxReadingProcessorTime, kMaxReadingTime, maxBytesOfMesh(),
+                                     stop};
   const auto bytes = [&] { return toBytes(importMesh(path, stlText(path, size), scale)); };
   MeshWithUnit read = meshFromBytes(system::answerOfChild(bytes, limits));
   checkMesh(read.mesh);
   return read;
 } catch (const std::exception& error) {
+  requireNoStop(stop);
   throw std::invalid_argument("mesh " + path + ": " + error.what());
 }
 

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/mesh/triangle_mesh.h"
 
+#include <atomic>
 #include <string>
 
 namespace proximity_server::scene {
@@ -12,8 +13,8 @@ struct MeshWithUnit {
   double unit = 1.0;  ///< [m] the unit of a Collada file, by which its lengths were multiplied
 };
 
-/// Reads a mesh as loadMesh() does, with its unit.
-MeshWithUnit readMesh(const std::string& path, const Eigen::Vector3d& scale);
+/// Reads a mesh as loadMesh() does, with its unit. Throws as requireNoStop() does once `stop` is set.
+MeshWithUnit readMesh(const std::string& path, const Eigen::Vector3d& scale, const std::atomic<bool>* stop = nullptr);
 
 /// The sentence for a user about a unit that is not the metre, without a full stop; "" for the metre.
 std::string unitRemark(double unit);

@@ -88,7 +88,7 @@ class PartsReader {
 
   ConvexParts operator()(const MeshFile& file) const {
     if (!options_.resolve) throw std::invalid_argument("there is no resolver for mesh " + file.uri);
-    const MeshWithUnit read = readMesh(options_.resolve(file.uri), file.scale);
+    const MeshWithUnit read = readMesh(options_.resolve(file.uri), file.scale, options_.meshes.stop);
     return ofMesh(read.mesh, "mesh " + file.uri, unitRemark(read.unit));
   }
 

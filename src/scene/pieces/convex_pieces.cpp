@@ -1,10 +1,12 @@
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
+#include "scene/mesh/stop_flag.h"
 #include "scene/pieces/decomposition.h"
 #include "scene/pieces/interior.h"
 #include "scene/pieces/mesh_cache.h"
 #include "scene/pieces/mesh_deviation.h"
 #include "scene/pieces/mesh_parts.h"
+#include "system/numbers.h"
 
 #include <algorithm>
 #include <cmath>
@@ -105,7 +107,7 @@ struct Measured {
 /// Measures hulls. A room that is not excluded when the effort is spent counts as filled, which is the safe side: it makes
 /// the deviation larger, and the hull stays. Surfaces have no limit, because most of them are known to be within tolerance.
 Measured measure(const Job& job, const MeshSolid& solid, const std::vector<Cover>& covers) {
-  const Effort for_rooms = std::exchange(job.effort, Effort(std::numeric_limits<double>::infinity()));
+  const Effort for_rooms = std::exchange(job.effort, Effort(kInfinity, job.options.stop));
   Measured result{covers.empty() ? 0.0 : solid.deviationOf(covers), {}, {}};
   std::vector<std::size_t> within(covers.size());
   std::iota(within.begin(), within.end(), 0);
@@ -208,7 +210,7 @@ Partition hullNumbers(const Partition& partition) {
 void settle(const Job& job, const MeshSolid& solid, Clustering& clustering) {
   const TriangleMesh& mesh = job.mesh.welded;
   std::vector<Vector3d> rooms;
-  job.effort = Effort(job.options.time_budget);
+  job.effort = Effort(job.options.time_budget, job.options.stop);
   for (std::size_t first = 0;;) {  // the first cluster that is not measured
     const std::vector<std::vector<int>> clusters = byNumber(clustering.partition);
     std::vector<std::size_t> numbers;  // of the clusters of covers
@@ -250,7 +252,7 @@ Clustering decomposed(Job job, const MeshSolid& solid) {
   const double coarsest = kCoarsest * job.tolerance;
   Clustering clustering;
   while (true) {
-    job.effort = Effort(0.5 * job.options.time_budget);
+    job.effort = Effort(0.5 * job.options.time_budget, job.options.stop);
     // All components take part, not only the outermost ones: the hull of a component can contain another component that
     // lies in a hollow of it, but the hulls of its clusters need not contain that one.
     Decomposition found = decompose(job.mesh.welded, job.mesh.components, solid, job.tolerance);
@@ -270,7 +272,7 @@ Clustering decomposed(Job job, const MeshSolid& solid) {
 /// tried first.
 Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
   const std::size_t triangles = job.mesh.components.size();
-  job.effort = Effort(0.5 * job.options.time_budget);
+  job.effort = Effort(0.5 * job.options.time_budget, job.options.stop);
   bool is_complete = true;
   try {
     if (auto hull = ifWithin(job, solid, Partition(triangles, 0), Representation::ConvexHull)) return *hull;
@@ -287,8 +289,8 @@ Clustering nearestEnough(const Job& job, const MeshSolid& solid) {
 }
 
 /// [m] The largest distance of a point of the mesh outside of the hull that covers it.
-double uncoveredBy(const TriangleMesh& mesh, const Partition& partition) {
-  Effort unlimited(std::numeric_limits<double>::infinity());
+double uncoveredBy(const TriangleMesh& mesh, const Partition& partition, const std::atomic<bool>* stop) {
+  Effort unlimited(kInfinity, stop);
   double farthest = 0.0;
   for (std::vector<Vector3d>& points : clusterPoints(mesh, partition))
     farthest = std::max(farthest, farthestOutside(coverOf(std::move(points), unlimited), unlimited));
@@ -297,16 +299,17 @@ double uncoveredBy(const TriangleMesh& mesh, const Partition& partition) {
 
 Clustering compute(const TriangleMesh& mesh, const ConnectedMesh& connected, const MeshOptions& options,
                    const MeshCache& cache, std::vector<std::string>& warnings) {
-  Effort effort(options.time_budget);
+  Effort effort(options.time_budget, options.stop);
   const std::vector<TriangleMesh> closed = closedParts(connected.parts);
+  requireNoStop(options.stop);
   const Job job{connected, options, effort, std::max(options.tolerance, kMeshRounding)};
   const MeshSolid solid(trianglesOf(mesh.vertices, mesh.triangles), allTriangles(closed), effort,
-                        Rooms(connected.parts));
+                        Rooms(connected.parts, options.stop));
   Clustering clustering = nearestEnough(job, solid);
   clustering.tolerance = std::max(clustering.tolerance, options.tolerance);
   clustering.volume_ratio = volumeRatio(connected.parts);
   if (clustering.representation != Representation::Triangles) {
-    clustering.uncovered = uncoveredBy(mesh, clustering.partition);
+    clustering.uncovered = uncoveredBy(mesh, clustering.partition, options.stop);
     if (clustering.deviation <= kMeshRounding) clustering.representation = Representation::Exact;
   }
   const std::string trouble = cache.store(clustering);
@@ -385,11 +388,13 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
     throw std::invalid_argument("a mesh tolerance must be a finite length, at least 0");
   }
   if (!(options.time_budget > 0.0)) throw std::invalid_argument("a mesh's time budget must be above 0");
+  requireNoStop(options.stop);
   if (mesh.triangles.empty()) return {};
   const MeshCache cache(options.cache, mesh, options.tolerance, options.time_budget);
   MeshPieces pieces;
   std::optional<Clustering> clustering = cache.find();
   const ConnectedMesh connected(mesh);
+  requireNoStop(options.stop);
   if (!clustering) clustering = compute(mesh, connected, options, cache, pieces.warnings);
   pieces.hulls = hullsOf(mesh, clustering->partition);
   addSolid(connected, clustering->partition, pieces);

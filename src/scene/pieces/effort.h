@@ -1,5 +1,7 @@
 #pragma once
 
+#include "scene/mesh/stop_flag.h"
+
 #include <algorithm>
 #include <cstddef>
 
@@ -11,11 +13,13 @@ class Effort {
  public:
   struct Exceeded {};
 
-  /// `seconds`: the approximate time of one core of 2020; infinity is legal.
-  explicit Effort(double seconds) : left_(seconds * kStepsPerSecond) {}
+  /// `seconds`: the approximate time of one core of 2020; infinity is legal. `stop`: see MeshOptions::stop.
+  explicit Effort(double seconds, const std::atomic<bool>* stop = nullptr)
+      : left_(seconds * kStepsPerSecond), stop_(stop) {}
 
-  /// Throws Exceeded when nothing is left. `steps`: each stands for about 3 ns.
+  /// Throws Exceeded when nothing is left, and as requireNoStop() does. `steps`: each stands for about 3 ns.
   void spend(std::size_t steps) {
+    requireNoStop(stop_);
     left_ -= static_cast<double>(steps);
     if (left_ < 0.0) throw Exceeded();
   }
@@ -33,6 +37,7 @@ class Effort {
  private:
   static constexpr double kStepsPerSecond = 3e8;
   double left_;
+  const std::atomic<bool>* stop_;
 };
 
 }  // namespace proximity_server::scene

@@ -1,5 +1,6 @@
 #include "scene/pieces/rooms.h"
 
+#include "scene/mesh/stop_flag.h"
 #include "scene/pieces/mesh_parts.h"
 
 #include <algorithm>
@@ -114,13 +115,14 @@ Rooms::Part::Part(const TriangleMesh& mesh)
       space(trianglesOf(mesh.vertices, mesh.triangles)),
       facing(enclosedVolume(mesh) < 0.0 ? -1 : 1) {}
 
-Rooms::Rooms(const std::vector<TriangleMesh>& components) {
+Rooms::Rooms(const std::vector<TriangleMesh>& components, const std::atomic<bool>* stop) {
   std::vector<TriangleMesh> open;
   std::vector<Triangle> all;
   const auto add = [&](const TriangleMesh& mesh) {
     for (const Triangle& triangle : trianglesOf(mesh.vertices, mesh.triangles)) all.push_back(triangle);
   };
   for (const TriangleMesh& component : components) {
+    requireNoStop(stop);
     add(component);
     if (isClosed(component))
       parts_.emplace_back(component);
@@ -132,6 +134,7 @@ Rooms::Rooms(const std::vector<TriangleMesh>& components) {
     parts_.emplace_back(hull);
     add(hull);
   }
+  requireNoStop(stop);
   surface_.emplace(std::move(all));
 }
 

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include <atomic>
 #include <optional>
 #include <vector>
 
@@ -20,7 +21,7 @@ namespace proximity_server::scene {
 class Rooms {
  public:
   Rooms() = default;
-  explicit Rooms(const std::vector<TriangleMesh>& components);
+  explicit Rooms(const std::vector<TriangleMesh>& components, const std::atomic<bool>* stop = nullptr);
 
   /// The radius of the largest ball of empty space whose centre is in a hull.
   struct Largest {

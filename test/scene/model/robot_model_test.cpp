@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -790,6 +791,24 @@ TEST_F(MeshRobot, ProgressThatThrowsEndsTheLoading) {
   ModelOptions options;
   options.progress = [](const std::string&) { throw std::runtime_error("enough"); };
   EXPECT_THROW(load(body, options), std::runtime_error);
+}
+
+TEST_F(MeshRobot, AFlagEndsTheLoadingAlsoWhereMissingMeshesAreAllowed) {
+  const std::string body = zigzagLinks(files_, 8);
+  std::atomic<bool> stop{false};
+  ModelOptions options;
+  options.stop = &stop;
+  options.allow_missing_meshes = true;
+  options.progress = [&](const std::string&) { stop = true; };
+  for (const int threads : {1, 3}) {
+    options.threads = threads;
+    stop = false;
+    EXPECT_THROW(load(body, options), std::runtime_error);
+    EXPECT_THROW(load(body, options), std::runtime_error) << "the flag is set from the start";
+  }
+  stop = false;
+  options.progress = nullptr;
+  EXPECT_EQ(load(body, options).collisions.size(), 8U);
 }
 
 TEST_F(MeshRobot, MeshThatTakesLongerThanItsTimeBudgetIsAWarningWithLinkFileAndReason) {

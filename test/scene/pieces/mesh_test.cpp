@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -637,32 +638,6 @@ TEST(ConcaveMeshes, FineTrianglesOfTwoWallsBecomeTwoPieces) {
   EXPECT_EQ(pieces.shortfall, "");
 }
 
-/// A closed ball of 0.6 m with bumps of 2 cm, of about 2 * rows * columns triangles.
-TriangleMesh bumpyBall(int rows, int columns) {
-  const double pi = std::acos(-1.0);
-  TriangleMesh mesh;
-  mesh.vertices.emplace_back(0.0, 0.0, 0.3);
-  for (int i = 1; i < rows; ++i) {
-    for (int j = 0; j < columns; ++j) {
-      const double t = pi * i / rows, p = 2.0 * pi * j / columns;
-      const double r = 0.3 * (1.0 + 0.08 * std::sin(t) * std::sin(13.0 * t) * std::cos(11.0 * p));
-      mesh.vertices.emplace_back(r * std::sin(t) * std::cos(p), r * std::sin(t) * std::sin(p), r * std::cos(t));
-    }
-  }
-  mesh.vertices.emplace_back(0.0, 0.0, -0.3);
-  const auto at = [&](int i, int j) { return 1 + (i - 1) * columns + j % columns; };
-  const int last = static_cast<int>(mesh.vertices.size()) - 1;
-  for (int j = 0; j < columns; ++j) {
-    mesh.triangles.push_back({0, at(1, j), at(1, j + 1)});
-    mesh.triangles.push_back({last, at(rows - 1, j + 1), at(rows - 1, j)});
-    for (int i = 1; i + 1 < rows; ++i) {
-      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
-  return mesh;
-}
-
 // The budget counts steps: it ends at the same one on every machine. The pieces cover every vertex.
 TEST(ConcaveMeshes, ABumpyBallBecomesFewPiecesWithinItsTimeBudget) {
 #ifdef PROXIMITY_SANITIZED
@@ -840,6 +815,24 @@ TEST_F(Cache, BrokenFilesAreRebuilt) {
 }
 
 // A file in the place of the folder: even root cannot write there.
+// The flag is set when the mesh is about to be decomposed.
+TEST_F(Cache, KeepsNothingOfAMeshThatIsStopped) {
+  std::atomic<bool> stop{false};
+  MeshOptions options = within(0.02);
+  options.cache = folder_;
+  options.stop = &stop;
+  options.progress = [&](const std::string&) { stop = true; };
+  EXPECT_THROW(convexPieces(mesh_, options), std::runtime_error);
+  EXPECT_FALSE(std::filesystem::exists(folder_));
+  EXPECT_THROW(convexPieces(mesh_, options), std::runtime_error) << "the flag is set from the start";
+
+  stop = false;
+  options.progress = nullptr;
+  const MeshPieces later = convexPieces(mesh_, options);
+  EXPECT_EQ(stored().size(), 1U);
+  expectSame(later, convexPieces(mesh_, within(0.02)));
+}
+
 TEST_F(Cache, PlaceThatCannotBeWrittenIsAWarning) {
   folder_ = files_.write("occupied", "a file");
   const MeshPieces found = pieces();

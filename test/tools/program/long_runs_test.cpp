@@ -1,10 +1,12 @@
 // How long runs of the executables end: at Ctrl-C, and when their time is over.
 #include "scene/files.h"
+#include "scene/solids.h"
 #include "tools/program/run_command.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <string>
 
 namespace proximity_server::tools::long_runs_test {
@@ -43,6 +45,18 @@ TEST_F(LongRun, EndsAtCtrlC) {
     expectEndAtCtrlC(command);
 }
 
+TEST_F(LongRun, EndsAtCtrlCWhileItLoads) {
+  const std::string cache = files_.path("cache");
+  const std::string robot =
+      files_.write("ball.urdf", "<robot name='r'><link name='a'><collision><geometry><mesh filename='" +
+                                    files_.write("ball.stl", scene::stlOf(scene::bumpyBall(64, 128))) +
+                                    "'/></geometry></collision></link></robot>");
+  for (const std::string tool : {CLEARANCE " --zero", PAIR_AUDIT, PROVE, MODEL_CHECK}) {
+    expectEndAtCtrlC("env XDG_CACHE_HOME=" + cache + " " + tool + " " + robot);
+    EXPECT_FALSE(std::filesystem::exists(cache)) << tool;
+  }
+}
+
 TEST_F(LongRun, EndsWhenItsTimeIsOver) {
   for (const std::string& command : {trajectory(), states_, audit_ + files_.path("limits.yaml")}) {
     const CommandResult result = runCommandApart(command + " --time-budget 0.5 > /dev/null");
@@ -50,6 +64,10 @@ TEST_F(LongRun, EndsWhenItsTimeIsOver) {
     EXPECT_NE(result.errors.find("the time is over: --time-budget is 0.5 s"), std::string::npos) << result.errors;
   }
   EXPECT_EQ(runCommandApart(proof_ + " --time-budget 0.5").exit_code, 2);
+  const CommandResult none = runCommandApart(proof_ + " --time-budget 1e-9");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.output.find("left_wrist - right_wrist: not examined before the time was over\n"), std::string::npos)
+      << none.output;
 }
 
 TEST_F(LongRun, WritesCompleteRowsUpToThen) {

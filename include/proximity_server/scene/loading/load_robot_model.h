@@ -14,7 +14,7 @@ namespace proximity_server::scene {
 /// ends, the three become a capsule, which is the same solid.
 /// Failure: throws std::invalid_argument, naming link and file, joint, or element, for unreadable XML, an unresolved
 ///          mesh or an invalid mimic (unless allowed), geometry that has size zero or is not finite, and a padding or
-///          mesh tolerance for an unknown link.
+///          mesh tolerance for an unknown link; std::runtime_error once ModelOptions::stop is set.
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options = {});
 
 }  // namespace proximity_server::scene

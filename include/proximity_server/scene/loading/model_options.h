@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <string>
@@ -14,6 +15,7 @@ struct ModelOptions {
   std::string mesh_cache;                             ///< see MeshOptions::cache
   double mesh_time_budget = 10.0;                     ///< [s] for each mesh, see MeshOptions::time_budget
   int threads = 0;                                    ///< threads that read meshes; 0: as many as cores
+  const std::atomic<bool>* stop = nullptr;            ///< see MeshOptions::stop
 
   /// Called with link and mesh before a step that takes long; may be empty.
   std::function<void(const std::string&)> progress;

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/mesh/mesh.h"
 #include "proximity_server/scene/pieces/representation.h"
 
+#include <atomic>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -25,6 +26,9 @@ struct MeshOptions {
   /// tolerance is doubled, up to 8 times, with as much each time. The pieces found then are the result.
   /// Rooms are excluded with the same budget once again; those that are left when it is spent are filled.
   double time_budget = 10.0;
+  /// If not nullptr, a flag that another thread, or the handler of a signal, may set while meshes are read and become
+  /// pieces. Then that ends within a fraction of a second with a std::runtime_error, and keeps nothing.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 /// Convex pieces that stand for a mesh.
@@ -65,7 +69,7 @@ struct MeshPieces {
 /// Limit:   a shape that lies wholly inside an open component may touch none of the pieces, and then counts as apart
 ///          from it. In overlap, the depth of the deepest two pieces is a lower bound of the depth of the solids.
 /// Failure: throws std::invalid_argument for a tolerance that is negative or not finite, or a time budget that is not
-///          above 0.
+///          above 0; std::runtime_error once MeshOptions::stop is set.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});
 
 /// Returns the folder of the user's decompositions: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server;
