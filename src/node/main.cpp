@@ -1,9 +1,13 @@
 #include "node/log_fatal.h"
 #include "node/proximity_node.h"
 #include "system/process.h"
+#include "system/relay.h"
 #include "system/version.h"
 
 #include <ros/ros.h>
+
+#include <atomic>
+#include <optional>
 
 int main(int argc, char** argv) {
   if (proximity_server::system::tellsVersion(argc, argv, "proximity_server_node")) return 0;
@@ -11,10 +15,15 @@ int main(int argc, char** argv) {
   proximity_server::system::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
   ros::NodeHandle nh, private_nh("~");  // they outlive the node, because nothing is logged without a handle
+  std::atomic<bool> ends{false};        // true after a signal, also while meshes are loaded, which takes long
   try {
-    proximity_server::node::ProximityNode node(nh, private_nh);
+    std::optional<proximity_server::node::ProximityNode> node;
+    proximity_server::system::runWatched([&] { node.emplace(nh, private_nh, ends); },
+                                         [&] { ends = ros::isShuttingDown(); });
     ros::spin();  // runs the short callbacks; requests and the monitor have threads of their own
+    ends = true;
   } catch (const std::exception& error) {
+    if (ends) return 0;
     proximity_server::node::logFatal(error.what());
     return 1;
   }

@@ -21,12 +21,20 @@ std::string description(const Robot& robot) {
          std::to_string(robot.sceneModel().pairs.pairs.size()) + " pairs are checked";
 }
 
+Config configOf(const ros::NodeHandle& private_nh, const std::atomic<bool>& ends) {
+  Config config = loadConfig(private_nh);
+  config.model.stop = &ends;
+  return config;
+}
+
 }  // namespace
 
-ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh)
+ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                             const std::atomic<bool>& ends)
     : nh_(nh),
       private_nh_(private_nh),
-      robot_(std::make_shared<const Robot>(nh_, loadConfig(private_nh_))),
+      ends_(ends),
+      robot_(std::make_shared<const Robot>(nh_, configOf(private_nh_, ends_))),
       tf_listener_(tf_, *robot_),
       recorder_(robot_->config(), private_nh_.getNamespace()),
       objects_(
@@ -104,7 +112,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
   // Two reloads must not run at the same time: the monitor and the services could end with different robots.
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
-    Config config = loadConfig(private_nh_);
+    Config config = configOf(private_nh_, ends_);
     const MonitorSettings settings = settings_server_.settings();
     const std::string ignored = differences(settings, config.monitor);
     config.monitor = settings;

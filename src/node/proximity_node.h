@@ -32,8 +32,10 @@ namespace proximity_server::node {
 /// The ROS interface: services, topics and parameters in the private namespace. Several threads may run its callbacks.
 class ProximityNode {
  public:
-  /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or wrong.
-  ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh);
+  /// Once `ends` is set, no more meshes are loaded: neither here nor in a request.
+  /// Failure: throws std::invalid_argument naming the parameter, file, link or element that is missing or wrong, and
+  ///          std::runtime_error once `ends` is set.
+  ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const std::atomic<bool>& ends);
 
  private:
   template <class Request, class Response>
@@ -86,6 +88,7 @@ class ProximityNode {
 
   ros::NodeHandle nh_;
   ros::NodeHandle private_nh_;
+  const std::atomic<bool>& ends_;
   std::shared_ptr<const Robot> robot_;  // a reload replaces it, so access needs std::atomic_load and atomic_store
   std::mutex reload_mutex_;
   TfPoses tf_;

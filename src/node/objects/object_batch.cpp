@@ -52,6 +52,7 @@ scene::ObjectOptions objectOptions(const Robot& robot) {
   options.meshes.tolerance = model.mesh_tolerance;
   options.meshes.cache = model.mesh_cache;
   options.meshes.time_budget = model.mesh_time_budget;
+  options.meshes.stop = model.stop;
   return options;
 }
 

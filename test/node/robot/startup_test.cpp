@@ -8,8 +8,12 @@
 #include "node/threads/grants_real_time.h"
 #include "robots/urdf.h"
 #include "sanitized.h"
+#include "scene/files.h"
+#include "scene/solids.h"
 #include "tools/program/run_command.h"
 
+#include <rosgraph_msgs/Log.h>
+#include <signal.h>
 #include <std_msgs/Float64.h>
 
 #include <sched.h>
@@ -157,6 +161,25 @@ TEST_F(Startup, WithAFullDiskCostsAWarningAndNoAnswer) {
   std::filesystem::remove_all(cache);
   ros::param::del("/roomy");
   ros::param::del("/full");
+}
+
+// As Ctrl-C does. Before, the node ended after it had decomposed the mesh and had kept its pieces.
+TEST_F(Startup, EndsAtSigintWhileItLoadsAMesh) {
+  using namespace robots;
+  const scene::TemporaryFiles files;
+  const std::string ball = files.write("ball.stl", scene::stlOf(scene::bumpyBall(64, 128)));
+  ros::param::set("/robot_description", urdfOf(link("a", collision("<mesh filename='file://" + ball + "'/>"))));
+  ros::param::set("/slow/mesh_cache", files.path("cache"));
+  Inbox<rosgraph_msgs::Log> log(ros::NodeHandle(), "/rosout");
+  ChildProcess node({NODE_EXECUTABLE, "__name:=slow"});
+  ASSERT_TRUE(log.next([](const rosgraph_msgs::Log& line) {
+    return line.name == "/slow" && line.msg.find("decomposing") != std::string::npos;
+  }));
+  node.signal(SIGINT);
+  EXPECT_TRUE(node.hasEndedWithin(kPatience));
+  EXPECT_EQ(node.exitCode(), 0);
+  EXPECT_FALSE(std::filesystem::exists(files.path("cache")));
+  ros::param::del("/slow");
 }
 
 /// How many threads of a process go before all that is not real-time.
