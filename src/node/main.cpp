@@ -15,7 +15,10 @@ int main(int argc, char** argv) {
   proximity_server::system::giveBackLargeMemory();
   ros::init(argc, argv, "proximity_server");
   ros::NodeHandle nh, private_nh("~");  // they outlive the node, because nothing is logged without a handle
-  std::atomic<bool> ends{false};        // true after a signal, also while meshes are loaded, which takes long
+  // A signal that interrupts roscpp while it sets a parameter makes it log an error, and its log then waits for that
+  // parameter for ever. The threads of roscpp that the handles have started set none.
+  proximity_server::system::leaveCtrlCToOtherThreads();
+  std::atomic<bool> ends{false};  // true after a signal, also while meshes are loaded, which takes long
   try {
     std::optional<proximity_server::node::ProximityNode> node;
     proximity_server::system::runWatched([&] { node.emplace(nh, private_nh, ends); },

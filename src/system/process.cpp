@@ -3,6 +3,7 @@
 #include <linux/sched.h>
 #include <linux/sched/types.h>
 #include <malloc.h>
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -26,6 +27,13 @@ void giveBackLargeMemory() {
   constexpr int kLarge = 1 << 20;  // [byte] more than a usual answer needs
   mallopt(M_MMAP_THRESHOLD, kLarge);
   mallopt(M_TRIM_THRESHOLD, kLarge);
+}
+
+void leaveCtrlCToOtherThreads() {
+  sigset_t ctrl_c;
+  sigemptyset(&ctrl_c);
+  sigaddset(&ctrl_c, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &ctrl_c, nullptr);
 }
 
 void giveBackFreeMemory() { malloc_trim(0); }

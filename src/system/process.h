@@ -15,6 +15,9 @@ void requestShortTimeSlices();
 /// threads start.
 void giveBackLargeMemory();
 
+/// Leaves SIGINT, from this thread and from all that it starts later, to the threads that run already.
+void leaveCtrlCToOtherThreads();
+
 /// Returns all memory that is free now to the system; otherwise glibc keeps it for the threads that allocated it.
 void giveBackFreeMemory();
 

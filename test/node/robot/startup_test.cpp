@@ -21,6 +21,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 
 // A node that cannot do its job must not start, and say why.
 
@@ -180,6 +181,31 @@ TEST_F(Startup, EndsAtSigintWhileItLoadsAMesh) {
   EXPECT_EQ(node.exitCode(), 0);
   EXPECT_FALSE(std::filesystem::exists(files.path("cache")));
   ros::param::del("/slow");
+}
+
+/// True if a signal is blocked in a thread.
+bool isBlocked(int signal, const std::filesystem::path& thread) {
+  std::ifstream status(thread / "status");
+  std::string line;
+  while (std::getline(status, line) && line.rfind("SigBlk:", 0) != 0) {
+  }
+  return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1) != 0;
+}
+
+// Regression: where the signal interrupted the setting of a parameter, the node did not end: roscpp on Debian 11 waited
+// for its own lock.
+TEST_F(Startup, LeavesCtrlCToThreadsThatSetNoParameter) {
+  Inbox<ModelInfo> info(ros::NodeHandle(), "/calm/model_info");
+  ChildProcess node({NODE_EXECUTABLE, "__name:=calm"});
+  ASSERT_TRUE(info.next());
+  const std::filesystem::path process = "/proc/" + std::to_string(processOf("/calm"));
+  EXPECT_TRUE(isBlocked(SIGINT, process));
+  int open = 0;
+  for (const auto& thread : std::filesystem::directory_iterator(process / "task")) open += !isBlocked(SIGINT, thread);
+  EXPECT_GT(open, 0);
+  node.signal(SIGINT);
+  EXPECT_TRUE(node.hasEndedWithin(kPatience));
+  EXPECT_EQ(node.exitCode(), 0);
 }
 
 /// How many threads of a process go before all that is not real-time.
