@@ -44,11 +44,10 @@ struct LoadedRobot {
         thresholds(thresholdsOf(text, model->robot)),
         batch(model) {}
 
-  /// Questions are asked of copies made by forAnotherThread(), so that this one stays without memory of answers. It is
-  /// made when it is first needed.
-  const scene::MovingScene& movingScene() const {
-    std::call_once(has_moving_scene, [this] { fresh_moving_scene.emplace(model); });
-    return *fresh_moving_scene;
+  /// Each thread takes copies made by forAnotherThread(). It is made when it is first needed.
+  const scene::State& state() const {
+    std::call_once(has_state, [this] { fresh_state.emplace(model); });
+    return *fresh_state;
   }
 
   RobotText text;
@@ -56,8 +55,8 @@ struct LoadedRobot {
   std::shared_ptr<const scene::SceneModel> model;
   std::optional<scene::LevelThresholds> thresholds;
   scene::SceneBatch batch;  ///< without objects
-  mutable std::once_flag has_moving_scene;
-  mutable std::optional<scene::MovingScene> fresh_moving_scene;
+  mutable std::once_flag has_state;
+  mutable std::optional<scene::State> fresh_state;
 };
 
 /// The scenes of one thread. Each of them is made when a question first needs it.
@@ -65,19 +64,19 @@ struct Scratch {
   Scratch(std::shared_ptr<const LoadedRobot> shared, std::shared_ptr<const scene::Objects> robot_objects)
       : loaded(std::move(shared)), objects(std::move(robot_objects)) {}
 
-  const scene::MovingScene& freshMovingScene() {
-    if (!moving_scene) {
-      moving_scene.emplace(loaded->movingScene().forAnotherThread());
-      moving_scene->use(objects);
+  /// With the objects.
+  scene::State& posed() {
+    if (!state) {
+      state.emplace(loaded->state().forAnotherThread());
+      state->set(objects, scene::carriersOnLinks(*objects));
     }
-    return *moving_scene;
+    return *state;
   }
 
   std::shared_ptr<const LoadedRobot> loaded;
   std::shared_ptr<const scene::Objects> objects;
   std::optional<scene::SceneBatch> batch;
-  std::optional<scene::MovingScene> moving_scene;
-  std::optional<scene::Derivatives> derivatives;
+  std::optional<scene::State> state;
   std::optional<scene::FreeMotion> free_motion;
   std::optional<scene::GuaranteedDistances> guaranteed;
   std::vector<double> positions, goal;  ///< of one state, or of an edge
@@ -262,17 +261,13 @@ py::array joined(const std::map<Eigen::Index, std::vector<LevelRow>>& blocks, co
   return all.array();
 }
 
-/// Sets the poses of the derivatives to a state of the block.
-void placeDerivatives(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
-  const scene::RobotModel& robot = scratch.loaded->model->robot;
-  const scene::Objects& objects = *scratch.objects;
-  if (!scratch.derivatives) {
-    scratch.derivatives.emplace(scratch.loaded->model);
-    scratch.derivatives->use(scratch.objects, scene::carriersOnLinks(objects));
-  }
-  positionsOf(block, state, scratch.positions);
-  const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
-  scratch.derivatives->update(poses, scene::framePoses(objects, poses));
+/// Takes the poses of a state of the block.
+const scene::State& place(const JointPositions::Block& block, Eigen::Index index, Scratch& scratch) {
+  positionsOf(block, index, scratch.positions);
+  scene::State& state = scratch.posed();
+  const scene::BodyPoses poses = scene::forwardKinematics(state.robot(), scratch.positions);
+  state.set(poses, scene::framePoses(*scratch.objects, poses));
+  return state;
 }
 
 /// The known ranges of the joints, with these ends in their place if they are not None.
@@ -296,15 +291,6 @@ scene::JointBox boxBetween(const py::object& lower, const py::object& upper, con
   return box;
 }
 
-/// The guaranteed distances in a state of the block.
-scene::GuaranteedDistances& placeGuaranteed(const JointPositions::Block& block, Eigen::Index state, Scratch& scratch) {
-  positionsOf(block, state, scratch.positions);
-  const scene::BodyPoses poses = scene::forwardKinematics(scratch.loaded->model->robot, scratch.positions);
-  scratch.guaranteed->update(poses, scene::framePoses(*scratch.objects, poses));
-  scratch.guaranteed->forget();  // no state depends on the states before it
-  return *scratch.guaranteed;
-}
-
 /// [m] In each state of the block the smallest guaranteed distance is that of a pair that is not farther apart.
 double reachOfGuarantees(const std::vector<scene::PairProximity>& closest, const JointPositions::Block& block,
                          Scratch& scratch) {
@@ -313,7 +299,8 @@ double reachOfGuarantees(const std::vector<scene::PairProximity>& closest, const
   for (Eigen::Index i = 0; i < block.rows(); ++i) {
     const narrowphase::SignedDistance& result = closest[static_cast<std::size_t>(i)].result;
     if (result.status == narrowphase::Status::Unknown) continue;
-    const double loss = placeGuaranteed(block, i, scratch).largestLoss();
+    scratch.guaranteed->forget();  // no state depends on the states before it
+    const double loss = scratch.guaranteed->largestLoss(place(block, i, scratch));
     reach = std::max(reach, result.upper_bound + loss + kSlack);
   }
   return reach;
@@ -322,25 +309,18 @@ double reachOfGuarantees(const std::vector<scene::PairProximity>& closest, const
 /// The free motion from a state of the block, of whose pairs all up to the influence distance are given.
 scene::FreeMotion& placeFreeMotion(const JointPositions::Block& block, Eigen::Index state, const AnsweredPairs& near,
                                    const scene::FreeMotionQuestion& question, Scratch& scratch) {
-  const scene::RobotModel& robot = scratch.loaded->model->robot;
-  if (!scratch.free_motion) {
-    scratch.free_motion.emplace(scratch.loaded->model);
-    scratch.free_motion->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
-  }
-  positionsOf(block, state, scratch.positions);
-  const scene::BodyPoses poses = scene::forwardKinematics(robot, scratch.positions);
-  scratch.free_motion->update(poses, scene::framePoses(*scratch.objects, poses));
-  scratch.free_motion->find(near.first, near.first + near.count, question);
+  if (!scratch.free_motion) scratch.free_motion.emplace(scratch.loaded->model);
+  scratch.free_motion->find(place(block, state, scratch), near.first, near.first + near.count, question);
   return *scratch.free_motion;
 }
 
 /// Writes the derivative of a pair's distance with respect to each column of q. It is 0 for floating and planar joints,
 /// and for mimic joints, whose part is in the column of the leader.
-void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* gradient) {
-  const std::vector<scene::Joint>& joints = scratch.loaded->model->robot.joints;
-  const scene::DegreesOfFreedom& degrees = scratch.derivatives->degreesOfFreedom();
+void writeGradient(const scene::State& state, const scene::PairProximity& pair, Scratch& scratch, double* gradient) {
+  const std::vector<scene::Joint>& joints = state.robot().joints;
+  const scene::DegreesOfFreedom& degrees = state.degreesOfFreedom();
   scratch.by_degrees.resize(degrees.size());
-  const bool is_known = scratch.derivatives->gradient(pair, scratch.by_degrees);
+  const bool is_known = scene::gradient(state, pair, scratch.by_degrees);
   std::fill_n(gradient, joints.size(), is_known ? 0.0 : kNaN);
   for (int i = 0; is_known && i < degrees.size(); ++i) {
     const auto joint = static_cast<std::size_t>(degrees[i].joint);
@@ -352,8 +332,9 @@ void writeGradient(const scene::PairProximity& pair, Scratch& scratch, double* g
 void writeGradients(const JointPositions::Block& block, Eigen::Index state, const AnsweredPairs& pairs, Eigen::Index k,
                     Scratch& scratch, double* gradients) {
   const Eigen::Index known = std::min(k, pairs.count);
-  if (known > 0) placeDerivatives(block, state, scratch);
-  for (Eigen::Index i = 0; i < known; ++i) writeGradient(pairs.first[i], scratch, gradients + i * block.cols());
+  if (known > 0) place(block, state, scratch);
+  for (Eigen::Index i = 0; i < known; ++i)
+    writeGradient(scratch.posed(), pairs.first[i], scratch, gradients + i * block.cols());
   std::fill(gradients + known * block.cols(), gradients + k * block.cols(), kNaN);
 }
 
@@ -596,10 +577,7 @@ py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty,
   answerBlocks(positions.count(), kBlock, watch, [&](Scratch& scratch, Eigen::Index first, Eigen::Index count) {
     const JointPositions::Block block = positions.block(first, count);
     scene::SceneBatch& batch = batchOf(scratch);
-    if (!scratch.guaranteed) {
-      scratch.guaranteed.emplace(scratch.loaded->model);
-      scratch.guaranteed->use(scratch.objects, scene::carriersOnLinks(*scratch.objects));
-    }
+    if (!scratch.guaranteed) scratch.guaranteed.emplace(scratch.loaded->model);
     scratch.guaranteed->assume(within);
     scratch.guaranteed->limit(limits);
     const double reach = reachOfGuarantees(batch.minimum(block, deadline), block, scratch);
@@ -608,7 +586,9 @@ py::tuple Robot::guaranteed(const py::object& q, const std::string& uncertainty,
       scene::GuaranteedMinimum found;
       const AnsweredPairs listed = pairsOf(near, i);
       const bool is_known = near.unknown[static_cast<std::size_t>(i)] == 0 && !deadline.hasPassed();
-      if (is_known) found = placeGuaranteed(block, i, scratch).find({listed.first, listed.first + listed.count, reach});
+      scratch.guaranteed->forget();
+      if (is_known)
+        found = scratch.guaranteed->find(place(block, i, scratch), {listed.first, listed.first + listed.count, reach});
       rows.write(first + i, rowOf(first + i, found.pair, pairs(), thresholds()));
       out[first + i] = is_known && found.unknown == 0 ? found.guaranteed : kNaN;
     }
@@ -675,11 +655,11 @@ py::object Robot::freeMotion(const py::object& q, double distance, double influe
   py::array_t<double> free_of_joints = newArray<double>(positions, {columns});
   double* const out = free_of_joints.mutable_data();
   answerFreeMotions(positions, distance, influence_distance, time_budget,
-                    [&](Eigen::Index state, const scene::FreeMotion* free, Scratch&) {
+                    [&](Eigen::Index state, const scene::FreeMotion* free, Scratch& scratch) {
                       double* const row = out + state * columns;
                       std::fill_n(row, columns, free ? 0.0 : kNaN);
                       if (!free) return;
-                      const scene::DegreesOfFreedom& degrees = free->degreesOfFreedom();
+                      const scene::DegreesOfFreedom& degrees = scratch.posed().degreesOfFreedom();
                       for (int i = 0; i < degrees.size(); ++i)
                         if (scene::hasOnePosition(joints[degrees[i].joint])) row[degrees[i].joint] = free->alone(i);
                     });
@@ -697,7 +677,7 @@ py::object Robot::freeScale(const py::object& q, const py::object& motion, doubl
                       out[state] = kNaN;
                       const JointPositions::Block moved = given.goal.block(state, 1);
                       if (!free || !moved.allFinite()) return;
-                      const scene::DegreesOfFreedom& degrees = free->degreesOfFreedom();
+                      const scene::DegreesOfFreedom& degrees = scratch.posed().degreesOfFreedom();
                       scratch.by_degrees.setZero(degrees.size());
                       for (int i = 0; i < degrees.size(); ++i)
                         if (scene::hasOnePosition(joints[degrees[i].joint]))
@@ -763,12 +743,11 @@ py::object Robot::answerEdges(const DrivenEdges& edges, scene::MotionQuestion qu
     for (Eigen::Index i = first; i < first + count; ++i) {
       const DrivenEdges::Edge edge = edges.at(i);
       // No edge depends on the edges before it.
-      scene::MovingScene fresh = scratch.freshMovingScene().forAnotherThread();
+      scene::MovingScene fresh(scratch.posed());
       if (!edge.is_finite || watch.deadline().hasPassed()) {
         rows.write(i, rowOf(i, decltype(ask(fresh, std::declval<scene::RobotMotion>(), question))(), pairs()));
       } else if (edges.areSplines()) {
-        scene::SplineScene splines(fresh);
-        splines.use(objects_);
+        scene::SplineScene splines(scratch.posed());
         rows.write(
             i, rowOf(i, ask(splines, scene::SplineSegment(robot, edge.start, edge.goal), spline_question), pairs()));
       } else {

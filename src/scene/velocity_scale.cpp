@@ -92,9 +92,9 @@ bool areInequalitiesKnown(const RobotModel& model, const MovingState& state, con
 /// Searches for the first pair at its stop distance.
 class StopSearch {
  public:
-  StopSearch(MovingScene& moving, Scene& scene, const PairDistances& stop, double largest_loss,
+  StopSearch(MovingScene& moving, Scene& scene, const State& start, const PairDistances& stop, double largest_loss,
              const Deadline& deadline)
-      : moving_(moving), scene_(scene) {
+      : moving_(moving), scene_(scene), start_(start) {
     question_.contact_distance = largest_loss;
     question_.thresholds = &stop;
     question_.tolerance = 0.25 * kRetreatTolerance;
@@ -107,7 +107,7 @@ class StopSearch {
     near.threshold = question_.contact_distance + kRetreatTolerance;
     near.thresholds = question_.thresholds;
     near.deadline = question_.deadline;
-    near_ = scene_.below(pairs, near);
+    near_ = scene_.below(start_, pairs, near);
     for (const PairProximity& pair : near_)
       question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
     const RobotTimeOfContact found = moving_.timeOfContact(pairs, motion, question_);
@@ -152,6 +152,7 @@ class StopSearch {
 
   MovingScene& moving_;
   Scene& scene_;
+  const State& start_;
   MotionQuestion question_;
   std::vector<PairProximity> near_;
 };
@@ -191,8 +192,8 @@ std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<do
   return travel;
 }
 
-VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
-                            const PairDistances& stop, const Deadline& deadline) {
+VelocityScale velocityScale(MovingScene& moving, Scene& scene, const State& start, const MovingState& state,
+                            const Braking& braking, const PairDistances& stop, const Deadline& deadline) {
   const RobotModel& model = scene.model().robot;
   requireLegal(model, state, braking, stop);
   const std::vector<double> velocities = leadersOnly(model, state.velocities);
@@ -201,7 +202,7 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState
 
   const Stop to_stop = stopOf(model, velocities, braking);
   const PhasedMotion motion = motionAlong(model, state, velocities, to_stop.length()).motion;
-  StopSearch search(moving, scene, stop, state.largest_loss, deadline);
+  StopSearch search(moving, scene, start, stop, state.largest_loss, deadline);
   const VelocityScale of_pairs = scaleOfPairs(search, model, state, velocities, to_stop, motion);
   const double of_inequalities = scaleOfInequalities(model, state, velocities, to_stop);
   if (of_pairs.status == narrowphase::Status::Unknown || of_pairs.scale <= of_inequalities) return of_pairs;

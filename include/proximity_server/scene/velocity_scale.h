@@ -79,9 +79,8 @@ constexpr double kRetreatTolerance = 1e-6;
 ///          finite, for a deceleration that is not positive (with the name of the joint), for a wrong number of them,
 ///          and for frames of objects that move on their own.
 ///
-/// Both scenes must have the same poses and objects: Scene::update() must have been called for `scene` with those of
-/// `state`.
-VelocityScale velocityScale(MovingScene& moving, Scene& scene, const MovingState& state, const Braking& braking,
-                            const PairDistances& stop, const Deadline& deadline = {});
+/// `moving` must have the objects of `start`, and `state` its poses.
+VelocityScale velocityScale(MovingScene& moving, Scene& scene, const State& start, const MovingState& state,
+                            const Braking& braking, const PairDistances& stop, const Deadline& deadline = {});
 
 }  // namespace proximity_server::scene

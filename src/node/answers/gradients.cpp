@@ -1,12 +1,13 @@
 #include "node/answers/gradients.h"
 
 #include "node/answers/conversions.h"
+#include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/motion/limited_motion.h"
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <optional>
-#include <utility>
 
 namespace proximity_server::node {
 
@@ -17,24 +18,21 @@ double jointPositionAt(const scene::RobotModel& robot, const scene::Joint& joint
   return scene::jointPosition(robot, joint, parent->inverse() * *child);
 }
 
-Gradients::Gradients(const Robot& robot) : model_(robot.sharedModel()), derivatives_(model_) {
-  for (const scene::DegreeOfFreedom& column : derivatives_.degreesOfFreedom().list()) names_.push_back(column.name);
+void assignGradient(Proximity& message, const scene::State& state, const scene::PairProximity& pair) {
+  message.gradient.resize(static_cast<std::size_t>(state.degreesOfFreedom().size()));
+  Eigen::Map<Eigen::VectorXd> gradient(message.gradient.data(), state.degreesOfFreedom().size());
+  if (!scene::gradient(state, pair, gradient) || !gradient.allFinite()) message.gradient.clear();
 }
 
-void Gradients::use(std::shared_ptr<const scene::Objects> objects, scene::ObjectCarriers carriers) {
-  derivatives_.use(std::move(objects), std::move(carriers));
+void assignColumns(std::vector<std::string>& names, const scene::DegreesOfFreedom& columns) {
+  names.resize(static_cast<std::size_t>(columns.size()));
+  for (int i = 0; i < columns.size(); ++i) names[i] = columns[i].name;
 }
 
-void Gradients::assign(Proximity& message, const scene::PairProximity& pair) const {
-  message.gradient.resize(names_.size());
-  Eigen::Map<Eigen::VectorXd> gradient(message.gradient.data(), static_cast<Eigen::Index>(names_.size()));
-  if (!derivatives_.gradient(pair, gradient) || !gradient.allFinite()) message.gradient.clear();
-}
-
-void Gradients::assignPositions(std::vector<double>& positions, const scene::BodyPoses& poses) const {
+void assignPositions(std::vector<double>& positions, const scene::State& state, const scene::BodyPoses& poses) {
   positions.clear();
-  for (const scene::DegreeOfFreedom& column : derivatives_.degreesOfFreedom().list())
-    positions.push_back(jointPositionAt(model_->robot, model_->robot.joints[column.joint], poses));
+  for (const scene::DegreeOfFreedom& column : state.degreesOfFreedom().list())
+    positions.push_back(jointPositionAt(state.robot(), state.robot().joints[column.joint], poses));
 }
 
 }  // namespace proximity_server::node

@@ -1,7 +1,5 @@
 #include "node/answers/guarantees.h"
 
-#include "node/objects/object_needs.h"
-
 #include <cstdlib>
 
 namespace proximity_server::node {
@@ -34,23 +32,6 @@ std::optional<std::int64_t> stepsOfTimeOver(const std::string& text) {
   const std::size_t found = text.find(kTimeOver);
   if (found == std::string::npos) return std::nullopt;
   return std::strtoll(text.c_str() + found + sizeof(kTimeOver) - 1, nullptr, 10);
-}
-
-Guarantees::Guarantees(const Robot& robot, const scene::Uncertainty& uncertainty)
-    : robot_(&robot), distances_(robot.borrowGuaranteed()) {
-  distances_->assume(uncertainty);
-  distances_->limit({});
-}
-
-void Guarantees::use(const std::shared_ptr<const scene::Objects>& objects) {
-  distances_->use(objects, carriersBesideRoots(*robot_, *objects));
-}
-
-void Guarantees::update(const scene::BodyPoses& poses, const scene::FramePoses& frames) {
-  if (frames.empty())
-    distances_->update(poses);
-  else
-    distances_->update(poses, frames);
 }
 
 }  // namespace proximity_server::node

@@ -1,5 +1,6 @@
 #include "node/monitor/constraints.h"
 
+#include "node/answers/gradients.h"
 #include "node/answers/guarantees.h"
 #include "node/robot/load_config.h"
 #include "node/robot/query_status.h"
@@ -12,8 +13,8 @@ namespace {
 void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const QueryStatus& status) {
   message.header = cycle.clearance.header;
   message.status = status;
-  message.joint_names = cycle.gradients.names();
-  cycle.gradients.assignPositions(message.joint_positions, cycle.snapshot.poses);
+  assignColumns(message.joint_names, cycle.scenes.state.degreesOfFreedom());
+  assignPositions(message.joint_positions, cycle.scenes.state, cycle.snapshot.poses);
 }
 
 }  // namespace
@@ -38,12 +39,12 @@ QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSetting
   damper_.influence_distance = settings.influence_distance;
   damper_.gain = settings.damping_gain;
   if (cycle.guaranteed) {
-    damper_.guaranteed = [distances = cycle.guaranteed](const scene::PairProximity& pair) {
-      return distances->of(pair);
+    damper_.guaranteed = [distances = cycle.guaranteed, &state = cycle.scenes.state](const scene::PairProximity& pair) {
+      return distances->of(state, pair);
     };
-    damper_.largest_loss = cycle.guaranteed->largestLoss();
+    damper_.largest_loss = cycle.guaranteed->largestLoss(cycle.scenes.state);
   }
-  rows_.update(cycle.scene, cycle.gradients.derivatives(), damper_);
+  rows_.find(cycle.scenes.scene, cycle.scenes.state, damper_);
   if (rows_.unknown() > 0)
     return statusOf(QueryStatus::NOT_CONVERGED, std::to_string(rows_.unknown()) +
                                                     " pairs within influence_distance have no distance or no gradient");

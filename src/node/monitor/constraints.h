@@ -1,14 +1,12 @@
 #pragma once
 
 #include "node/answers/conversions.h"
-#include "node/answers/gradients.h"
 #include "node/robot/config.h"
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
 #include "proximity_server/ConstraintRows.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
-#include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <cstddef>
@@ -16,12 +14,11 @@
 
 namespace proximity_server::node {
 
-/// The results of a cycle of the monitor, with the scene and the gradients that have its poses and objects.
+/// The results of a cycle of the monitor, with its state and scenes.
 struct MeasuredCycle {
   const Clearance& clearance;
   const PoseSnapshot& snapshot;
-  scene::Scene& scene;
-  const Gradients& gradients;
+  PosedScenes& scenes;
   const scene::PairDistances& stop;
   RobotAndObjects model;
   scene::GuaranteedDistances* guaranteed;  ///< nullptr if the robot is not uncertain

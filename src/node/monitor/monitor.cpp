@@ -1,5 +1,7 @@
 #include "node/monitor/monitor.h"
 
+#include "node/answers/gradients.h"
+#include "node/answers/guarantees.h"
 #include "node/answers/statuses.h"
 #include "node/monitor/pose_age.h"
 #include "node/objects/object_needs.h"
@@ -55,21 +57,16 @@ MonitoredObjects::MonitoredObjects(const Robot& robot, const RobotObjects& prese
       longest_name(longestName(robot.robotModel(), *present.all)) {}
 
 void Monitor::follow(const std::shared_ptr<const Robot>& robot) {
-  scene_.reset();
-  moving_scene_.reset();
-  spline_scene_.reset();
-  guarantees_.reset();
+  scenes_.reset();
   constraints_.reset();
   broken_.reset();
   robot_ = robot;
-  gradients_.emplace(*robot_);
   text_.emplace(robot_->robotModel());
-  scene_ = robot_->borrowScene();
-  moving_scene_ = robot_->borrowMovingScene();
+  scenes_ = robot_->borrowScenes();
   self_level_ = object_level_ = std::nullopt;
   thresholds_ = *robot_->thresholds();
   scale_input_ = {};
-  if (robot_->isUncertain()) guarantees_.emplace(*robot_);
+  if (guaranteed()) guaranteed()->assume(robot_->uncertainty());
   MonitoredObjects objects(*robot_, robot_->objects().get());
   use(objects);
 }
@@ -80,11 +77,9 @@ void Monitor::assumeLevel(Clearance::_level_type level) {
 }
 
 void Monitor::use(MonitoredObjects& objects) {
-  scene_->use(objects.objects.all);
+  scenes_->state.set(objects.objects.all, objects.carriers);
   std::swap(monitored_, objects);
-  gradients_->use(monitored_.objects.all, monitored_.carriers);
   text_capacity_ = text_->capacity(monitored_.longest_name);
-  if (guarantees_) guarantees_->use(monitored_.objects.all);
   aged_ = robot_->uncertainty();
 }
 
@@ -101,10 +96,14 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
     assignUnknown(*pair);
   clearance_.deciding_threshold = kNaN;
   clearance_.deciding_reached = false;
-  clearance_.by_guaranteed = guarantees_.has_value();
+  clearance_.by_guaranteed = robot_->isUncertain();
   clearance_.tf_age = snapshot.age;
   clearance_.tf_skew = snapshot.skew;
   ++clearance_.cycle;
+  if (frames.poses.size() == monitored_.frames.names.size())
+    scenes_->state.set(snapshot.poses, frames.poses);
+  else
+    scenes_->state.set(snapshot.poses);
   assignJoints(snapshot, settings);
   findBroken(snapshot);
   measurePairs({snapshot, frames, settings}, velocities);
@@ -115,29 +114,22 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   return clearance_;
 }
 
-/// Prepares the gradients at the poses of this cycle.
-void Monitor::updateGradients(const PoseSnapshot& snapshot) {
-  if (!std::exchange(has_gradients_, true)) gradients_->update(snapshot.poses);
-}
-
 void Monitor::assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
-  has_gradients_ = false;
   text_->move(snapshot.poses, snapshot.stamp);
   if (!settings.gradients) {
     clearance_.joint_names.clear();
     clearance_.joint_positions.clear();
     return;
   }
-  updateGradients(snapshot);
-  clearance_.joint_names = gradients_->names();
-  gradients_->assignPositions(clearance_.joint_positions, snapshot.poses);
+  assignColumns(clearance_.joint_names, state().degreesOfFreedom());
+  assignPositions(clearance_.joint_positions, state(), snapshot.poses);
 }
 
 /// Reserves as much memory as any pair needs.
 void Monitor::reserveMemory(Proximity& message, const MonitorSettings& settings) const {
   node::reserveNames(message.a, monitored_.longest_name);
   node::reserveNames(message.b, monitored_.longest_name);
-  if (settings.gradients) message.gradient.reserve(gradients_->names().size());
+  if (settings.gradients) message.gradient.reserve(static_cast<std::size_t>(state().degreesOfFreedom().size()));
 }
 
 void Monitor::assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair) {
@@ -145,24 +137,23 @@ void Monitor::assignPair(Proximity& message, const Cycle& cycle, const scene::Pa
   assign(message, model(), cycle.snapshot.poses, pair, cycle.question);
   if (cycle.age.code != QueryStatus::OK)
     message.guaranteed = kNaN;
-  else if (guarantees_)
+  else if (guaranteed())
     message.guaranteed = guaranteedOf(pair, cycle.settings);
-  if (cycle.settings.gradients) gradients_->assign(message, pair);
+  if (cycle.settings.gradients) assignGradient(message, state(), pair);
 }
 
 /// [m] It is tight only near the thresholds.
 double Monitor::guaranteedOf(const scene::PairProximity& pair, const MonitorSettings& settings) {
   const double enough = thresholds(settings).warn.of(pair.asked) + settings.hysteresis;
-  return guarantees_->distances().of(pair, enough);
+  return guaranteed()->of(state(), pair, enough);
 }
 
 const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const MonitorSettings& settings) {
-  updateGradients(snapshot);
   if (!constraints_ || constraints_->capacity() != settings.max_constraints)
     constraints_.emplace(*robot_, settings.max_constraints);
-  return constraints_->rowsOf({clearance_, snapshot, *scene_, *gradients_, thresholds(settings).stop, model(),
-                               guarantees_ ? &guarantees_->distances() : nullptr, monitored_.longest_name},
-                              settings);
+  return constraints_->rowsOf(
+      {clearance_, snapshot, *scenes_, thresholds(settings).stop, model(), guaranteed(), monitored_.longest_name},
+      settings);
 }
 
 /// The limits of the guaranteed distances of a cycle that begins now: steps for the time of a search, and the clock if
@@ -179,16 +170,15 @@ scene::GuaranteeLimits Monitor::limits(const MonitorSettings& settings) const {
 
 /// Prepares the guaranteed distances at the poses of this cycle. No cycle depends on those before it, so that a replay
 /// ends them at the same steps.
-QueryStatus Monitor::updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities) {
-  if (!guarantees_) return {};
-  guarantees_->limit(limits(cycle.settings));
-  guarantees_->distances().forget();
-  guarantees_->update(cycle.snapshot.poses, *scene_);
+QueryStatus Monitor::prepareGuaranteed(const Cycle& cycle, const VelocitySnapshot& velocities) {
+  if (!guaranteed()) return {};
+  guaranteed()->limit(limits(cycle.settings));
+  guaranteed()->forget();
   if (robot_->config().pose_latency == PoseLatency::Off) return {};
   const QueryStatus status =
       addAge(*robot_, {cycle.snapshot, velocities, monitored_.frames, cycle.frames, monitored_.motion_sources},
              *objects().all, aged_);
-  guarantees_->assume(aged_);
+  guaranteed()->assume(aged_);
   return status;
 }
 
@@ -197,22 +187,18 @@ void Monitor::measurePairs(Cycle cycle, const VelocitySnapshot& velocities) {
   cycle.question.tolerance = robot_->config().tolerance;
   cycle.question.threshold = cycle.settings.threshold;
   const scene::Candidates& pairs = robot_->candidates();
-  if (frames.poses.size() == monitored_.frames.names.size())
-    scene_->update(cycle.snapshot.poses, frames.poses);
-  else
-    scene_->update(cycle.snapshot.poses);
-  cycle.age = updateGuarantees(cycle, velocities);
+  cycle.age = prepareGuaranteed(cycle, velocities);
 
   const scene::PairsBelow below =
-      scene_->closestBelow(pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);
+      scenes_->scene.closestBelow(state(), pairs, std::max(1, cycle.settings.max_reported_pairs), cycle.question);
   listPairs(cycle, below);
-  if (guarantees_) {
+  if (guaranteed()) {
     near_ = below.closest;
     others_ = othersThan(below, cycle);
   }
   const scene::PairProximity* minimum = below.closest.empty() ? nullptr : &below.closest.front();
   cycle.question.threshold = scene::Question().threshold;
-  if (!minimum) minimum = scene_->minimum(pairs, cycle.question);
+  if (!minimum) minimum = scenes_->scene.minimum(state(), pairs, cycle.question);
   countPairs();
 
   const bool is_guaranteed = cycle.age.code == QueryStatus::OK;
@@ -225,7 +211,7 @@ void Monitor::measurePairs(Cycle cycle, const VelocitySnapshot& velocities) {
   if (clearance_.status.code != QueryStatus::OK) return;
   const bool nothing = pairs.empty() && objects().all->pairCount() == 0;
   clearance_.status = nothing ? statusOf(QueryStatus::NO_COLLISION_GEOMETRY, "the filter leaves no pair to check")
-                              : incompleteness(*robot_, scene_->counts(), cycle.question);
+                              : incompleteness(*robot_, scenes_->scene.counts(), cycle.question);
   if (!nothing && frames.status.code != QueryStatus::OK) clearance_.status = frames.status;
   if (!nothing && clearance_.pairs_unknown == 0 && !is_guaranteed) clearance_.status = cycle.age;
 }
@@ -249,10 +235,7 @@ void Monitor::assignLevels(const Cycle& cycle, const scene::PairProximity& minim
 /// Writes the text about the pair that sets the level. Far from all thresholds its motion does not matter.
 void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& snapshot) {
   explained_.gradient.clear();
-  if (clearance_.level != Clearance::CLEAR) {
-    updateGradients(snapshot);
-    gradients_->assign(explained_, deciding);
-  }
+  if (clearance_.level != Clearance::CLEAR) assignGradient(explained_, state(), deciding);
   clearance_.status.message.reserve(text_capacity_);
   text_->write(clearance_.status.message, clearance_, explained_.gradient);
   if (broken_) text_->append(clearance_.status.message, *broken_);
@@ -260,7 +243,7 @@ void Monitor::explain(const scene::PairProximity& deciding, const PoseSnapshot& 
     clearance_.status.message += "; ";
     append(clearance_.status.message, *robot_, *snapshot.beyond);
   }
-  if (guarantees_) appendEnd(clearance_.status.message, "; ", guarantees_->distances());
+  if (guaranteed()) appendEnd(clearance_.status.message, "; ", *guaranteed());
 }
 
 /// Finds the inequality that is broken most.
@@ -290,12 +273,13 @@ std::optional<scene::GuaranteedDecidingPair> Monitor::levelOfKind(scene::PairKin
   const scene::Pairs pairs(robot_->candidates(), kind);
   const scene::LevelBefore before{level, cycle.settings.hysteresis};
   scene::GuaranteedDecidingPair deciding;
-  if (guarantees_) {
-    deciding = scene::decidingPair(*scene_, guarantees_->distances(), pairs, *closest,
+  if (guaranteed()) {
+    deciding = scene::decidingPair(scenes_->scene, *guaranteed(), state(), pairs, *closest,
                                    {near_.data(), near_.data() + near_.size(), others_}, thresholds(cycle.settings),
                                    cycle.question, before);
   } else {
-    deciding = {scene::decidingPair(*scene_, pairs, *closest, thresholds(cycle.settings), cycle.question, before)};
+    deciding = {scene::decidingPair(scenes_->scene, state(), pairs, *closest, thresholds(cycle.settings),
+                                    cycle.question, before)};
     deciding.guaranteed = deciding.pair.result.lower_bound;
   }
   level = deciding.level.level;
@@ -307,7 +291,7 @@ bool Monitor::isReached(const scene::GuaranteedDecidingPair& deciding) {
   if (deciding.level.level != scene::ClearanceLevel::Warn && deciding.level.level != scene::ClearanceLevel::Stop)
     return false;
   if (deciding.pair.result.upper_bound <= deciding.level.threshold) return true;
-  return guarantees_ && guarantees_->distances().reached(deciding.pair, deciding.level.threshold);
+  return guaranteed() && guaranteed()->reached(state(), deciding.pair, deciding.level.threshold);
 }
 
 const scene::LevelThresholds& Monitor::thresholds(const MonitorSettings& settings) {
@@ -321,7 +305,8 @@ std::optional<scene::PairProximity> Monitor::minimumOf(scene::PairKind kind, con
   if (hasObject(minimum) == (kind == scene::PairKind::WithObject)) return minimum;
   const scene::Candidates& pairs = robot_->candidates();
   const bool is_empty = kind == scene::PairKind::WithObject ? objects().all->pairCount() == 0 : pairs.empty();
-  const scene::PairProximity* found = is_empty ? nullptr : scene_->minimum(scene::Pairs(pairs, kind), question);
+  const scene::PairProximity* found =
+      is_empty ? nullptr : scenes_->scene.minimum(state(), scene::Pairs(pairs, kind), question);
   if (!found) return std::nullopt;
   return *found;
 }
@@ -365,8 +350,8 @@ void Monitor::lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& ve
   const LookaheadStart start{snapshot.poses, snapshot.stated, monitored_.frames, frames};
   const scene::PairDistances& stop = thresholds(settings).stop;
   clearance_.lookahead = commanded.followed.empty()
-                             ? contactAhead(*robot_, movingScene(), start, velocities, stop, settings)
-                             : contactAlong(commanded, *robot_, splineScene(), start, velocities, stop, settings);
+                             ? contactAhead(*robot_, scenes_->moving(), start, velocities, stop, settings)
+                             : contactAlong(commanded, *robot_, scenes_->splines(), start, velocities, stop, settings);
   QueryStatus& status = clearance_.lookahead.status;
   if (status.code != QueryStatus::OK || commanded.text.empty()) return;
   if (!status.message.empty()) status.message += "; ";
@@ -377,9 +362,8 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
                                      const MonitorSettings& settings, const FrameSnapshot& frames) {
   if (clearance_.level == Clearance::INVALID) return {0.0, clearance_.status};
   const LookaheadStart start{snapshot.poses, snapshot.stated, monitored_.frames, frames};
-  StoppingScale found =
-      stoppingScale(*robot_, movingScene(), *scene_, start, velocities, joints(), thresholds(settings).stop,
-                    snapshot.age, settings, guarantees_ ? &guarantees_->distances() : nullptr);
+  StoppingScale found = stoppingScale(*robot_, *scenes_, start, velocities, joints(), thresholds(settings).stop,
+                                      snapshot.age, settings, guaranteed());
   if (found.status.code != QueryStatus::OK) return found;
   ScaleInput state{snapshot.poses,
                    frames.poses,
@@ -398,20 +382,9 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
   return found;
 }
 
-scene::MovingScene& Monitor::movingScene() {
-  if (moving_scene_->objects() != objects().all.get()) moving_scene_->use(objects().all);
-  return *moving_scene_;
-}
-
-scene::SplineScene& Monitor::splineScene() {
-  if (!spline_scene_) spline_scene_ = robot_->borrowSplineScene();
-  if (spline_scene_->objects() != objects().all.get()) spline_scene_->use(objects().all);
-  return *spline_scene_;
-}
-
 void Monitor::countPairs() {
   const scene::PairTable& table = robot_->sceneModel().pairs;
-  assignCounts(clearance_, scene_->counts());
+  assignCounts(clearance_, scenes_->scene.counts());
   const std::uint64_t total = table.pairs.size() + static_cast<std::uint64_t>(objects().all->pairCount());
   clearance_.pairs_total = static_cast<std::uint32_t>(std::min<std::uint64_t>(total, UINT32_MAX));
   clearance_.pairs_filtered = static_cast<std::uint32_t>(table.pairs.size() - table.checked.size());

@@ -1,8 +1,6 @@
 #pragma once
 
 #include "node/answers/conversions.h"
-#include "node/answers/gradients.h"
-#include "node/answers/guarantees.h"
 #include "node/monitor/clearance_text.h"
 #include "node/monitor/constraints.h"
 #include "node/monitor/joint_velocities.h"
@@ -94,13 +92,12 @@ class Monitor {
     scene::Question question{};
     QueryStatus age{};  ///< OK if guaranteed distances are known
   };
-  QueryStatus updateGuarantees(const Cycle& cycle, const VelocitySnapshot& velocities);
+  QueryStatus prepareGuaranteed(const Cycle& cycle, const VelocitySnapshot& velocities);
   scene::GuaranteeLimits limits(const MonitorSettings& settings) const;
   void measurePairs(Cycle cycle, const VelocitySnapshot& velocities);
   void reserveMemory(Proximity& message, const MonitorSettings& settings) const;
   void assignPair(Proximity& message, const Cycle& cycle, const scene::PairProximity& pair);
   double guaranteedOf(const scene::PairProximity& pair, const MonitorSettings& settings);
-  void updateGradients(const PoseSnapshot& snapshot);
   void assignJoints(const PoseSnapshot& snapshot, const MonitorSettings& settings);
   const scene::LevelThresholds& thresholds(const MonitorSettings& settings);
   void assignLevels(const Cycle& cycle, const scene::PairProximity& minimum);
@@ -117,22 +114,19 @@ class Monitor {
   double othersThan(const scene::PairsBelow& below, const Cycle& cycle) const;
   void lookAhead(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const MonitorSettings& settings,
                  const FrameSnapshot& frames, const CommandedMotion& commanded);
-  scene::MovingScene& movingScene();
-  scene::SplineScene& splineScene();
   void countPairs();
 
+  const scene::State& state() const { return scenes_->state; }
+  /// nullptr if the robot is not uncertain.
+  scene::GuaranteedDistances* guaranteed() const { return robot_->isUncertain() ? &scenes_->guaranteed() : nullptr; }
+
   std::shared_ptr<const Robot> robot_;
-  ScenePool::Lease scene_;  // the leases are declared after robot_, because they return to its pools
-  MovingScenePool::Lease moving_scene_;
-  SplineScenePool::Lease spline_scene_;  ///< nullptr until it is needed
+  ScenePool::Lease scenes_;  // declared after robot_, because it returns to its pool
   MonitoredObjects monitored_;
-  std::optional<Guarantees> guarantees_;               ///< for this robot and these objects, if the robot is uncertain
   std::optional<std::int64_t> steps_to_deadline_;      ///< of a replay, see endTimeAfter()
   std::vector<scene::PairProximity> near_;             ///< the closest pairs of this cycle, for the guarantees
   double others_ = 0.0;                                ///< [m] all other pairs are farther apart
   scene::Uncertainty aged_;                            ///< that of the robot, with the motion since the poses
-  std::optional<Gradients> gradients_;                 ///< for this robot and these objects
-  bool has_gradients_ = false;                         ///< of this cycle
   std::optional<ClearanceText> text_;                  ///< for this robot
   std::size_t text_capacity_ = 0;                      ///< [characters] of the longest text
   std::optional<BrokenInequality> broken_;             ///< of the robot, in the latest cycle

@@ -41,19 +41,19 @@ scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const Mon
 }
 
 /// Searches for the scale. The decelerations of all joints that move must be known.
-StoppingScale searchScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
-                          const LookaheadStart& start, const VelocitySnapshot& velocities,
-                          const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
+StoppingScale searchScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                          const VelocitySnapshot& velocities, const scene::PairDistances& stop,
+                          const ros::Duration& age, const MonitorSettings& settings,
                           scene::GuaranteedDistances* guaranteed) {
   const scene::Braking braking = brakingOf(robot, age, settings);
   scene::MovingState state{start.poses, velocities.velocities, start.stated,
                            objectFramesAtStart(robot, start.frames, start.frame_poses.poses)};
   if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
   if (guaranteed)
-    state.largest_loss =
-        guaranteed->largestLoss(scene::stoppingTravel(robot.robotModel(), velocities.velocities, braking));
+    state.largest_loss = guaranteed->largestLoss(
+        scenes.state, scene::stoppingTravel(robot.robotModel(), velocities.velocities, braking));
   const scene::VelocityScale found =
-      scene::velocityScale(moving_scene, scene, state, braking, stop, searchDeadline(settings));
+      scene::velocityScale(scenes.moving(), scenes.scene, scenes.state, state, braking, stop, searchDeadline(settings));
   StoppingScale result;
   if (found.status != narrowphase::Status::Unknown) {
     result.scale = found.scale;
@@ -81,10 +81,10 @@ bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q) {
          areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
 }
 
-StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
-                            const LookaheadStart& start, const VelocitySnapshot& velocities,
-                            const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,
-                            const MonitorSettings& settings, scene::GuaranteedDistances* guaranteed) {
+StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                            const VelocitySnapshot& velocities, const std::vector<int>& joints,
+                            const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
+                            scene::GuaranteedDistances* guaranteed) {
   StoppingScale result;
   // A missing deceleration is reported first, because it is permanent, while missing velocities may still arrive.
   result.status = decelerationStatus(robot, joints);
@@ -92,7 +92,7 @@ StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene
   if (result.status.code != QueryStatus::OK) return result;
 
   try {
-    return searchScale(robot, moving_scene, scene, start, velocities, stop, age, settings, guaranteed);
+    return searchScale(robot, scenes, start, velocities, stop, age, settings, guaranteed);
   } catch (const std::invalid_argument& error) {  // a stopping distance is infinite, or a position far off its limits
     result.status = statusOf(QueryStatus::NO_VELOCITY, error.what());
     return result;

@@ -4,9 +4,7 @@
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
 #include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <ros/duration.h>
@@ -41,14 +39,14 @@ bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q);
 /// the decelerations in the parameters. Motions away from a near pair are not slowed, see scene::velocityScale(). The
 /// robot begins to brake after stopLatency(). With PoseLatency the uncertainty contains the motion during the age,
 /// which does not count as latency then. `age` is that of the poses, and `joints` are those that move a checked pair.
-/// `scene` and `moving_scene` must have the same objects, and `scene` must have the poses of the start. `guaranteed`
-/// has the poses too, if they are not known exactly: then all pairs stay above their stop distances in every state
+/// The state of `scenes` must have the poses of the start. `guaranteed` is given if they are not known exactly: then all
+/// pairs stay above their stop distances in every state
 /// within the uncertainty. If searchDeadline() ends the search, the scale is smaller than the largest one, which is
 /// safe, and is_complete is false.
-StoppingScale stoppingScale(const Robot& robot, scene::MovingScene& moving_scene, scene::Scene& scene,
-                            const LookaheadStart& start, const VelocitySnapshot& velocities,
-                            const std::vector<int>& joints, const scene::PairDistances& stop, const ros::Duration& age,
-                            const MonitorSettings& settings, scene::GuaranteedDistances* guaranteed = nullptr);
+StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                            const VelocitySnapshot& velocities, const std::vector<int>& joints,
+                            const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
+                            scene::GuaranteedDistances* guaranteed = nullptr);
 
 /// The time [s] until the robot begins to brake: `age` of the poses and MonitorSettings::stop_latency.
 double stopLatency(const ros::Duration& age, const MonitorSettings& settings);

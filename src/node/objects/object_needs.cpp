@@ -103,18 +103,13 @@ int carrierOf(const Robot& robot, const scene::Object& object) {
 }
 
 scene::ObjectCarriers carriersOf(const Robot& robot, const scene::Objects& objects) {
-  scene::ObjectCarriers carriers;
-  carriers.of_fixed = bodyOfReferenceFrame(robot);
-  for (const std::string& frame : objects.frames()) carriers.of_frames.push_back(carrierOf(robot, frame));
-  return carriers;
-}
-
-scene::ObjectCarriers carriersBesideRoots(const Robot& robot, const scene::Objects& objects) {
-  scene::ObjectCarriers carriers = carriersOf(robot, objects);
   const auto isRoot = [&](int body) { return body >= 0 && robot.robotModel().bodies[body].joint < 0; };
-  if (isRoot(carriers.of_fixed)) carriers.of_fixed = -1;
-  for (std::size_t i = 0; i < carriers.of_frames.size(); ++i)
-    if (isRoot(carriers.of_frames[i]) && robot.linkOfFrame(objects.frames()[i]) < 0) carriers.of_frames[i] = -1;
+  scene::ObjectCarriers carriers;
+  if (const int body = bodyOfReferenceFrame(robot); !isRoot(body)) carriers.of_fixed = body;
+  for (const std::string& frame : objects.frames()) {
+    const int body = carrierOf(robot, frame);
+    carriers.of_frames.push_back(isRoot(body) && robot.linkOfFrame(frame) < 0 ? -1 : body);
+  }
   return carriers;
 }
 

@@ -32,11 +32,8 @@ CarrierFrames framesOf(const scene::Objects& objects, const std::vector<scene::S
 /// otherwise of the reference link. It is -1 if the object rests in a reference frame that is not that of a link.
 int carrierOf(const Robot& robot, const scene::Object& object);
 
-/// The bodies with which all objects move that no link holds.
+/// The bodies with which all objects move that no link holds. A root carries only the objects in frames of links: all
+/// others stand beside it, and how exactly it stands there is its uncertainty.
 scene::ObjectCarriers carriersOf(const Robot& robot, const scene::Objects& objects);
-
-/// The same where a root carries only the objects in frames of links: all others stand beside it, and how exactly it
-/// stands there is its uncertainty.
-scene::ObjectCarriers carriersBesideRoots(const Robot& robot, const scene::Objects& objects);
 
 }  // namespace proximity_server::node

@@ -117,16 +117,17 @@ double distanceOf(const ReplayOptions& options, const RobotVariant& variant, con
   RecordReader reader(options.file, variant);
   reader.read([&](const RecordedCycle& cycle) {
     if (cycle.clearance.cycle != event.clearance.cycle) return;
-    const auto scene = reader.robot->borrowScene();
-    scene->use(reader.objects.objects.all);
+    const ScenePool::Lease scenes = reader.robot->borrowScenes();
+    scene::State& state = scenes->state;
+    state.set(reader.objects.objects.all);
     if (cycle.frames.size() == reader.objects.frames.names.size())
-      scene->update(cycle.poses, cycle.frames);
+      state.set(cycle.poses, cycle.frames);
     else
-      scene->update(cycle.poses);
+      state.set(cycle.poses);
     const scene::Objects& objects = *reader.objects.objects.all;
     const Proximity& pair = event.clearance.deciding;
-    distance = scene->proximity({refOf(pair.a, *reader.robot, objects), refOf(pair.b, *reader.robot, objects)})
-                   .result.distance;
+    const scene::ShapeRefPair refs{refOf(pair.a, *reader.robot, objects), refOf(pair.b, *reader.robot, objects)};
+    distance = scenes->scene.proximity(state, refs).result.distance;
   });
   return distance;
 }

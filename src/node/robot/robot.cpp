@@ -264,12 +264,7 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       constraint_columns_(constraintColumnsOf(model_->robot, config.constraint_joints)),
       thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfsOf(texts), config))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
-      scenes_(std::make_unique<ScenePool>(
-          [first = std::make_shared<const scene::Scene>(model_)] { return first->forAnotherThread(); })),
-      guaranteed_(std::make_unique<GuaranteedPool>([model = model_] { return scene::GuaranteedDistances(model); })) {
-  const auto first = std::make_shared<const scene::MovingScene>(model_);
-  moving_scenes_ = std::make_unique<MovingScenePool>([first] { return first->forAnotherThread(); });
-  spline_scenes_ = std::make_unique<SplineScenePool>([first] { return scene::SplineScene(*first); });
+      scenes_(std::make_unique<ScenePool>(model_)) {
   useDefaults(config.monitor);
 }
 

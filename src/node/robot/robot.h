@@ -119,12 +119,9 @@ class Robot {
   /// The candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
-  /// Lends a scene to one request. The scene may still have the poses of an earlier request. The lease must end before
-  /// the robot is destroyed.
-  ScenePool::Lease borrowScene() const { return scenes_->borrow(); }
-  MovingScenePool::Lease borrowMovingScene() const { return moving_scenes_->borrow(); }
-  GuaranteedPool::Lease borrowGuaranteed() const { return guaranteed_->borrow(); }
-  SplineScenePool::Lease borrowSplineScene() const { return spline_scenes_->borrow(); }
+  /// Lends a state and scenes to one request. They may still have the poses and objects of an earlier request. The lease
+  /// must end before the robot is destroyed.
+  ScenePool::Lease borrowScenes() const { return scenes_->borrow(); }
 
  private:
   Config config_;
@@ -149,9 +146,6 @@ class Robot {
   mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< accessed by std::atomic_load and atomic_store
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
-  std::unique_ptr<MovingScenePool> moving_scenes_;
-  std::unique_ptr<GuaranteedPool> guaranteed_;
-  std::unique_ptr<SplineScenePool> spline_scenes_;
 };
 
 /// Gives the pairs that have no thresholds of their own those of the settings.

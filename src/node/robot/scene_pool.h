@@ -3,54 +3,81 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/motion/spline_scene.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/state/state.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
 namespace proximity_server::node {
 
-/// Lends scratch objects to requests that run in parallel, and makes a new one if all are lent. Thread-safe.
-///
-/// A lease returns its object to the pool when it is destroyed; the pool must outlive it.
-template <class Scratch>
-class Pool {
- public:
-  explicit Pool(std::function<Scratch()> make) : make_(std::move(make)) {}
+/// A state of a robot with what answers questions about it and about motions from it, for one request or the monitor.
+/// Not thread-safe.
+struct PosedScenes {
+  PosedScenes(const scene::State& shared, const scene::Scene& fresh)
+      : state(shared.forAnotherThread()), scene(fresh.forAnotherThread()) {}
 
-  using Lease = std::unique_ptr<Scratch, std::function<void(Scratch*)>>;
+  // The others are made when they are first needed. The motion scenes have the objects of the state.
+  scene::GuaranteedDistances& guaranteed() {
+    if (!guaranteed_) guaranteed_.emplace(state.sharedModel());
+    return *guaranteed_;
+  }
+  scene::MovingScene& moving() { return withObjects(moving_); }
+  scene::SplineScene& splines() { return withObjects(splines_); }
+
+  scene::State state;
+  scene::Scene scene;
+
+ private:
+  template <class MotionScene>
+  MotionScene& withObjects(std::optional<MotionScene>& motions) {
+    if (!motions) motions.emplace(state);
+    if (motions->objects() != state.objects().get()) motions->use(state.objects());
+    return *motions;
+  }
+
+  std::optional<scene::GuaranteedDistances> guaranteed_;
+  std::optional<scene::MovingScene> moving_;
+  std::optional<scene::SplineScene> splines_;
+};
+
+/// Lends them to requests that run in parallel, and makes new ones if all are lent. Thread-safe.
+///
+/// A lease returns them to the pool when it is destroyed; the pool must outlive it.
+class ScenePool {
+ public:
+  explicit ScenePool(const std::shared_ptr<const scene::SceneModel>& model) : state_(model), scene_(model) {}
+
+  using Lease = std::unique_ptr<PosedScenes, std::function<void(PosedScenes*)>>;
 
   Lease borrow() {
-    return Lease(idleOrNew().release(), [this](Scratch* scratch) {
+    return Lease(idleOrNew().release(), [this](PosedScenes* scenes) {
       const std::lock_guard<std::mutex> lock(mutex_);
-      idle_.emplace_back(scratch);
+      idle_.emplace_back(scenes);
     });
   }
 
  private:
-  std::unique_ptr<Scratch> idleOrNew() {
+  std::unique_ptr<PosedScenes> idleOrNew() {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       if (!idle_.empty()) {
-        std::unique_ptr<Scratch> scratch = std::move(idle_.back());
+        std::unique_ptr<PosedScenes> scenes = std::move(idle_.back());
         idle_.pop_back();
-        return scratch;
+        return scenes;
       }
     }
-    return std::make_unique<Scratch>(make_());
+    return std::make_unique<PosedScenes>(state_, scene_);
   }
 
-  const std::function<Scratch()> make_;
+  const scene::State state_;
+  const scene::Scene scene_;  ///< each lease begins with others made from these
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> idle_;
+  std::vector<std::unique_ptr<PosedScenes>> idle_;
 };
-
-using ScenePool = Pool<scene::Scene>;
-using MovingScenePool = Pool<scene::MovingScene>;
-using GuaranteedPool = Pool<scene::GuaranteedDistances>;
-using SplineScenePool = Pool<scene::SplineScene>;
 
 }  // namespace proximity_server::node

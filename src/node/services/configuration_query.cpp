@@ -1,3 +1,4 @@
+#include "node/answers/gradients.h"
 #include "node/objects/object_needs.h"
 #include "node/services/answered.h"
 #include "node/services/joint_requests.h"
@@ -48,40 +49,30 @@ class FreeMotions {
   /// Throws RequestError if the request is not about all checked pairs, and for a wrong motion.
   FreeMotions(const Robot& robot, const RequestedPairs& pairs, const QueryConfigurationRequest& request,
               const scene::Deadline& deadline)
-      : free_(robot.sharedModel()) {
+      : free_(robot.sharedModel()), degrees_(robot.robotModel()) {
     if (pairs.list()) refuse("want_free_motion is about all checked pairs: a, b and group must be empty");
     const double distance = finite(request.free_motion_distance, "free_motion_distance");
     question_.thresholds = {distance, distance};
     question_.influence_distance += distance;
     question_.deadline = deadline;
-    free_.use(pairs.sharedObjects(), carriersOf(robot, pairs.objects()));
     if (request.motion.name.empty() && request.motion.position.empty()) return;
     const scene::RobotModel& model = robot.robotModel();
     const JointValues motion = valuesOf(model, jointsNamed(model, request.motion.name, "motion"),
                                         request.motion.position, "position", "motion");
-    motion_.setZero(degrees().size());
-    for (int i = 0; i < degrees().size(); ++i) motion_[i] = motion[degrees()[i].joint].value_or(0.0);
+    motion_.setZero(degrees_.size());
+    for (int i = 0; i < degrees_.size(); ++i) motion_[i] = motion[degrees_[i].joint].value_or(0.0);
   }
 
-  std::vector<std::string> names() const {
-    std::vector<std::string> names;
-    for (const scene::DegreeOfFreedom& column : degrees().list()) names.push_back(column.name);
-    return names;
-  }
-
-  /// Adds those of a state whose poses the scene has.
-  void add(scene::Scene& scene, const scene::BodyPoses& poses, const scene::FramePoses& frames,
-           QueryConfigurationResponse& response) {
-    free_.update(poses, frames);
-    free_.find(scene, question_);
-    for (int i = 0; i < degrees().size(); ++i) response.free_motion.push_back(free_.alone(i));
+  /// Adds those of a state.
+  void add(PosedScenes& scenes, QueryConfigurationResponse& response) {
+    free_.find(scenes.scene, scenes.state, question_);
+    for (int i = 0; i < degrees_.size(); ++i) response.free_motion.push_back(free_.alone(i));
     if (motion_.size() > 0) response.free_scale.push_back(free_.scale(motion_));
   }
 
  private:
-  const scene::DegreesOfFreedom& degrees() const { return free_.degreesOfFreedom(); }
-
   scene::FreeMotion free_;
+  const scene::DegreesOfFreedom degrees_;
   scene::FreeMotionQuestion question_;
   Eigen::VectorXd motion_;  ///< empty if the request has none
 };
@@ -114,22 +105,20 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     const CarrierFrames asked_frames = pairs.frames();
     FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
-    const ScenePool::Lease scene = pairs.borrowScene();
-    PairDetails details{gradientsOf(robot, pairs, in_each), guaranteesOf(robot, pairs, request.uncertainty, question)};
+    const ScenePool::Lease scenes = pairs.borrowScenes();
+    scene::GuaranteedDistances* const guaranteed = guaranteedOf(robot, *scenes, request.uncertainty, question);
     std::optional<FreeMotions> free_motions;
     if (request.want_free_motion) free_motions.emplace(robot, pairs, request, question.deadline);
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.roots);
       placeFramesOfLinks(robot, asked_frames, poses, frames.poses);
-      scene->update(poses, frames.poses);
-      details.update(poses, frames.poses);
-      response.states.push_back(askPairs(robot, *scene, {poses, status}, pairs, in_each, question, details));
+      scenes->state.set(poses, frames.poses);
+      response.states.push_back(askPairs(robot, *scenes, {poses, status}, pairs, in_each, question, guaranteed));
       QueryStatus& of_state = response.states.back().status;
       if (of_state.code == QueryStatus::OK) of_state.message = brokenText(robot, state, from_tf);
-      if (free_motions) free_motions->add(*scene, poses, frames.poses, response);
+      if (free_motions) free_motions->add(*scenes, response);
     }
-    if (details.gradients) response.joint_names = details.gradients->names();
-    if (free_motions) response.joint_names = free_motions->names();
+    if (in_each.want_gradient || free_motions) assignColumns(response.joint_names, scenes->state.degreesOfFreedom());
     response.status = summary(response.states);
   });
 }

@@ -51,14 +51,15 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     assignStops(response, robot, motion);
 
     const RobotAndObjects model(robot.robotModel(), &pairs.objects());
-    const MovingScenePool::Lease scene = pairs.borrowMovingScene();
+    const ScenePool::Lease scenes = pairs.borrowScenes();
+    scene::MovingScene& scene = scenes->moving();
     question.deadline = system::deadlineIn(budget);
-    const scene::RobotTimeOfContact found = scene->timeOfContact(pairs.asked(), motion.motion, question);
+    const scene::RobotTimeOfContact found = scene.timeOfContact(pairs.asked(), motion.motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
     fillContact(response, model, motion, found);
     if (!found.contact && !request.skip_minimum && response.status.code == QueryStatus::OK) {
-      const scene::RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
+      const scene::RobotMinimum minimum = scene.minimum(pairs.asked(), motion.motion, question);
       response.minimum = toMessage(model, motion, minimum);
       response.status = statusOf(minimum.status, question);
     }

@@ -1,8 +1,8 @@
 #include "node/services/pair_questions.h"
 
 #include "node/answers/conversions.h"
+#include "node/answers/gradients.h"
 #include "node/answers/statuses.h"
-#include "node/objects/object_needs.h"
 #include "node/services/requests.h"
 #include "system/durations.h"
 
@@ -18,8 +18,8 @@ namespace {
 /// Answers in the memory of the scene. They are valid until its next question.
 using Answers = boost::iterator_range<const scene::PairProximity*>;
 
-Answers askByMode(scene::Scene& scene, const RequestedPairs& requested, const QueryPairsRequest& request,
-                  const scene::Question& question) {
+Answers askByMode(scene::Scene& scene, const scene::State& state, const RequestedPairs& requested,
+                  const QueryPairsRequest& request, const scene::Question& question) {
   const scene::Pairs pairs = requested.asked();
   const auto one = [](const scene::PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
   const auto list = [](const std::vector<scene::PairProximity>& all) {
@@ -27,17 +27,17 @@ Answers askByMode(scene::Scene& scene, const RequestedPairs& requested, const Qu
   };
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:
-      return one(scene.minimum(pairs, question));
+      return one(scene.minimum(state, pairs, question));
     case QueryPairsRequest::FIRST:
-      return one(scene.first(pairs, question));
+      return one(scene.first(state, pairs, question));
     case QueryPairsRequest::K_CLOSEST: {
       const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), requested.size());
-      return list(scene.closest(pairs, static_cast<int>(k), question));
+      return list(scene.closest(state, pairs, static_cast<int>(k), question));
     }
     case QueryPairsRequest::PER_PAIR:
-      return list(scene.all(pairs, question));
+      return list(scene.all(state, pairs, question));
     case QueryPairsRequest::BELOW_THRESHOLD:
-      return list(scene.below(pairs, question));
+      return list(scene.below(state, pairs, question));
     default:
       refuse("mode " + std::to_string(request.mode) + " does not exist");
   }
@@ -70,69 +70,52 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
   return question;
 }
 
-std::optional<Gradients> gradientsOf(const Robot& robot, const RequestedPairs& pairs,
-                                     const QueryPairsRequest& request) {
-  if (!request.want_gradient) return std::nullopt;
-  Gradients gradients(robot);
-  gradients.use(pairs.sharedObjects(), carriersOf(robot, pairs.objects()));
-  return gradients;
-}
-
-std::optional<Guarantees> guaranteesOf(const Robot& robot, const RequestedPairs& pairs, const std::string& uncertainty,
-                                       const scene::Question& question) {
-  std::optional<Guarantees> guarantees;
+scene::GuaranteedDistances* guaranteedOf(const Robot& robot, PosedScenes& scenes, const std::string& uncertainty,
+                                         const scene::Question& question) {
   try {
     const scene::Uncertainty wanted = uncertainty.empty()
                                           ? robot.uncertainty()
                                           : scene::uncertaintyFrom(uncertainty, "uncertainty", robot.robotModel());
-    if (wanted.isZero()) return guarantees;
-    guarantees.emplace(robot, wanted);
+    if (wanted.isZero()) return nullptr;
+    scenes.guaranteed().assume(wanted);
   } catch (const std::invalid_argument& error) {
     refuse(error.what());
   }
-  guarantees->use(pairs.sharedObjects());
   scene::GuaranteeLimits limits;
   limits.deadline = question.deadline;
-  guarantees->limit(limits);
-  return guarantees;
+  scenes.guaranteed().limit(limits);
+  return &scenes.guaranteed();
 }
 
-QueryStatus statusOf(const Robot& robot, const Guarantees& guarantees) {
-  if (guarantees.distances().end() == scene::GuaranteeEnd::None) return {};
+QueryStatus statusOf(const Robot& robot, const scene::GuaranteedDistances& guaranteed) {
+  if (guaranteed.end() == scene::GuaranteeEnd::None) return {};
   return statusOf(QueryStatus::OVER_BUDGET, "the time was over: guaranteed distances are coarse, max_request_time is " +
                                                 system::secondsText(robot.config().max_request_time));
 }
 
-void PairDetails::update(const scene::BodyPoses& poses, const scene::FramePoses& frames) {
-  if (gradients) gradients->update(poses);
-  if (guarantees) guarantees->update(poses, frames);
-}
-
-void PairDetails::assign(Proximity& message, const scene::PairProximity& pair) {
-  if (gradients) gradients->assign(message, pair);
-  if (guarantees) guarantees->assign(message, pair);
-}
-
-StateProximity askPairs(const Robot& robot, scene::Scene& scene, const PosedState& state, const RequestedPairs& pairs,
-                        const QueryPairsRequest& request, const scene::Question& question, PairDetails& details) {
+StateProximity askPairs(const Robot& robot, PosedScenes& scenes, const FoundPoses& found, const RequestedPairs& pairs,
+                        const QueryPairsRequest& request, const scene::Question& question,
+                        scene::GuaranteedDistances* guaranteed) {
   StateProximity answer;
   answer.minimum = unknownProximity();
-  const Answers found = askByMode(scene, pairs, request, question);
-  assignCounts(answer, scene.counts());
+  const scene::State& state = scenes.state;
+  const Answers answers = askByMode(scenes.scene, state, pairs, request, question);
+  assignCounts(answer, scenes.scene.counts());
 
-  answer.pairs.reserve(found.size());
-  for (const scene::PairProximity& pair : found) {
+  answer.pairs.reserve(answers.size());
+  for (const scene::PairProximity& pair : answers) {
     Proximity& message = answer.pairs.emplace_back();
-    assign(message, {scene.model().robot, scene.objects()}, state.poses, pair, question);
-    details.assign(message, pair);
+    assign(message, {state.robot(), state.objects().get()}, found.poses, pair, question);
+    if (request.want_gradient) assignGradient(message, state, pair);
+    if (guaranteed) message.guaranteed = guaranteed->of(state, pair);
     if (pair.result.status != narrowphase::Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));
   }
-  if (details.guarantees && answer.status.code == QueryStatus::OK) answer.status = statusOf(robot, *details.guarantees);
-  const bool decided = request.mode == QueryPairsRequest::FIRST && !found.empty();
+  if (guaranteed && answer.status.code == QueryStatus::OK) answer.status = statusOf(robot, *guaranteed);
+  const bool decided = request.mode == QueryPairsRequest::FIRST && !answers.empty();
   if (answer.pairs_unknown > 0 && !decided) {
-    const bool posed = state.status.code == QueryStatus::OK;
-    answer.status = posed ? incompleteness(robot, scene.counts(), question) : state.status;
+    const bool posed = found.status.code == QueryStatus::OK;
+    answer.status = posed ? incompleteness(robot, scenes.scene.counts(), question) : found.status;
     return answer;
   }
   const auto closest = std::min_element(answer.pairs.begin(), answer.pairs.end(), isCloser);

@@ -1,6 +1,7 @@
 #include "node/services/queries.h"
 
 #include "node/answers/conversions.h"
+#include "node/answers/gradients.h"
 #include "node/answers/statuses.h"
 #include "node/services/answered.h"
 #include "node/services/pair_questions.h"
@@ -14,15 +15,15 @@
 namespace proximity_server::node {
 namespace {
 
-/// A scene at the poses that a request needs, and the header of the answer.
-struct PosedScene {
-  PosedScene(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
+/// The poses that a request needs, and the header of the answer. The scenes get the poses.
+struct AwaitedPoses {
+  AwaitedPoses(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp,
+               PosedScenes& scenes)
       : model(asked_robot.robotModel(), &pairs.objects()),
         snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
-        frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)),
-        scene(pairs.borrowScene()) {
+        frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)) {
     if (snapshot.status.code == QueryStatus::OK) snapshot.status = frames.status;
-    scene->update(snapshot.poses, frames.poses);
+    scenes.state.set(snapshot.poses, frames.poses);
     header.stamp = snapshot.stamp;
     header.frame_id = asked_robot.referenceFrame();
   }
@@ -34,7 +35,6 @@ struct PosedScene {
   RobotAndObjects model;
   PoseSnapshot snapshot;
   FrameSnapshot frames;
-  ScenePool::Lease scene;
   std_msgs::Header header;
 };
 
@@ -43,28 +43,26 @@ template <class Response, class Request>
 void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
                    Response& response) {
   const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-  std::optional<Guarantees> guarantees = guaranteesOf(robot, pairs, request.uncertainty, question);
-  const PosedScene posed(robot, tf, pairs, request.stamp);
+  const ScenePool::Lease scenes = pairs.borrowScenes();
+  scene::GuaranteedDistances* const guaranteed = guaranteedOf(robot, *scenes, request.uncertainty, question);
+  const AwaitedPoses posed(robot, tf, pairs, request.stamp, *scenes);
+  scene::Scene& scene = scenes->scene;
   response.header = posed.header;
   require(posed.snapshot.status);
   scene::PairProximity only;
   const scene::PairProximity* closest = nullptr;
   if (pairs.list() && pairs.size() == 1) {
-    only = posed.scene->proximity(pairs.list()->front(), question);
+    only = scene.proximity(scenes->state, pairs.list()->front(), question);
     closest = &only;
   } else {
-    closest = posed.scene->minimum(pairs.asked(), question);
+    closest = scene.minimum(scenes->state, pairs.asked(), question);
   }
-  if (posed.scene->counts().unknown > 0) throw RequestError(incompleteness(robot, posed.scene->counts(), question));
+  if (scene.counts().unknown > 0) throw RequestError(incompleteness(robot, scene.counts(), question));
   response.pair = closest ? posed.message(*closest, question) : beyondThreshold(question.threshold);
   if (closest) response.status.code = statusCode(closest->result);
-  if (!guarantees) return;
-  guarantees->update(posed.snapshot.poses, posed.frames.poses);
-  if (closest)
-    guarantees->assign(response.pair, *closest);
-  else
-    response.pair.guaranteed = kNaN;
-  if (response.status.code == QueryStatus::OK) response.status = statusOf(robot, *guarantees);
+  if (!guaranteed) return;
+  response.pair.guaranteed = closest ? guaranteed->of(scenes->state, *closest) : kNaN;
+  if (response.status.code == QueryStatus::OK) response.status = statusOf(robot, *guaranteed);
 }
 
 geometry_msgs::Vector3 unknownVector() {
@@ -150,17 +148,17 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     const scene::Question question = questionOf(robot, request);
     const auto pairs = pairsOf(robot, request);
     requireAnswersWithinBatch(robot, request, pairs.size());
-    const PosedScene posed(robot, tf, pairs, request.stamp);
+    const ScenePool::Lease scenes = pairs.borrowScenes();
+    const AwaitedPoses posed(robot, tf, pairs, request.stamp, *scenes);
     response.header = posed.header;
-    PairDetails details{gradientsOf(robot, pairs, request), guaranteesOf(robot, pairs, request.uncertainty, question)};
-    details.update(posed.snapshot.poses, posed.frames.poses);
+    scene::GuaranteedDistances* const guaranteed = guaranteedOf(robot, *scenes, request.uncertainty, question);
     StateProximity found =
-        askPairs(robot, *posed.scene, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, details);
-    if (details.gradients) response.joint_names = details.gradients->names();
+        askPairs(robot, *scenes, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, guaranteed);
+    if (request.want_gradient) assignColumns(response.joint_names, scenes->state.degreesOfFreedom());
     response.status = std::move(found.status);
     response.pairs = std::move(found.pairs);
     response.minimum = std::move(found.minimum);
-    assignCounts(response, posed.scene->counts());
+    assignCounts(response, scenes->scene.counts());
   });
 }
 

@@ -115,13 +115,6 @@ scene::ShapeRefPair onePair(const RequestContext& context, const ShapeRef& a, co
   return pair;
 }
 
-/// Gives the objects of a request to a scene that was borrowed.
-template <class Lease>
-Lease withObjects(Lease scene, const RobotObjects& objects) {
-  if (scene->objects() != objects.all.get()) scene->use(objects.all);
-  return scene;
-}
-
 bool isWithinBatch(const Robot& robot, std::size_t count) {
   return count <= static_cast<std::size_t>(robot.config().max_batch);
 }
@@ -316,14 +309,10 @@ std::vector<int> RequestedPairs::bodies() const {
 
 CarrierFrames RequestedPairs::frames() const { return own_ ? framesOf(objects(), *own_) : framesOf(objects()); }
 
-ScenePool::Lease RequestedPairs::borrowScene() const { return withObjects(robot_->borrowScene(), objects_); }
-
-MovingScenePool::Lease RequestedPairs::borrowMovingScene() const {
-  return withObjects(robot_->borrowMovingScene(), objects_);
-}
-
-SplineScenePool::Lease RequestedPairs::borrowSplineScene() const {
-  return withObjects(robot_->borrowSplineScene(), objects_);
+ScenePool::Lease RequestedPairs::borrowScenes() const {
+  ScenePool::Lease scenes = robot_->borrowScenes();
+  if (scenes->state.objects() != objects_.all) scenes->state.set(objects_.all, carriersOf(*robot_, *objects_.all));
+  return scenes;
 }
 
 RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b, Filter filter) {

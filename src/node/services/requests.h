@@ -68,10 +68,8 @@ class RequestedPairs {
   std::vector<int> bodies() const;
   CarrierFrames frames() const;
 
-  /// Lends a scene that has the objects.
-  ScenePool::Lease borrowScene() const;
-  MovingScenePool::Lease borrowMovingScene() const;
-  SplineScenePool::Lease borrowSplineScene() const;
+  /// Lends a state that has the objects, with its scenes.
+  ScenePool::Lease borrowScenes() const;
 
  private:
   const Robot* robot_;

@@ -66,7 +66,7 @@ struct MinimumInSegment {
 class LinearSegments {
  public:
   LinearSegments(const Trajectory& trajectory, const RequestedPairs& pairs, const scene::MotionQuestion& question)
-      : trajectory_(trajectory), pairs_(pairs.asked()), question_(question), scene_(pairs.borrowMovingScene()) {
+      : trajectory_(trajectory), pairs_(pairs.asked()), question_(question), scenes_(pairs.borrowScenes()) {
     const std::vector<scene::TrajectoryPoint>& points = trajectory.way.points;
     for (std::size_t i = 0; i + 1 < points.size(); ++i) {
       const scene::TrajectoryPoint &from = points[i], &to = points[i + 1];
@@ -80,7 +80,7 @@ class LinearSegments {
 
   ContactInSegment contactIn(std::size_t segment) {
     const TimedMotion& motion = motions_[segment];
-    const scene::RobotTimeOfContact found = scene_->timeOfContact(pairs_, motion.motion, question_);
+    const scene::RobotTimeOfContact found = scenes_->moving().timeOfContact(pairs_, motion.motion, question_);
     ContactInSegment contact{found, motion.timeAt(found.t_free), kNaN, {}, unknownProximity()};
     if (!found.contact) return contact;
     contact.t_contact = motion.timeAt(found.t_contact);
@@ -90,7 +90,7 @@ class LinearSegments {
   }
 
   MinimumInSegment minimumIn(std::size_t segment) {
-    const scene::RobotMinimum found = scene_->minimum(pairs_, motions_[segment].motion, question_);
+    const scene::RobotMinimum found = scenes_->moving().minimum(pairs_, motions_[segment].motion, question_);
     return {found.status, toMessage(trajectory_.model, motions_[segment], found)};
   }
 
@@ -127,7 +127,7 @@ class LinearSegments {
   const Trajectory& trajectory_;
   const scene::Pairs pairs_;
   const scene::MotionQuestion& question_;
-  const MovingScenePool::Lease scene_;
+  const ScenePool::Lease scenes_;
   std::vector<TimedMotion> motions_;
 };
 
@@ -138,7 +138,7 @@ class SplineSegments {
                  std::vector<double> tracking_error)
       : trajectory_(trajectory),
         pairs_(pairs.asked()),
-        scene_(pairs.borrowSplineScene()),
+        scenes_(pairs.borrowScenes()),
         splines_(splinesOf(trajectory.robot, trajectory.way)),
         motion_(splineMotion(
             trajectory.robot,
@@ -149,7 +149,7 @@ class SplineSegments {
   std::size_t size() const { return splines_.size(); }
 
   ContactInSegment contactIn(std::size_t segment) {
-    const scene::SplineContact found = scene_->timeOfContact(pairs_, splines_[segment], question_);
+    const scene::SplineContact found = scenes_->splines().timeOfContact(pairs_, splines_[segment], question_);
     ContactInSegment contact{found, timeAt(segment, found.t_free), kNaN, found.state, unknownProximity()};
     if (found.contact) contact.t_contact = timeAt(segment, found.t_contact);
     if (found.pair.result.status != Status::Unknown)
@@ -159,7 +159,7 @@ class SplineSegments {
   }
 
   MinimumInSegment minimumIn(std::size_t segment) {
-    const scene::SplineMinimum found = scene_->minimum(pairs_, splines_[segment], question_);
+    const scene::SplineMinimum found = scenes_->splines().minimum(pairs_, splines_[segment], question_);
     MotionMinimum message = unknownMinimum();
     message.lower_bound = found.lower_bound;
     message.upper_bound = found.upper_bound;
@@ -209,7 +209,7 @@ class SplineSegments {
 
   const Trajectory& trajectory_;
   const scene::Pairs pairs_;
-  const SplineScenePool::Lease scene_;
+  const ScenePool::Lease scenes_;
   const std::vector<scene::SplineSegment> splines_;
   const SplineMotion motion_;
   const scene::SplineQuestion question_;

@@ -5,8 +5,8 @@
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/batch/batch_objects.h"
 #include "scene/lanes/lane_model.h"
-#include "scene/parts/visit_queue.h"
-#include "scene/parts/volumes.h"
+#include "scene/state/visit_queue.h"
+#include "scene/state/volumes.h"
 
 #include <memory>
 #include <vector>

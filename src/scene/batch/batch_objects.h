@@ -3,8 +3,8 @@
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/bounds/box_tree.h"
 #include "scene/lanes/lane_model.h"
-#include "scene/parts/visit_queue.h"
-#include "scene/parts/volumes.h"
+#include "scene/state/visit_queue.h"
+#include "scene/state/volumes.h"
 
 #include <Eigen/Geometry>
 

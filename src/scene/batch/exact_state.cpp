@@ -27,7 +27,8 @@ bool areNear(const States& states, Eigen::Index a, Eigen::Index b) {
 
 ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
     : batch_(std::move(batch)),
-      measurement_(std::make_unique<PairMeasurement>(*batch_->model, batch_->volumes, Skipping::On, Memory::None)),
+      robot_(std::make_unique<PlacedRobot>(batch_->model->robot, batch_->volumes)),
+      measurement_(std::make_unique<PairMeasurement>(*batch_->model, Skipping::On, Memory::None)),
       poses_(batch_->model->robot.bodies.size(), Isometry3d::Identity()),
       pose_of_(poses_.size(), 0),
       body_of_(poses_.size(), 0),
@@ -35,8 +36,9 @@ ExactState::ExactState(std::shared_ptr<const BatchModel> batch)
       last_positions_(batch_->model->robot.joints.size(), kInfinity),
       guesses_(batch_->pairs.size()),
       known_(batch_->candidates.size()) {
+  measurement_->see(*robot_);
   if (!batch_->objects) return;
-  measurement_->use(batch_->objects->objects);
+  robot_->use(batch_->objects->objects);
   frames_.resize(batch_->objects->frame_links.size());
 }
 
@@ -68,7 +70,7 @@ void ExactState::placeBody(int body) {
   if (body >= static_cast<int>(poses_.size())) return placeFrames();  // the body of an object that no link holds
   std::uint64_t& state = body_of_[body];
   if (state == state_) return;
-  measurement_->robot().place(body, poseOf(body));
+  robot_->place(body, poseOf(body));
   state = state_;
 }
 
@@ -80,14 +82,14 @@ void ExactState::placeFrames() {
     const Link& link = robot.links[batch_->objects->frame_links[i]];
     frames_[i] = poseOf(link.body) * link.body_T_link;
   }
-  measurement_->updateFrames(frames_);
+  robot_->placeFrames(frames_);
   frames_of_ = state_;
 }
 
 /// Chooses the origin as PlacedRobot::update() does.
 void ExactState::placeOrigin() {
   if (origin_of_ == state_) return;
-  PlacedRobot& robot = measurement_->robot();
+  PlacedRobot& robot = *robot_;
   for (int body = 0; body < static_cast<int>(poses_.size()); ++body) {
     if (!robot.hasGeometry(body)) continue;
     placeBody(body);
@@ -99,7 +101,7 @@ void ExactState::placeOrigin() {
 }
 
 void ExactState::placeSphere(int part) {
-  PlacedRobot& robot = measurement_->robot();
+  PlacedRobot& robot = *robot_;
   if (robot.isObject(part)) return placeBody(robot[part].body);  // its sphere is made when it is asked
   std::uint64_t& state = sphere_of_[part];
   if (state == state_) return;
@@ -167,12 +169,12 @@ PairProximity ExactState::proximity(int pair, double threshold) {
 }
 
 Representation ExactState::representationOf(const PartPair& pair) const {
-  const PlacedRobot& robot = measurement_->robot();
+  const PlacedRobot& robot = *robot_;
   return std::max(robot[pair.a].whole().representation, robot[pair.b].whole().representation);
 }
 
 bool ExactState::isPlaced(const Visit& visit) {
-  const PlacedRobot& robot = measurement_->robot();
+  const PlacedRobot& robot = *robot_;
   const int body_a = robot[visit.a].body, body_b = robot[visit.b].body;
   placeBody(body_a);
   placeBody(body_b);
@@ -186,7 +188,7 @@ bool ExactState::isPlaced() {
 Visit ExactState::refined(Visit visit, double limit) const {
   const auto pair = static_cast<std::size_t>(visit.number);
   if (pair < known_.size() && known_[pair].lower_bound > limit) {
-    const PlacedRobot& robot = measurement_->robot();
+    const PlacedRobot& robot = *robot_;
     const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot[visit.a], robot[visit.b], known_[pair].a_T_b,
                                                                    robot.relative(visit.a, visit.b));
     visit.lower_bound = std::max(visit.lower_bound, known_[pair].lower_bound - motion.distance_change);
@@ -196,8 +198,7 @@ Visit ExactState::refined(Visit visit, double limit) const {
 
 void ExactState::keepBound(const Visit& visit, double lower_bound) {
   const auto pair = static_cast<std::size_t>(visit.number);
-  if (pair < known_.size() && isNearLast())
-    known_[pair] = {measurement_->robot().relative(visit.a, visit.b), lower_bound};
+  if (pair < known_.size() && isNearLast()) known_[pair] = {robot_->relative(visit.a, visit.b), lower_bound};
 }
 
 PairProximity ExactState::measure(const Visit& visit, double limit) {

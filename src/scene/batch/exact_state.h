@@ -107,6 +107,7 @@ class ExactState {
   double positionOf(int joint) const;
 
   std::shared_ptr<const BatchModel> batch_;
+  std::unique_ptr<PlacedRobot> robot_;
   std::unique_ptr<PairMeasurement> measurement_;
   const double* positions_ = nullptr;
   Eigen::Index stride_ = 0;  ///< from one joint to the next

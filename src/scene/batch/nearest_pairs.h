@@ -6,7 +6,7 @@
 #include "scene/batch/near_objects.h"
 #include "scene/bounds/heap.h"
 #include "scene/lanes/lane_bounds.h"
-#include "scene/parts/visit_queue.h"
+#include "scene/state/visit_queue.h"
 
 #include <cstddef>
 #include <limits>

@@ -37,11 +37,11 @@ void requireUsable(const VelocityDamper& damper) {
 }
 
 /// True if the objects of the scene still have this pair.
-bool isStillChecked(const ShapeRefPair& pair, const Objects* objects) {
+bool isStillChecked(const ShapeRefPair& pair, const Objects& objects) {
   if (pair.areLinks()) return true;
   for (const ShapeRef& ref : {pair.a, pair.b})
-    if (ref.isObject() && !(objects && objects->object(ref.object()))) return false;
-  return objects->isChecked(pair.a, pair.b);
+    if (ref.isObject() && !objects.object(ref.object())) return false;
+  return objects.isChecked(pair.a, pair.b);
 }
 
 /// Orders pairs that are equally demanding, in the same way on every machine.
@@ -122,25 +122,24 @@ ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capa
   offers_.reserve(model_->pairs.checked.size() + size);
 }
 
-void ConstraintRows::update(Scene& scene, const Derivatives& derivatives, const VelocityDamper& damper) {
+void ConstraintRows::find(Scene& scene, const State& state, const VelocityDamper& damper) {
   requireUsable(damper);
   if (&scene.model() != model_.get()) throw std::invalid_argument("the scene is of another robot");
-  if (derivatives.degreesOfFreedom().size() != matrix_.cols())
-    throw std::invalid_argument("the derivatives are of another robot");
+  if (&state.model() != model_.get()) throw std::invalid_argument("the state is of another robot");
   offers_.clear();
   stuck_.clear();
   left_out_ = unneeded_ = stuck_count_ = unknown_ = 0;
-  offerNear(scene, damper);
-  offerKept(scene, damper);
-  choose(derivatives, damper);
+  offerNear(scene, state, damper);
+  offerKept(scene, state, damper);
+  choose(state, damper);
   assignRows();
-  for (const Offer& offer : offers_) fill(offer, derivatives);
+  for (const Offer& offer : offers_) fill(offer, state);
 }
 
-void ConstraintRows::offerNear(Scene& scene, const VelocityDamper& damper) {
+void ConstraintRows::offerNear(Scene& scene, const State& state, const VelocityDamper& damper) {
   Question question;
   question.threshold = damper.influence_distance + damper.largest_loss;
-  for (const PairProximity& pair : scene.below(scene.candidates(), question)) {
+  for (const PairProximity& pair : scene.below(state, scene.candidates(), question)) {
     const double distance = distanceOf(pair, damper);
     if (!(distance > damper.influence_distance)) offer(pair, distance, damper, rowOf(pair.asked));
   }
@@ -148,19 +147,19 @@ void ConstraintRows::offerNear(Scene& scene, const VelocityDamper& damper) {
 }
 
 /// Offers the pairs that have a row and are not within the influence distance.
-void ConstraintRows::offerKept(Scene& scene, const VelocityDamper& damper) {
+void ConstraintRows::offerKept(Scene& scene, const State& state, const VelocityDamper& damper) {
   const std::size_t near = offers_.size();
   for (int row = 0; row < capacity(); ++row) {
     const Row& kept = rows_[row];
     const auto is_offered = [&](const Offer& offer) { return offer.row == row; };
     if (!kept.is_used || std::any_of(offers_.begin(), offers_.begin() + static_cast<std::ptrdiff_t>(near), is_offered))
       continue;
-    if (!isStillChecked(kept.pair, scene.objects())) continue;
+    if (!isStillChecked(kept.pair, *state.objects())) continue;
     const double stop = damper.stop.of(kept.pair);
     Question question;
     const double farthest = stop + (1.0 + kKeepShare) * (damper.influence_distance - stop);
     question.threshold = farthest + damper.largest_loss;
-    const PairProximity pair = scene.proximity(kept.pair, question);
+    const PairProximity pair = scene.proximity(state, kept.pair, question);
     const double distance = distanceOf(pair, damper);
     if (pair.result.status == narrowphase::Status::Unknown || distance > farthest) continue;
     offer(pair, distance, damper, row);
@@ -175,13 +174,13 @@ void ConstraintRows::offer(const PairProximity& pair, double distance, const Vel
 }
 
 /// Keeps the most demanding offers that need a row, at most as many as there are rows.
-void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper& damper) {
+void ConstraintRows::choose(const State& state, const VelocityDamper& damper) {
   std::sort(offers_.begin(), offers_.end(), [](const Offer& a, const Offer& b) {
     return a.rank() != b.rank() ? a.rank() < b.rank() : comesFirst(a.pair, b.pair);
   });
   std::size_t chosen = 0;
   for (Offer& offer : offers_) {
-    const Need need = decideNeed(offer, derivatives, damper);
+    const Need need = decideNeed(offer, state, damper);
     unknown_ += need == Need::Unknown;
     unneeded_ += need == Need::None && offer.is_within;
     if (need != Need::Row) continue;
@@ -194,9 +193,8 @@ void ConstraintRows::choose(const Derivatives& derivatives, const VelocityDamper
 }
 
 /// Decides whether a pair needs a row, and sets its bound.
-ConstraintRows::Need ConstraintRows::decideNeed(Offer& offer, const Derivatives& derivatives,
-                                                const VelocityDamper& damper) {
-  if (!std::isfinite(offer.share) || !findGradient(offer, derivatives)) return Need::Unknown;
+ConstraintRows::Need ConstraintRows::decideNeed(Offer& offer, const State& state, const VelocityDamper& damper) {
+  if (!std::isfinite(offer.share) || !findGradient(offer, state)) return Need::Unknown;
   const double bound = smallestRate(offer.share, damper), rate = largestRate(gradient_, speeds_);
   if (bound > rate) {
     ++stuck_count_;
@@ -209,8 +207,8 @@ ConstraintRows::Need ConstraintRows::decideNeed(Offer& offer, const Derivatives&
 }
 
 /// Sets the gradient by the columns that move. Returns false if it is not known.
-bool ConstraintRows::findGradient(const Offer& offer, const Derivatives& derivatives) {
-  if (!derivatives.gradient(PairProximity{offer.pair, 0, 0, offer.result}, gradient_)) return false;
+bool ConstraintRows::findGradient(const Offer& offer, const State& state) {
+  if (!gradient(state, PairProximity{offer.pair, 0, 0, offer.result}, gradient_)) return false;
   gradient_ = (speeds_.array() > 0.0).select(gradient_, 0.0);
   return true;
 }
@@ -240,8 +238,8 @@ void ConstraintRows::free(int row) {
   rows_[row] = {};
 }
 
-void ConstraintRows::fill(const Offer& offer, const Derivatives& derivatives) {
-  findGradient(offer, derivatives);
+void ConstraintRows::fill(const Offer& offer, const State& state) {
+  findGradient(offer, state);
   matrix_.row(offer.row) = gradient_.transpose();
   bounds_[offer.row] = offer.bound;
   rows_[offer.row] = {offer.pair, offer.distance, true, offer.result.unique};

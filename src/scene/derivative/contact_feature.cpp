@@ -170,42 +170,31 @@ ContactFeatures::ContactFeatures(const SceneModel& model) : robot_(model.robot),
     pieces_of_link_.push_back(robot_.piecesOf(link));
 }
 
-void ContactFeatures::use(std::shared_ptr<const Objects> objects) {
-  objects_ = std::move(objects);
-  if (!objects_) return;
-  for (const int number : objects_->numbers()) {
-    const std::size_t most = mostCorners(objects_->placed(number)->geometry->pieces());
+void ContactFeatures::makeRoomFor(const Objects& objects) {
+  for (const int number : objects.numbers()) {
+    const std::size_t most = mostCorners(objects.placed(number)->geometry->pieces());
     figure_a_.reserve(most);
     figure_b_.reserve(most);
   }
 }
 
-std::optional<ContactFeatures::Side> ContactFeatures::sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const {
-  const Link& link = robot_.links[ref.link()];
-  const std::optional<Isometry3d>& pose = poses[link.body];
+std::optional<ContactFeatures::Side> ContactFeatures::sideOf(const ShapeRef& ref, const State& state) const {
+  const std::optional<Isometry3d> pose = state.poseOf(ref);
   if (!pose) return std::nullopt;
-  const std::vector<int>& numbers = ref.collision() > 0 ? robot_.collisions[link.collisions[ref.collision() - 1]].pieces
-                                                        : pieces_of_link_[ref.link()];
+  if (ref.isObject()) {
+    const ObjectGeometry& geometry = *state.objects()->placed(ref.object())->geometry;
+    return Side{&geometry.pieces(), nullptr, &geometry.halfSpaces(), *pose};
+  }
+  const std::vector<int>& collisions = robot_.links[ref.link()].collisions;
+  const std::vector<int>& numbers =
+      ref.collision() > 0 ? robot_.collisions[collisions[ref.collision() - 1]].pieces : pieces_of_link_[ref.link()];
   return Side{&robot_.pieces, &numbers, nullptr, *pose};
 }
 
-std::optional<ContactFeatures::Side> ContactFeatures::sideOfObject(const ShapeRef& ref, const BodyPoses& poses,
-                                                                   const FramePoses& frames) const {
-  const PlacedObject& object = *objects_->placed(ref.object());
-  std::optional<Isometry3d> pose = object.world_T_object;
-  if (object.kind == PlacedObject::Kind::Attached) pose = poses[object.body];
-  if (object.kind == PlacedObject::Kind::Moving) pose = frames[objects_->frameOf(ref.object())];
-  if (!pose) return std::nullopt;
-  return Side{&object.geometry->pieces(), nullptr, &object.geometry->halfSpaces(), *pose};
-}
-
-double ContactFeatures::minimum(const PairProximity& pair, const Vector3d& slope, const BodyPoses& poses,
-                                const FramePoses& frames) {
+double ContactFeatures::minimum(const State& state, const PairProximity& pair, const Vector3d& slope) {
+  if (state.objects() != objects_) makeRoomFor(*(objects_ = state.objects()));
   const narrowphase::SignedDistance& result = pair.result;
-  const auto sideOf = [&](const ShapeRef& ref) {
-    return ref.isLink() ? sideOfLink(ref, poses) : sideOfObject(ref, poses, frames);
-  };
-  const std::optional<Side> a = sideOf(pair.asked.a), b = sideOf(pair.asked.b);
+  const std::optional<Side> a = sideOf(pair.asked.a, state), b = sideOf(pair.asked.b, state);
   if (!a || !b) return std::numeric_limits<double>::quiet_NaN();
 
   const Vector3d from_surface = 0.5 * paddings_.of(pair.asked) * result.normal;

@@ -1,11 +1,9 @@
 #pragma once
 
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
-#include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
+#include "proximity_server/scene/state/state.h"
 #include "scene/derivative/plane_figure.h"
 
 #include <Eigen/Geometry>
@@ -36,14 +34,11 @@ std::optional<double> findSupportFigure(const narrowphase::Shape& shape, const E
                                         const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure);
 
 /// The contact features of the pairs of one robot: the points that may be their witness points. It has the working
-/// memory of one caller. After use() nothing is allocated if no shape has more vertices than those of the robot and its
-/// objects.
+/// memory of one caller. Nothing is allocated if no shape has more vertices than those of the robot and of the objects
+/// before.
 class ContactFeatures {
  public:
   explicit ContactFeatures(const SceneModel& model);
-
-  /// nullptr: no objects.
-  void use(std::shared_ptr<const Objects> objects);
 
   /// The smallest value of slope . (x - point_a) over all points x that may be the witness point on the first shape of
   /// a pair with the normal of its result. The slope is perpendicular to the normal. It is at most 0, because point_a
@@ -61,20 +56,19 @@ class ContactFeatures {
   ///          the default tolerance of a Question if that is larger, plus the rounding of the poses. This can only make
   ///          the value smaller.
   /// Failure: NaN if the pose of one of the two is not known.
-  double minimum(const PairProximity& pair, const Eigen::Vector3d& slope, const BodyPoses& poses,
-                 const FramePoses& frames);
+  double minimum(const State& state, const PairProximity& pair, const Eigen::Vector3d& slope);
 
  private:
   struct Side;
 
+  void makeRoomFor(const Objects& objects);
   /// nullopt if the place is not known.
-  std::optional<Side> sideOfLink(const ShapeRef& ref, const BodyPoses& poses) const;
-  std::optional<Side> sideOfObject(const ShapeRef& ref, const BodyPoses& poses, const FramePoses& frames) const;
+  std::optional<Side> sideOf(const ShapeRef& ref, const State& state) const;
 
   const RobotModel& robot_;
   std::vector<std::vector<int>> pieces_of_link_;
   const PairDistances paddings_;
-  std::shared_ptr<const Objects> objects_;
+  std::shared_ptr<const Objects> objects_;  ///< for which there is room
   PlaneFigure figure_a_, figure_b_;
 };
 

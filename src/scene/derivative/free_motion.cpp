@@ -1,10 +1,10 @@
 #include "proximity_server/scene/derivative/free_motion.h"
 
 #include "scene/bounds/seen_bounds.h"
-#include "scene/derivative/placed_joints.h"
 #include "scene/model/numbers.h"
 #include "scene/objects/placed_object.h"
-#include "scene/parts/volumes.h"
+#include "scene/scene_model/given_model.h"
+#include "scene/state/volumes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,9 +28,8 @@ void requireFinite(const FreeMotionQuestion& question) {
 
 }  // namespace
 
-FreeMotion::FreeMotion(const std::shared_ptr<const SceneModel>& model)
-    : joints_(std::make_unique<PlacedJoints>(model)), volumes_(std::make_unique<const Volumes>(model->robot)) {
-  const DegreesOfFreedom& columns = degreesOfFreedom();
+FreeMotion::FreeMotion(const std::shared_ptr<const SceneModel>& model) {
+  const DegreesOfFreedom columns(given(model).robot);
   scratch_.setZero(columns.size());
   sides_.setZero(columns.size());
   for (std::size_t joint = 0; joint < model->robot.joints.size(); ++joint)
@@ -41,47 +40,22 @@ FreeMotion::FreeMotion(const std::shared_ptr<const SceneModel>& model)
   for (const LinkPair& pair : model->pairs.pairs)
     if (pair.reason == PairReason::Checked) is_checked_[pair.link_a] = is_checked_[pair.link_b] = true;
 }
-FreeMotion::~FreeMotion() = default;
-FreeMotion::FreeMotion(FreeMotion&&) noexcept = default;
-FreeMotion& FreeMotion::operator=(FreeMotion&&) noexcept = default;
-
-const DegreesOfFreedom& FreeMotion::degreesOfFreedom() const { return joints_->degreesOfFreedom(); }
-
-void FreeMotion::use(std::shared_ptr<const Objects> objects) {
-  joints_->use(std::move(objects));
-  is_known_ = false;
-}
-
-void FreeMotion::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
-  joints_->use(std::move(objects), std::move(carriers));
-  is_known_ = false;
-}
-
-void FreeMotion::update(const BodyPoses& poses) {
-  joints_->update(poses);
-  is_known_ = false;
-}
-
-void FreeMotion::update(const BodyPoses& poses, const FramePoses& frames) {
-  joints_->update(poses, frames);
-  is_known_ = false;
-}
-
 // --- weights
 
 /// Adds the weights of the joints that carry `body`, but not the other one, for the points of a shape.
-bool FreeMotion::addWeights(const ShapeRef& moved, int body, int other_body, Eigen::Ref<VectorXd> weights) const {
+bool FreeMotion::addWeights(const State& state, const ShapeRef& moved, int body, int other_body,
+                            Eigen::Ref<VectorXd> weights) const {
   if (body < 0) return true;
-  const std::optional<Eigen::Isometry3d> pose = joints_->poseOf(moved);
-  if (!pose || !joints_->knowsBetween(body, other_body)) return false;
-  const Bounds& bounds = volumes_->part(moved, joints_->objects()).whole().bounds;
-  const RobotModel& robot = joints_->robot();
-  joints_->forEachBetween(body, other_body, [&](int carried, PlacedJoints::Side side) {
-    if (side != PlacedJoints::Side::A) return;
+  const std::optional<Eigen::Isometry3d> pose = state.poseOf(moved);
+  if (!pose || !state.knowsBetween(body, other_body)) return false;
+  const Bounds& bounds = state.volumes()->part(moved, state.objects().get()).whole().bounds;
+  const RobotModel& robot = state.robot();
+  state.forEachBetween(body, other_body, [&](int carried, State::Side side) {
+    if (side != State::Side::A) return;
     const int joint = robot.bodies[carried].joint;
-    const JointTwists twists = joints_->twistsOf(carried);
-    const DegreesOfFreedom::Columns& own = degreesOfFreedom().columnsOf(joint);
-    const SeenBounds seen(bounds, *pose, joints_->poses()[carried]->translation());
+    const JointTwists twists = state.twistsOf(carried);
+    const DegreesOfFreedom::Columns& own = state.degreesOfFreedom().columnsOf(joint);
+    const SeenBounds seen(bounds, *pose, state.poses()[carried]->translation());
     for (int i = 0; i < twists.count; ++i) {
       const Vector3d& axis = twists.twists[i].angular;
       double weight = 1.0 + kPoseRounding;  // of a translation
@@ -93,16 +67,18 @@ bool FreeMotion::addWeights(const ShapeRef& moved, int body, int other_body, Eig
   return true;
 }
 
-bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights) const {
-  if (weights.size() != degreesOfFreedom().size())
-    throw std::invalid_argument("the robot has " + std::to_string(degreesOfFreedom().size()) +
+bool FreeMotion::weights(const State& state, const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights) const {
+  if (weights.size() != state.degreesOfFreedom().size())
+    throw std::invalid_argument("the robot has " + std::to_string(state.degreesOfFreedom().size()) +
                                 " degrees of freedom, but there is room for " + std::to_string(weights.size()));
-  volumes_->of(pair.a), volumes_->of(pair.b);  // throws for a link that does not exist
-  const int body_a = joints_->bodyOf(pair.a), body_b = joints_->bodyOf(pair.b);
-  const auto isUnbounded = [&](const ShapeRef& ref) { return volumes_->part(ref, joints_->objects()).isUnbounded(); };
+  state.volumes()->of(pair.a), state.volumes()->of(pair.b);  // throws for a link that does not exist
+  const int body_a = state.bodyOf(pair.a), body_b = state.bodyOf(pair.b);
+  const auto isUnbounded = [&](const ShapeRef& ref) {
+    return state.volumes()->part(ref, state.objects().get()).isUnbounded();
+  };
   const ShapeRef &by_a = isUnbounded(pair.a) ? pair.b : pair.a, &by_b = isUnbounded(pair.b) ? pair.a : pair.b;
   weights.setZero();
-  if (addWeights(by_a, body_a, body_b, weights) && addWeights(by_b, body_b, body_a, weights)) return true;
+  if (addWeights(state, by_a, body_a, body_b, weights) && addWeights(state, by_b, body_b, body_a, weights)) return true;
   weights.setConstant(std::numeric_limits<double>::quiet_NaN());
   return false;
 }
@@ -112,21 +88,19 @@ bool FreeMotion::weights(const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights)
 /// Sets weights that no checked pair exceeds: the largest of all links and objects. A degree of freedom with mimic
 /// joints may move both shapes of a pair; any other one moves only one of them. A shape without a pose is in no known
 /// pair. Among objects, every link may be in a checked pair. The joints that carry a half-space move all other shapes.
-bool FreeMotion::findLargestWeights(VectorXd& weights) {
+bool FreeMotion::findLargestWeights(const State& state, VectorXd& weights) {
   weights.setZero();
   bool is_known = true;
   const auto consider = [&](const ShapeRef& ref, int body) {
-    if (!is_known || body < 0 || !joints_->poseOf(ref)) return;
+    if (!is_known || body < 0 || !state.poseOf(ref)) return;
     scratch_.setZero();
-    is_known = addWeights(ref, body, -1, scratch_);
+    is_known = addWeights(state, ref, body, -1, scratch_);
     weights = weights.cwiseMax(scratch_);
   };
-  forEachBounded([&](const ShapeRef& ref) { consider(ref, joints_->bodyOf(ref)); });
-  if (const Objects* const objects = joints_->objects()) {
-    for (const int number : objects->unbounded()) {
-      const int body = joints_->bodyOf(ShapeRef::ofObject(number));
-      if (body >= 0) forEachBounded([&](const ShapeRef& ref) { consider(ref, body); });
-    }
+  forEachBounded(state, [&](const ShapeRef& ref) { consider(ref, state.bodyOf(ref)); });
+  for (const int number : state.objects()->unbounded()) {
+    const int body = state.bodyOf(ShapeRef::ofObject(number));
+    if (body >= 0) forEachBounded(state, [&](const ShapeRef& ref) { consider(ref, body); });
   }
   weights.array() *= sides_.array();
   return is_known;
@@ -134,37 +108,34 @@ bool FreeMotion::findLargestWeights(VectorXd& weights) {
 
 /// Visits all links that may be in a checked pair, and all objects without half-spaces.
 template <class Visit>
-void FreeMotion::forEachBounded(const Visit& visit) const {
-  const Objects* const objects = joints_->objects();
-  const bool has_objects = objects && !objects->empty();
+void FreeMotion::forEachBounded(const State& state, const Visit& visit) const {
+  const Objects& objects = *state.objects();
   for (int link = 0; link < static_cast<int>(is_checked_.size()); ++link)
-    if (joints_->robot().hasGeometry(link) && (has_objects || is_checked_[link])) visit(ShapeRef(link));
-  if (!has_objects) return;
-  for (const int number : objects->numbers())
-    if (!objects->placed(number)->isUnbounded()) visit(ShapeRef::ofObject(number));
+    if (state.robot().hasGeometry(link) && (!objects.empty() || is_checked_[link])) visit(ShapeRef(link));
+  for (const int number : objects.numbers())
+    if (!objects.placed(number)->isUnbounded()) visit(ShapeRef::ofObject(number));
 }
 
 Bubble& FreeMotion::next() {
-  if (size_ == static_cast<int>(bubbles_.size())) bubbles_.push_back({{}, 0.0, VectorXd(degreesOfFreedom().size())});
+  if (size_ == static_cast<int>(bubbles_.size())) bubbles_.push_back({{}, 0.0, VectorXd(sides_.size())});
   return bubbles_[size_++];
 }
 
-void FreeMotion::find(Scene& scene, const FreeMotionQuestion& question) {
+void FreeMotion::find(Scene& scene, const State& state, const FreeMotionQuestion& question) {
   is_known_ = false;
   size_ = 0;
-  if (&scene.model() != &joints_->model()) throw std::invalid_argument("the scene is of another robot");
-  if (scene.objects() != joints_->objects()) throw std::invalid_argument("the scene has other objects");
   requireFinite(question);
   Question near;
   near.threshold = question.influence_distance;
   near.deadline = question.deadline;
-  const std::vector<PairProximity>& pairs = scene.below(scene.candidates(), near);
+  const std::vector<PairProximity>& pairs = scene.below(state, scene.candidates(), near);
   const bool knows_all = scene.counts().unknown == 0;
-  find(pairs.data(), pairs.data() + pairs.size(), question);
+  find(state, pairs.data(), pairs.data() + pairs.size(), question);
   is_known_ = is_known_ && knows_all;
 }
 
-void FreeMotion::find(const PairProximity* begin, const PairProximity* end, const FreeMotionQuestion& question) {
+void FreeMotion::find(const State& state, const PairProximity* begin, const PairProximity* end,
+                      const FreeMotionQuestion& question) {
   is_known_ = false;
   size_ = 0;
   requireFinite(question);
@@ -173,18 +144,17 @@ void FreeMotion::find(const PairProximity* begin, const PairProximity* end, cons
     Bubble& bubble = next();
     bubble.pair = pair->asked;
     bubble.free = std::max(0.0, pair->result.lower_bound - question.thresholds.of(pair->asked));
-    is_known = is_known && weights(pair->asked, bubble.weights);
+    is_known = is_known && weights(state, pair->asked, bubble.weights);
   }
   Bubble& others = next();
   others.pair = {};
   others.free = std::max(0.0, question.influence_distance - question.thresholds.range(PairKind::Any).largest);
-  is_known_ = is_known && findLargestWeights(others.weights);
+  is_known_ = is_known && findLargestWeights(state, others.weights);
 }
 
 double FreeMotion::scale(const Eigen::Ref<const VectorXd>& motion) const {
-  const DegreesOfFreedom& columns = degreesOfFreedom();
-  if (motion.size() != columns.size())
-    throw std::invalid_argument("the robot has " + std::to_string(columns.size()) +
+  if (motion.size() != sides_.size())
+    throw std::invalid_argument("the robot has " + std::to_string(sides_.size()) +
                                 " degrees of freedom, but the motion is of " + std::to_string(motion.size()));
   if (!is_known_ || !motion.allFinite()) return 0.0;
   double scale = 1.0;
@@ -199,7 +169,7 @@ double FreeMotion::scale(const Eigen::Ref<const VectorXd>& motion) const {
 }
 
 double FreeMotion::alone(int column) const {
-  if (column < 0 || column >= degreesOfFreedom().size())
+  if (column < 0 || column >= sides_.size())
     throw std::invalid_argument("the robot has no degree of freedom " + std::to_string(column));
   if (!is_known_) return 0.0;
   constexpr double kRoundedDown = 1.0 - 4.0 * std::numeric_limits<double>::epsilon();

@@ -3,7 +3,7 @@
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/kernels/lane_kernels.h"
 #include "scene/lanes/link_outline.h"
-#include "scene/parts/volumes.h"
+#include "scene/state/volumes.h"
 
 #include <Eigen/Core>
 

@@ -60,14 +60,15 @@ std::vector<AlwaysNear> findAlwaysNear(const SceneModel& model, double distance,
   const std::vector<JointRange> ranges = jointRanges(model.robot);
   std::vector<AlwaysNear> near = checkedPairs(model);
   Scene scene(lent(model));
+  State current(lent(model));
   Question question;
   question.threshold = distance;
   question.depth = Question::Depth::NotWanted;
   std::mt19937_64 random(1);
   for (int state = 0; state < states && !near.empty(); ++state) {
-    scene.update(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
+    current.set(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
     const auto is_far = [&](AlwaysNear& each) {
-      const narrowphase::SignedDistance found = scene.proximity(each.pair, question).result;
+      const narrowphase::SignedDistance found = scene.proximity(current, each.pair, question).result;
       const double seen = found.lower_bound > 0.0 ? found.distance : 0.0;
       each.smallest = std::min(each.smallest, seen);
       each.largest = std::max(each.largest, seen);

@@ -53,7 +53,7 @@ DistanceLevel levelOf(const PairProximity& pair, double guaranteed, const LevelT
   return level.level == ClearanceLevel::Collision ? DistanceLevel{ClearanceLevel::Stop, stop} : level;
 }
 
-DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
+DecidingPair decidingPair(Scene& scene, const State& state, const Pairs& pairs, const PairProximity& closest,
                           const LevelThresholds& thresholds, const Question& question, const LevelBefore& before) {
   const auto withLevel = [&](const PairProximity& pair) {
     return DecidingPair{levelOf(pair, thresholds, before), pair};
@@ -66,13 +66,13 @@ DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity&
   Question near = question;
   near.thresholds = &thresholds.stop;
   near.threshold = keptAbove(ClearanceLevel::Stop, before);
-  if (const PairProximity* nearest = scene.minimum(pairs, near)) {
+  if (const PairProximity* nearest = scene.minimum(state, pairs, near)) {
     const DecidingPair decided = withLevel(*nearest);
     if (decided.level.level == ClearanceLevel::Stop) return decided;
   }
   near.thresholds = &thresholds.warn;
   near.threshold = kInfinity;
-  const PairProximity* nearest = scene.minimum(pairs, near);
+  const PairProximity* nearest = scene.minimum(state, pairs, near);
   return nearest ? withLevel(*nearest) : of_closest;
 }
 

@@ -44,13 +44,14 @@ std::vector<ShapeRefPair> alwaysInContact(const SceneModel& model) {
   std::vector<ShapeRefPair> pairs = pairsOfOneJoint(model, ranges);
   if (pairs.empty()) return pairs;
   Scene scene(lent(model));
+  State current(lent(model));
   Question question;
   question.threshold = 0.0;
   question.depth = Question::Depth::NotWanted;
   for (int state = 0; state < kStates && !pairs.empty(); ++state) {
-    scene.update(forwardKinematics(model.robot, positionsAt(state / (kStates - 1.0), ranges, model.robot)));
+    current.set(forwardKinematics(model.robot, positionsAt(state / (kStates - 1.0), ranges, model.robot)));
     const auto is_apart = [&](const ShapeRefPair& pair) {
-      return scene.proximity(pair, question).result.lower_bound > 0.0;
+      return scene.proximity(current, pair, question).result.lower_bound > 0.0;
     };
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_apart), pairs.end());
   }
@@ -93,6 +94,7 @@ std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const Pair
   }
   if (seen.empty()) return {};
   Scene scene(lent(model));
+  State current(lent(model));
   Question question;
   question.threshold = 0.0;
   question.thresholds = &stop;
@@ -102,10 +104,10 @@ std::vector<DisabledPair> disabledPairsBelow(const SceneModel& model, const Pair
   constexpr int kMostStates = 1000, kMostDistances = 1'000'000;
   const int states = std::clamp(kMostDistances / static_cast<int>(seen.size()), 50, kMostStates);
   for (int state = 0; state < states; ++state) {
-    scene.update(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
+    current.set(forwardKinematics(model.robot, randomPositions(model.robot, ranges, random)));
     for (Seen& one : seen) {
       if (one.smallest == 0.0 && one.largest > 0.0) continue;  // more states give no more information
-      const double distance = std::max(0.0, scene.proximity(one.pair, question).result.lower_bound);
+      const double distance = std::max(0.0, scene.proximity(current, one.pair, question).result.lower_bound);
       one.smallest = std::min(one.smallest, distance);
       one.largest = std::max(one.largest, distance);
     }

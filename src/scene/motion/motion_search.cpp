@@ -56,12 +56,11 @@ void MotionSearch::TimeOfContactBounds::leaveOpen(double time, narrowphase::Stat
   status = lessComplete(status, why);
 }
 
-MotionSearch::MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
-    : model_(std::move(model)),
-      volumes_(std::move(volumes)),
-      states_(*model_, volumes_, Skipping::On),
-      pairs_(model_, volumes_) {
-  for (int root = 0; root < volumes_->rootCount(); ++root) links_have_interiors_ |= (*volumes_)[root].has_interior;
+MotionSearch::MotionSearch(State state)
+    : state_(std::move(state)), states_(state_.model(), Skipping::On), pairs_(state_.sharedModel(), state_.volumes()) {
+  const Volumes& volumes = *state_.volumes();
+  for (int root = 0; root < volumes.rootCount(); ++root) links_have_interiors_ |= volumes[root].has_interior;
+  use(state_.objects());
 }
 
 std::optional<std::vector<MotionSearch::OpenPair>> MotionSearch::openPairs() {
@@ -82,8 +81,7 @@ std::optional<std::vector<MotionSearch::OpenPair>> MotionSearch::openPairs() {
 }
 
 void MotionSearch::use(std::shared_ptr<const Objects> objects) {
-  if (&objects->model() != model_.get()) throw std::invalid_argument("the objects are those of another model");
-  states_.use(objects);
+  state_.set(objects);
   objects_have_interiors_ = false;
   for (const int number : objects->numbers())
     objects_have_interiors_ |= objects->placed(number)->geometry->root().has_interior;
@@ -113,7 +111,7 @@ void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const Jo
 std::int64_t MotionSearch::unknownPairsWithObjects() {
   if (!isInWorld()) return objects()->pairCount() - pairs_.withObjects() - pairs_.tooFar();
   placeStates(0.0);
-  return states_.unknownPairsWithObjects();
+  return states_.unknownPairsWithObjects(state_);
 }
 
 /// Puts all pairs that one bound for the whole motion does not settle into the queue.
@@ -321,7 +319,7 @@ bool MotionSearch::hasInteriors(const Pairs& pairs) const {
 /// False for an object that does not exist.
 bool MotionSearch::hasInterior(const ShapeRef& ref) const {
   if (ref.isObject() && !(objects() && objects()->placed(ref.object()))) return false;
-  return volumes_->part(ref, objects().get()).whole().has_interior;
+  return state_.volumes()->part(ref, objects().get()).whole().has_interior;
 }
 
 /// Finds shapes that are inside a closed mesh at the start. Depths that are reached later are left open.
@@ -339,14 +337,14 @@ void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& quest
     if (question.deadline.hasPassed()) return bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
     if (!is_placed) placeStates(0.0);
     is_placed = true;
-    const DistanceBounds inside = states_.interiorOf(moving.asked, 0.0);
+    const DistanceBounds inside = states_.interiorOf(state_, moving.asked, 0.0);
     const double rounding = pairs_.roundingOf(moving.asked, 0.0);
     const double contact_distance = moving.contact_distance;
     const bool may_get_inside = !(withSpheres(wholeMotionOf(i)).lower_bound > 0.0);
     if (inside.upper + rounding <= contact_distance + narrowphase::usableTolerance(question.tolerance)) {
       answer.contact = true;
       answer.t_contact = bounds.latest = 0.0;
-      answer.pair = inPosesFrame(states_.one(moving.asked, {}), 0.0);
+      answer.pair = inPosesFrame(states_.one(state_, moving.asked, {}), 0.0);
     } else if (inside.lower - rounding <= contact_distance ||
                (contact_distance < 0.0 && std::isfinite(contact_distance) && may_get_inside)) {
       bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
@@ -367,7 +365,7 @@ void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuesti
   if (question.contact_distance + of_objects < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
   // Pairs with contact distances of their own may come before the pair in contact.
   for (const PairProximity& found :
-       states_.closest(pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
+       states_.closest(state_, pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
     const PairProximity pair = inPosesFrame(found, 0.0);
     const double contact_distance = pairs_.contactDistanceOf(pair.asked);
     if (pair.result.lower_bound > contact_distance) continue;
@@ -404,10 +402,10 @@ bool MotionSearch::isInWorld() {
 /// Sets the poses at one time for questions about one state. If there are objects, the poses are in the world. If the
 /// pose of the world is not known, questions about objects in the world must not be asked.
 void MotionSearch::placeStates(double time) {
-  if (!objects() || objects()->empty()) return states_.update(pairs_.poses().at(time));
+  if (!objects() || objects()->empty()) return state_.set(pairs_.poses().at(time));
   const RobotMotion& motion = pairs_.poses().motion();
   const RobotMotion::State state = isInWorld() ? motion.inWorld(time) : withoutWorld(motion, time);
-  state.frames.empty() ? states_.update(state.bodies) : states_.update(state.bodies, state.frames);
+  state.frames.empty() ? state_.set(state.bodies) : state_.set(state.bodies, state.frames);
 }
 
 /// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
@@ -418,7 +416,7 @@ bool MotionSearch::considerStates(const Pairs& pairs, const Deadline& deadline, 
   question.deadline = deadline.withoutTime();  // of the first state, so that there is an upper bound
   for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
     placeStates(time);
-    const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, question);
+    const std::vector<PairProximity>& closest = states_.closest(state_, pairs, 1, PairRanking::Goal::Closest, question);
     question.deadline = deadline;
     if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
     answer.pair = inPosesFrame(closest.front(), time);
@@ -479,7 +477,7 @@ std::optional<PairProximity> MotionSearch::closestAtStart(const Pairs& pairs, co
   placeStates(0.0);
   Question question;
   question.deadline = deadline;
-  const std::vector<PairProximity>& closest = states_.closest(pairs, 1, PairRanking::Goal::Closest, question);
+  const std::vector<PairProximity>& closest = states_.closest(state_, pairs, 1, PairRanking::Goal::Closest, question);
   if (closest.empty() || closest.front().result.status == narrowphase::Status::Unknown) return std::nullopt;
   return inPosesFrame(closest.front(), 0.0);
 }
@@ -542,11 +540,11 @@ MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, Robo
   const MovingBodies::Drift moved = moving.bodies.driftIn(visit.interval, pairs_.poses());
   const double drift = moved.motion + moved.rounding + rounding;
   placeStates(middle);
-  const DistanceBounds inside = states_.interiorOf(moving.asked, drift + moving.deviation);
+  const DistanceBounds inside = states_.interiorOf(state_, moving.asked, drift + moving.deviation);
   visit.travel = moved.motion;
   visit.lower_bound = inside.lower - drift - moving.deviation;
   if (const double upper_bound = inside.upper + rounding - moving.deviation; upper_bound < answer.upper_bound) {
-    answer.pair = inPosesFrame(states_.one(moving.asked, {}), middle);
+    answer.pair = inPosesFrame(states_.one(state_, moving.asked, {}), middle);
     takeUpperBound(upper_bound, answer);
     answer.time = middle;
   }
@@ -617,7 +615,7 @@ PairProximity MotionSearch::inPosesFrame(const IntervalVisit& visit, const narro
 PairProximity MotionSearch::ofAllPieces(PairProximity pair, double time) {
   if (!found_pieces_) return pair;
   placeStates(time);
-  const PairProximity whole = states_.one(pair.asked, {});
+  const PairProximity whole = states_.one(state_, pair.asked, {});
   return whole.result.status == narrowphase::Status::Unknown ? pair : inPosesFrame(whole, time);
 }
 

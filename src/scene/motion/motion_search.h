@@ -4,9 +4,9 @@
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/bounds/heap.h"
 #include "scene/motion/moving_pairs.h"
-#include "scene/parts/volumes.h"
 #include "scene/query/interior_search.h"
 #include "scene/query/pair_ranking.h"
+#include "scene/state/volumes.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -30,13 +30,12 @@ inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Stat
 /// not examined is too far away to matter, and so is its interior.
 class MotionSearch {
  public:
-  MotionSearch(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
+  /// With the model and the objects of a state, whose poses do not matter.
+  explicit MotionSearch(State state);
 
-  const std::shared_ptr<const SceneModel>& model() const { return model_; }
-  const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
+  const State& state() const { return state_; }
 
   void use(std::shared_ptr<const Objects> objects);
-  /// nullptr before the first use().
   const std::shared_ptr<const Objects>& objects() const { return pairs_.objects(); }
 
   RobotTimeOfContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question);
@@ -143,9 +142,8 @@ class MotionSearch {
   PairProximity inPosesFrame(const IntervalVisit& visit, const narrowphase::SignedDistance& in_middle, double time);
   PairProximity ofAllPieces(PairProximity pair, double time);
 
-  const std::shared_ptr<const SceneModel> model_;
-  const std::shared_ptr<const Volumes> volumes_;
-  PairRanking states_;  ///< answers questions about the state at one time
+  State state_;         ///< at one time of the motion
+  PairRanking states_;  ///< answers questions about it
   MovingPairs pairs_;
   bool found_pieces_ = false;  ///< true if the last pair was measured by two of several pieces
   bool are_open_pairs_known_ = false;

@@ -9,8 +9,8 @@
 #include "scene/motion/joint_deviations.h"
 #include "scene/motion/moving_bodies.h"
 #include "scene/objects/placed_object.h"
-#include "scene/parts/placed_robot.h"
-#include "scene/parts/volumes.h"
+#include "scene/state/placed_robot.h"
+#include "scene/state/volumes.h"
 
 #include <cstdint>
 #include <deque>
@@ -75,7 +75,7 @@ class MovingPairs {
   MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
 
   void use(std::shared_ptr<const Objects> objects) { objects_ = std::move(objects); }
-  /// nullptr before the first use().
+  /// nullptr before use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
   /// `contact` is the question about a contact, and must outlive the pairs; nullptr if there is none.

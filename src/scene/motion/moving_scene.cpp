@@ -52,19 +52,15 @@ RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
 }  // namespace
 
 MovingScene::MovingScene(const std::shared_ptr<const SceneModel>& model)
-    : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(given(model).robot))) {}
-MovingScene::MovingScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
+    : search_(std::make_unique<MotionSearch>(State(model))) {}
+MovingScene::MovingScene(const State& state) : search_(std::make_unique<MotionSearch>(state.forAnotherThread())) {}
 MovingScene::~MovingScene() = default;
 MovingScene::MovingScene(MovingScene&&) noexcept = default;
 MovingScene& MovingScene::operator=(MovingScene&&) noexcept = default;
 
-MovingScene MovingScene::forAnotherThread() const {
-  MovingScene other(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
-  if (const auto& objects = search_->objects()) other.use(objects);
-  return other;
-}
+MovingScene MovingScene::forAnotherThread() const { return MovingScene(search_->state()); }
 
-const SceneModel& MovingScene::model() const { return *search_->model(); }
+const SceneModel& MovingScene::model() const { return search_->state().model(); }
 
 void MovingScene::use(std::shared_ptr<const Objects> objects) { search_->use(std::move(objects)); }
 

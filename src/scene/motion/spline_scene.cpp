@@ -34,7 +34,7 @@ void add(const MotionCounts& more, MotionCounts& counts) {
 class SegmentSearch {
  public:
   SegmentSearch(const Pairs& pairs, const SplineSegment& segment, const SplineQuestion& question, MotionSearch& search)
-      : pairs_(pairs), segment_(segment), question_(question), search_(search), robot_(search.model()->robot) {
+      : pairs_(pairs), segment_(segment), question_(question), search_(search), robot_(search.state().robot()) {
     const std::size_t joints = robot_.joints.size();
     if (!question.tracking_error.empty() && question.tracking_error.size() != joints)
       throw std::invalid_argument("there are " + std::to_string(question.tracking_error.size()) +
@@ -356,21 +356,15 @@ void SegmentSearch::touchInTube(SplineContact& contact) {
 }  // namespace
 
 SplineScene::SplineScene(const std::shared_ptr<const SceneModel>& model)
-    : search_(std::make_unique<MotionSearch>(model, std::make_shared<const Volumes>(given(model).robot))) {}
-SplineScene::SplineScene(const MovingScene& other)
-    : search_(std::make_unique<MotionSearch>(other.search_->model(), other.search_->volumes())) {}
-SplineScene::SplineScene(std::unique_ptr<MotionSearch> search) : search_(std::move(search)) {}
+    : search_(std::make_unique<MotionSearch>(State(model))) {}
+SplineScene::SplineScene(const State& state) : search_(std::make_unique<MotionSearch>(state.forAnotherThread())) {}
 SplineScene::~SplineScene() = default;
 SplineScene::SplineScene(SplineScene&&) noexcept = default;
 SplineScene& SplineScene::operator=(SplineScene&&) noexcept = default;
 
-SplineScene SplineScene::forAnotherThread() const {
-  SplineScene other(std::make_unique<MotionSearch>(search_->model(), search_->volumes()));
-  if (const auto& objects = search_->objects()) other.use(objects);
-  return other;
-}
+SplineScene SplineScene::forAnotherThread() const { return SplineScene(search_->state()); }
 
-const SceneModel& SplineScene::model() const { return *search_->model(); }
+const SceneModel& SplineScene::model() const { return search_->state().model(); }
 
 void SplineScene::use(std::shared_ptr<const Objects> objects) { search_->use(std::move(objects)); }
 

@@ -9,35 +9,18 @@
 #include <utility>
 
 namespace proximity_server::scene {
-BoxMeasures::BoxMeasures(const std::shared_ptr<const SceneModel>& model, std::shared_ptr<const Objects> objects)
-    : model_(model),
-      objects_(std::move(objects)),
-      scene_(model),
-      bounds_(model),
-      travel_(model),
-      columns_(travel_.degreesOfFreedom()),
-      weights_(columns_.size()) {
+BoxMeasures::BoxMeasures(const std::shared_ptr<const SceneModel>& model, const std::shared_ptr<const Objects>& objects)
+    : state_(model), scene_(model), bounds_(model), travel_(model), weights_(state_.degreesOfFreedom().size()) {
   bounds_.divideInto(0);
-  if (!objects_) return;
-  bounds_.use(objects_, carriersOnLinks(*objects_));
-  travel_.use(objects_, carriersOnLinks(*objects_));
+  if (objects) state_.set(objects, carriersOnLinks(*objects));
 }
 
 void BoxMeasures::update(const Positions& positions) {
-  const BodyPoses poses = forwardKinematics(model_->robot, positions);
-  if (!objects_) {
-    travel_.update(poses);
-    scene_.update(poses);
-    bounds_.update(poses);
-    return;
-  }
-  const FramePoses frames = framePoses(*objects_, poses);
-  travel_.update(poses, frames);
-  scene_.update(poses, frames);
-  bounds_.update(poses, frames);
+  const BodyPoses poses = forwardKinematics(state_.robot(), positions);
+  state_.set(poses, framePoses(*state_.objects(), poses));
 }
 
-bool BoxMeasures::findTravel(const ShapeRefPair& pair) { return travel_.weights(pair, weights_); }
+bool BoxMeasures::findTravel(const ShapeRefPair& pair) { return travel_.weights(state_, pair, weights_); }
 
 BoxSearch::BoxSearch(const SceneModel& model, const ShapeRefPair& pair, const JointBox& box,
                      const ProofQuestion& question)
@@ -131,7 +114,7 @@ narrowphase::SignedDistance BoxSearch::measure(BoxMeasures& measures, PairProxim
   measures.update(positions_);
   Question question;
   if (!wantsShares()) question.depth = Question::Depth::NotWanted;
-  found = measures.scene().proximity(pair_, question);
+  found = measures.scene().proximity(measures.state(), pair_, question);
   if (found.result.upper_bound < proof_.closest_upper_bound) {
     proof_.closest_upper_bound = found.result.upper_bound;
     proof_.closest = positions_;
@@ -141,7 +124,7 @@ narrowphase::SignedDistance BoxSearch::measure(BoxMeasures& measures, PairProxim
 
 /// Moves the joints to where the closest points come together, and measures there.
 void BoxSearch::tryCorners(const PairProximity& found, BoxMeasures& measures) {
-  const ReachedState* reached = measures.bounds().reached(found, contact());
+  const ReachedState* reached = measures.bounds().reached(measures.state(), found, contact());
   if (!reached) return;
   for (const JointRange& interval : whole_.joints) {
     double& position = positions_[interval.joint];
@@ -179,7 +162,7 @@ void BoxSearch::examine(Box box, BoxMeasures& measures) {
   const double closest_before = proof_.closest_upper_bound;
   const narrowphase::SignedDistance distance = measure(measures, found);
   measures.bounds().assume(halfWidths(box));
-  const double bound = measures.bounds().of(found, target() + whole_.rounding) - whole_.rounding;
+  const double bound = measures.bounds().of(measures.state(), found, target() + whole_.rounding) - whole_.rounding;
   // Parts of a box are no worse than the box, even if another direction bounds them. NaN counts as no bound.
   box.bound = bound > box.bound ? bound : box.bound;
   if (box.bound > target()) {

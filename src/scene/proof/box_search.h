@@ -14,7 +14,7 @@ namespace proximity_server::scene {
 /// The working memory of one thread, for the boxes of one pair after the other.
 class BoxMeasures {
  public:
-  BoxMeasures(const std::shared_ptr<const SceneModel>& model, std::shared_ptr<const Objects> objects);
+  BoxMeasures(const std::shared_ptr<const SceneModel>& model, const std::shared_ptr<const Objects>& objects);
 
   /// Begins with a pair: nothing is left of the pairs before, so that the answers do not depend on them.
   void begin(const Scene& scene) { scene_ = scene.forAnotherThread(); }
@@ -23,20 +23,19 @@ class BoxMeasures {
   void update(const Positions& positions);
 
   Scene& scene() { return scene_; }
+  const State& state() const { return state_; }
   GuaranteedDistances& bounds() { return bounds_; }
 
   /// By leader of joints, an upper bound of the travel of all points of a pair [m/rad] or [m/m]; false if there is
   /// none.
   bool findTravel(const ShapeRefPair& pair);
-  double travelOf(int joint) const { return weights_[columns_.columnsOf(joint).first]; }
+  double travelOf(int joint) const { return weights_[state_.degreesOfFreedom().columnsOf(joint).first]; }
 
  private:
-  std::shared_ptr<const SceneModel> model_;
-  std::shared_ptr<const Objects> objects_;
+  State state_;
   Scene scene_;
   GuaranteedDistances bounds_;
   FreeMotion travel_;
-  const DegreesOfFreedom& columns_;
   Eigen::VectorXd weights_;
 };
 

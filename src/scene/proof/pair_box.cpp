@@ -3,7 +3,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "scene/objects/placed_object.h"
-#include "scene/parts/part.h"
+#include "scene/state/part.h"
 
 #include <algorithm>
 #include <cmath>

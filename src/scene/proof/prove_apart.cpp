@@ -39,7 +39,6 @@ class Proofs {
         scene_(model),
         measures_(static_cast<std::size_t>(question.threads)),
         settled_(pairs.size(), 0.0) {
-    if (question.objects) scene_.use(question.objects);
     for (const ShapeRefPair& pair : pairs) searches_.emplace_back(*model, pair, box, question);
   }
 

@@ -67,8 +67,8 @@ double ClosestPieces::limit(double outer_limit, const Question& question) const 
   return isFinal(result, question) ? -kInfinity : std::min(outer_limit, result.distance);
 }
 
-PieceSearch::PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping, Memory memory)
-    : robot_(robot), skipping_(skipping), memory_(memory), warm_starts_(rememberedPieces(pieces)) {
+PieceSearch::PieceSearch(std::size_t pieces, Skipping skipping, Memory memory)
+    : skipping_(skipping), memory_(memory), warm_starts_(rememberedPieces(pieces)) {
   queue_.reserve(rememberedPieces(pieces));
 }
 
@@ -81,8 +81,8 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
                                    const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
   if (found) closest = *found;
-  a_ = robot_[pair.a];
-  b_ = robot_[pair.b];
+  a_ = (*robot_)[pair.a];
+  b_ = (*robot_)[pair.b];
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold + pair.threshold;
   };
@@ -122,8 +122,8 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
 }
 
 bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit) {
-  a_ = robot_[pair.a];
-  b_ = robot_[pair.b];
+  a_ = (*robot_)[pair.a];
+  b_ = (*robot_)[pair.b];
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
   const auto isBeyondIt = [&](const LeafPair& leaves) {
     return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options, memory_), limit);

@@ -4,8 +4,8 @@
 #include "scene/bounds/heap.h"
 #include "scene/bounds/leaf_boxes.h"
 #include "scene/model/numbers.h"
-#include "scene/parts/placed_robot.h"
-#include "scene/parts/visit_queue.h"
+#include "scene/state/placed_robot.h"
+#include "scene/state/visit_queue.h"
 
 #include <cstdint>
 #include <limits>
@@ -73,7 +73,10 @@ enum class Memory : unsigned char {
 ///         the closest parts first). Unlike there, the volumes are spheres, then boxes, and GJK measures the leaves.
 class PieceSearch {
  public:
-  PieceSearch(const PlacedRobot& robot, std::size_t pieces, Skipping skipping, Memory memory = Memory::OfAnswers);
+  PieceSearch(std::size_t pieces, Skipping skipping, Memory memory = Memory::OfAnswers);
+
+  /// Searches parts of this robot from now on; to be called before the first search.
+  void see(const PlacedRobot& robot) { robot_ = &robot; }
 
   /// Makes room for the warm starts of so many pieces, of the robot and its objects together.
   void makeRoomFor(std::size_t pieces);
@@ -111,7 +114,7 @@ class PieceSearch {
                  double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
 
-  const PlacedRobot& robot_;
+  const PlacedRobot* robot_ = nullptr;
   Part a_, b_;  ///< of the pair that the question is about
   const Skipping skipping_;
   const Memory memory_;

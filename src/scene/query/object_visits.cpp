@@ -14,7 +14,7 @@ constexpr double kTooLoose = 1.5;
 bool isCheckedPair(const PlacedRobot& robot, int a, int b) {
   const ShapeRef ref_a = robot.refOf(a), ref_b = robot.refOf(b);
   for (const ShapeRef& ref : {ref_a, ref_b})
-    if (ref.isObject() && !(robot.objects() && robot.objects()->placed(ref.object()))) return false;
+    if (ref.isObject() && !robot.objects()->placed(ref.object())) return false;
   return robot.objects()->isChecked(ref_a, ref_b);
 }
 
@@ -24,8 +24,8 @@ void ObjectVisits::fit(const PlacedRobot& robot) {
   are_boxes_placed_ = false;
   attached_.clear();
   unknown_pairs_ = 0;
-  const Objects* objects = robot.objects();
-  if (!objects || objects->empty()) return;
+  const Objects* objects = robot.objects().get();
+  if (objects->empty()) return;
   for (int link = 0; link < static_cast<int>(objects->model().robot.links.size()); ++link) addSearcher(robot, link);
   for (const int number : objects->searchers()) {
     if (objects->placed(number)->kind == PlacedObject::Kind::Attached) attached_.push_back(number);

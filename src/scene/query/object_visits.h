@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/model/numbers.h"
-#include "scene/parts/placed_robot.h"
+#include "scene/state/placed_robot.h"
 
 #include <algorithm>
 #include <cstdint>

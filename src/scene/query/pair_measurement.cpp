@@ -49,30 +49,36 @@ int& countOf(Visit::Bound bound, PairCounts& counts) {
   return counts.by_bounds;
 }
 
-PairMeasurement::PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping,
-                                 Memory memory)
+PairMeasurement::PairMeasurement(const SceneModel& model, Skipping skipping, Memory memory)
     : model_(model),
       skipping_(skipping),
       memory_(memory),
-      robot_(model.robot, std::move(volumes)),
-      pieces_(robot_, model.robot.pieces.size(), skipping, memory),
+      pieces_(model.robot.pieces.size(), skipping, memory),
       kept_(memory == Memory::None ? 0 : rememberedPairs(model.pairs.checked.size())),
       paddings_(paddingsOf(model.pairs)),
-      proven_(model) {
-  for (const int body : proven_.bodies()) robot_.keepPoseOf(body);
+      proven_(model) {}
+
+void PairMeasurement::see(const PlacedRobot& robot) {
+  robot_ = &robot;
+  pieces_.see(robot);
+  if (memory_ == Memory::None) return;
+  proven_.forgetPositions();
+  if (robot.objects() != objects_) take(robot.objects());
 }
 
-void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
-  if (memory_ != Memory::None) {
-    pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
-    // Few of many objects are near, and the hierarchy settles the others without an entry here.
-    const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
-    kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
-  }
-  const std::vector<int> changed = robot_.use(std::move(objects));
-  if (changed.empty()) return;
-  const auto isChanged = [&](int part) { return std::binary_search(changed.begin(), changed.end(), part); };
-  kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
+/// Forgets what is kept about objects that have another geometry now.
+void PairMeasurement::take(std::shared_ptr<const Objects> objects) {
+  pieces_.makeRoomFor(model_.robot.pieces.size() + static_cast<std::size_t>(objects->pieceCount()));
+  // Few of many objects are near, and the hierarchy settles the others without an entry here.
+  const auto near = std::min<std::size_t>(static_cast<std::size_t>(objects->pairCount()), 1u << 10);
+  kept_.grow(rememberedPairs(model_.pairs.checked.size() + near));
+  const auto isChanged = [&](int part) {
+    const int object = robot_->refOf(part).object();
+    const PlacedObject *before = objects_->placed(object), *now = objects->placed(object);
+    return before && !(now && now->geometry == before->geometry);
+  };
+  if (objects_) kept_.forget([&](int a, int b) { return isChanged(a) || isChanged(b); });
+  objects_ = std::move(objects);
 }
 
 /// If one part has half-spaces, it becomes the second one.
@@ -80,18 +86,18 @@ void PairMeasurement::use(std::shared_ptr<const Objects> objects) {
 // parts of a visit that was just written to be read again as a whole.
 std::optional<Visit> PairMeasurement::visitOf(const ShapeRefPair& pair, const PartPair& parts, int number) const {
   int a = std::min(parts.a, parts.b), b = std::max(parts.a, parts.b);
-  if (!robot_.isPlaced(a) || !robot_.isPlaced(b)) return std::nullopt;
-  if (robot_.isObject(b) && robot_.isUnboundedFirst(a, b)) std::swap(a, b);
+  if (!robot_->isPlaced(a) || !robot_->isPlaced(b)) return std::nullopt;
+  if (robot_->isObject(b) && robot_->isUnboundedFirst(a, b)) std::swap(a, b);
   const double padding = paddings_.of(pair);
-  const double lower_bound = skipping_ == Skipping::On ? robot_.sphereGap(a, b) - padding : -kInfinity;
+  const double lower_bound = skipping_ == Skipping::On ? robot_->sphereGap(a, b) - padding : -kInfinity;
   return Visit{{a, b}, lower_bound, number, padding};
 }
 
 Visit PairMeasurement::refined(Visit visit, double limit) {
   visit.bound = Visit::Bound::Box;
   if (skipping_ == Skipping::Off) return visit;
-  const Part &a = robot_[visit.a], &b = robot_[visit.b];
-  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
+  const RelativePose a_T_b = robot_->relative(visit.a, visit.b);
   if (const KeptAnswer* kept = keptOf(visit)) {
     const RelativeMotionBound motion = PlacedRobot::relativeMotion(a, b, kept->a_T_b, a_T_b);
     const double bound = kept->in_body_a.result.lower_bound - motion.distance_change;
@@ -109,7 +115,7 @@ Visit PairMeasurement::refined(Visit visit, double limit) {
   }
   if (!(visit.lower_bound > limit) && !proven_.empty()) {
     // A bound that does not settle the pair is not used, so that pairs are visited in the same order as without proofs.
-    const double bound = proven_.boundAbove(limit + visit.padding, visit, robot_) - visit.padding;
+    const double bound = proven_.boundAbove(limit + visit.padding, visit, *robot_) - visit.padding;
     if (bound > limit) {
       visit.lower_bound = bound;
       visit.bound = Visit::Bound::Proof;
@@ -121,7 +127,8 @@ Visit PairMeasurement::refined(Visit visit, double limit) {
 /// The answer that the lower bound of a visit proves, without computing anything.
 PairProximity PairMeasurement::proof(const Visit& visit) const {
   PairProximity proximity;
-  proximity.representation = std::max(robot_[visit.a].whole().representation, robot_[visit.b].whole().representation);
+  proximity.representation =
+      std::max((*robot_)[visit.a].whole().representation, (*robot_)[visit.b].whole().representation);
   proximity.result.lower_bound = visit.lower_bound;
   proximity.result = onlyProof(proximity.result);
   return proximity;
@@ -132,7 +139,8 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
                                                            const Question& question) const {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
   if (!kept || kept->in_body_a.result.status != narrowphase::Status::Converged) return std::nullopt;
-  const RelativeMotionBound motion = PlacedRobot::relativeMotion(robot_[visit.a], robot_[visit.b], kept->a_T_b, a_T_b);
+  const RelativeMotionBound motion =
+      PlacedRobot::relativeMotion((*robot_)[visit.a], (*robot_)[visit.b], kept->a_T_b, a_T_b);
   if (!motion.is_rest) return std::nullopt;
   PairProximity in_body_a = kept->in_body_a;
   in_body_a.result.lower_bound -= motion.distance_change;
@@ -144,7 +152,7 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
 
 /// True if no translation shorter than the depth of the closest pieces separates the two parts.
 bool PairMeasurement::depthIsExact(const Visit& visit) const {
-  const Part &a = robot_[visit.a], &b = robot_[visit.b];
+  const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
   // The way out of one half-space is the same for all pieces.
   if (b.isUnbounded()) return b.whole().isEmpty() && b.halfSpaces().size() == 1;
   return a.whole().isLeaf() && b.whole().isLeaf();
@@ -153,20 +161,21 @@ bool PairMeasurement::depthIsExact(const Visit& visit) const {
 /// The closest pair among all pieces, half-spaces and interiors.
 ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
                                          double limit, const Question& question) {
-  const Part &a = robot_[visit.a], &b = robot_[visit.b];
+  const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
   if (!b.isUnbounded() && !haveInterior(a, b)) return pieces_.between(visit, a_T_b, likely, limit, question);
   ClosestPieces closest;
-  if (b.isUnbounded()) closest = closestToHalfSpaces(robot_, visit, a_T_b, limit, question, skipping_);
+  if (b.isUnbounded()) closest = closestToHalfSpaces(*robot_, visit, a_T_b, limit, question, skipping_);
   if (b.whole().isEmpty()) return closest;
   if (memory_ == Memory::None) {
     // Pieces that overlap often are deeper than interiors can be. No answer depends on this order where nothing is kept;
     // otherwise it would change the warm starts of the pieces.
     const ClosestPieces pieces = pieces_.between(visit, a_T_b, likely, limit, question, &closest);
-    if (haveInterior(a, b)) findInteriorDepths(robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest, &pieces);
+    if (haveInterior(a, b))
+      findInteriorDepths(*robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest, &pieces);
     closest.add(pieces);
     return closest;
   }
-  if (haveInterior(a, b)) findInteriorDepths(robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
+  if (haveInterior(a, b)) findInteriorDepths(*robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
   return pieces_.between(visit, a_T_b, likely, limit, question, &closest);
 }
 
@@ -184,9 +193,9 @@ PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a
   if (!closest.empty()) {
     const LeafPair& leaves = closest.leaves;
     const bool is_plane = leaves.hasHalfSpace();  // a half-space is exact
-    const Part &a = robot_[visit.a], &b = robot_[visit.b];
-    in_body_a.collision_a = robot_.collisionNumber(a, leaves.a);
-    in_body_a.collision_b = is_plane ? b.shapeNumber(leaves.half_space) : robot_.collisionNumber(b, leaves.b);
+    const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
+    in_body_a.collision_a = robot_->collisionNumber(a, leaves.a);
+    in_body_a.collision_b = is_plane ? b.shapeNumber(leaves.half_space) : robot_->collisionNumber(b, leaves.b);
     in_body_a.representation = a[leaves.a].representation;
     if (!is_plane) in_body_a.representation = std::max(in_body_a.representation, b[leaves.b].representation);
     const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);
@@ -204,8 +213,8 @@ PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& vi
                                        const PairProximity& in_body_a) const {
   PairProximity proximity = in_body_a;
   proximity.asked = pair;
-  proximity.result = robot_.inPosesFrame(visit.a, proximity.result);
-  if (robot_.numberOf(pair.a) == visit.a) return proximity;
+  proximity.result = robot_->inPosesFrame(visit.a, proximity.result);
+  if (robot_->numberOf(pair.a) == visit.a) return proximity;
   std::swap(proximity.collision_a, proximity.collision_b);
   std::swap(proximity.result.point_a, proximity.result.point_b);
   proximity.result.normal = -proximity.result.normal;
@@ -214,7 +223,7 @@ PairProximity PairMeasurement::asAsked(const ShapeRefPair& pair, const Visit& vi
 
 PairProximity PairMeasurement::measure(const ShapeRefPair& pair, const Visit& visit, double limit,
                                        const Question& question, LeafPair* guess) {
-  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
+  const RelativePose a_T_b = robot_->relative(visit.a, visit.b);
   if (const auto kept = answerAtRest(visit, a_T_b, question)) {
     ++counts_.at_rest;
     return asAsked(pair, visit, *kept);
@@ -253,15 +262,15 @@ bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
 }
 
 bool PairMeasurement::arePiecesBeyond(const Visit& visit, double distance) {
-  const RelativePose a_T_b = robot_.relative(visit.a, visit.b);
-  if (const Part& b = robot_[visit.b]; b.isUnbounded()) {
-    if (!(closestToHalfSpaces(robot_, visit, a_T_b, distance, {}, skipping_).lower_bound > distance)) return false;
+  const RelativePose a_T_b = robot_->relative(visit.a, visit.b);
+  if (const Part& b = (*robot_)[visit.b]; b.isUnbounded()) {
+    if (!(closestToHalfSpaces(*robot_, visit, a_T_b, distance, {}, skipping_).lower_bound > distance)) return false;
     if (b.whole().isEmpty()) return true;
   }
   if (!pieces_.areBeyond(visit, a_T_b, distance)) return false;
-  if (!haveInterior(robot_[visit.a], robot_[visit.b])) return true;
+  if (!haveInterior((*robot_)[visit.a], (*robot_)[visit.b])) return true;
   ClosestPieces inside;
-  findInteriorDepths(robot_, visit, a_T_b, distance, {}, skipping_, 0.0, inside);
+  findInteriorDepths(*robot_, visit, a_T_b, distance, {}, skipping_, 0.0, inside);
   return inside.lower_bound > distance;
 }
 
@@ -269,8 +278,8 @@ DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double with
   const std::optional<Visit> visit = visitOf(pair, 0);
   ClosestPieces closest;
   if (visit) {
-    const RelativePose a_T_b = robot_.relative(visit->a, visit->b);
-    findInteriorDepths(robot_, *visit, a_T_b, kInfinity, {}, skipping_, within, closest);
+    const RelativePose a_T_b = robot_->relative(visit->a, visit->b);
+    findInteriorDepths(*robot_, *visit, a_T_b, kInfinity, {}, skipping_, within, closest);
   }
   return {closest.lower_bound, closest.upper_bound};
 }
@@ -278,8 +287,8 @@ DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double with
 bool PairMeasurement::isStillWithin(const Visit& visit, double threshold) const {
   const KeptAnswer* kept = keptOf(visit);
   if (!kept) return false;
-  const RelativeMotionBound motion =
-      PlacedRobot::relativeMotion(robot_[visit.a], robot_[visit.b], kept->a_T_b, robot_.relative(visit.a, visit.b));
+  const RelativeMotionBound motion = PlacedRobot::relativeMotion((*robot_)[visit.a], (*robot_)[visit.b], kept->a_T_b,
+                                                                 robot_->relative(visit.a, visit.b));
   return kept->in_body_a.result.upper_bound + motion.distance_change <= threshold;
 }
 

@@ -3,11 +3,11 @@
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
-#include "scene/parts/pair_memory.h"
-#include "scene/parts/placed_robot.h"
-#include "scene/parts/visit_queue.h"
 #include "scene/query/closest_pieces.h"
 #include "scene/query/proven_pairs.h"
+#include "scene/state/pair_memory.h"
+#include "scene/state/placed_robot.h"
+#include "scene/state/visit_queue.h"
 
 #include <memory>
 #include <optional>
@@ -36,26 +36,18 @@ struct DistanceBounds {
 /// All steps count the pairs that they settle.
 class PairMeasurement {
  public:
-  PairMeasurement(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping,
-                  Memory memory = Memory::OfAnswers);
+  PairMeasurement(const SceneModel& model, Skipping skipping, Memory memory = Memory::OfAnswers);
 
-  void update(const BodyPoses& poses) {
-    robot_.update(poses);
-    proven_.forgetPositions();
-  }
-  void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses) { robot_.updateFrames(poses); }
-  void forgetFrames() { robot_.forgetFrames(); }
-  const PlacedRobot& robot() const { return robot_; }
-  PlacedRobot& robot() { return robot_; }
-
-  /// Takes the next objects, and forgets the answers about those that have changed.
-  void use(std::shared_ptr<const Objects> objects);
+  /// Answers about the poses of this robot from now on; to be called before the first question, and when the poses or
+  /// the objects have changed. Forgets the answers about objects that have changed.
+  void see(const PlacedRobot& robot);
+  const PlacedRobot& robot() const { return *robot_; }
 
   /// Returns the pair with the bound of its spheres, or nullopt if a pose or all geometry is missing. `number` decides
   /// between equal bounds. The visit may have the two in the opposite order: the numbers are the same, in whichever
   /// order a pair is asked.
   std::optional<Visit> visitOf(const ShapeRefPair& pair, int number) const {
-    return visitOf(pair, {robot_.numberOf(pair.a), robot_.numberOf(pair.b)}, number);
+    return visitOf(pair, {robot_->numberOf(pair.a), robot_->numberOf(pair.b)}, number);
   }
 
   /// Returns the visit of a pair whose two parts, in any order, are known already.
@@ -93,6 +85,8 @@ class PairMeasurement {
   const PairCounts& counts() const { return counts_; }
 
  private:
+  void take(std::shared_ptr<const Objects> objects);
+
   /// The last computed answer about a pair.
   struct KeptAnswer {
     RelativePose a_T_b;
@@ -118,7 +112,8 @@ class PairMeasurement {
   const SceneModel& model_;
   const Skipping skipping_;
   const Memory memory_;
-  PlacedRobot robot_;
+  const PlacedRobot* robot_ = nullptr;
+  std::shared_ptr<const Objects> objects_;  ///< to which the kept answers belong
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;
   PairDistances paddings_;

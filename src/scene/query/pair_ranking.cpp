@@ -32,19 +32,19 @@ double largestThreshold(const Question& question, PairKind kind) {
 }  // namespace
 
 PairRanking::Search::Search(const Pairs& of_pairs, std::size_t most, Goal of_search, const Question& asked,
-                            const Objects* objects)
+                            const Objects& objects)
     : pairs(of_pairs),
       with_links(pairs.includeLinks()),
-      with_objects(pairs.includeObjects(objects)),
-      total((with_links ? pairs.size() : 0) + (with_objects ? static_cast<std::size_t>(objects->pairCount()) : 0)),
+      with_objects(pairs.includeObjects(&objects)),
+      total((with_links ? pairs.size() : 0) + (with_objects ? static_cast<std::size_t>(objects.pairCount()) : 0)),
       k(std::min(most, total)),
       goal(of_search),
       question(asked),
       of_links(largestThreshold(question, PairKind::OfLinks)),
       with_object(largestThreshold(question, PairKind::WithObject)) {}
 
-PairRanking::PairRanking(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping)
-    : skipping_(skipping), measurement_(model, std::move(volumes), skipping) {
+PairRanking::PairRanking(const SceneModel& model, Skipping skipping)
+    : model_(model), skipping_(skipping), measurement_(model, skipping) {
   for (const int index : model.pairs.checked) {
     const LinkPair& pair = model.pairs.pairs[index];
     candidates_.push_back({{pair.link_a, pair.link_b}, pair.padding});
@@ -52,41 +52,31 @@ PairRanking::PairRanking(const SceneModel& model, std::shared_ptr<const Volumes>
   if (candidates_.size() > kManyPairs && skipping == Skipping::On) groups_.emplace(model);
 }
 
-void PairRanking::use(std::shared_ptr<const Objects> objects) {
-  measurement_.use(objects);
-  objects_ = std::move(objects);
-  object_visits_.fit(measurement_.robot());
-}
-
-void PairRanking::update(const BodyPoses& poses) {
-  measurement_.update(poses);
+/// Takes the poses and the objects of a state, unless they are those that were seen last.
+void PairRanking::see(const State& state) {
+  if (state.revision() == seen_) return;
+  if (&state.model() != &model_) throw std::invalid_argument("the state is of another robot");
+  measurement_.see(state.placed());
   groups_fit_ = groups_ && groups_->refit(measurement_.robot());
-  if (!objects_) return;
-  measurement_.forgetFrames();
   object_visits_.fit(measurement_.robot());
+  seen_ = state.revision();
 }
 
-void PairRanking::update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames) {
-  measurement_.robot().requireFrames(frames.size());
-  measurement_.update(poses);
-  groups_fit_ = groups_ && groups_->refit(measurement_.robot());
-  measurement_.updateFrames(frames);
-  object_visits_.fit(measurement_.robot());
-}
-
-PairProximity PairRanking::one(const ShapeRefPair& pair, const Question& question) {
+PairProximity PairRanking::one(const State& state, const ShapeRefPair& pair, const Question& question) {
+  see(state);
   measurement_.counts() = {};
   return measurement_.settle(pair, question);
 }
 
-const std::vector<PairProximity>& PairRanking::all(const Pairs& pairs, const Question& question) {
+const std::vector<PairProximity>& PairRanking::all(const State& state, const Pairs& pairs, const Question& question) {
+  see(state);
   measurement_.counts() = {};
   results_.clear();
   results_.reserve(pairs.size());
   if (pairs.includeLinks())
     for (const ShapeRefPair& pair : pairs.list()) results_.push_back(measurement_.settle(pair, question));
-  if (pairs.includeObjects(objects_.get()))
-    objects_->forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) {
+  if (pairs.includeObjects(&objects()))
+    objects().forEachCheckedPair([&](const ShapeRef& a, const ShapeRef& b) {
       results_.push_back(measurement_.settle({a, b}, question));
     });
   return results_;
@@ -198,7 +188,7 @@ void PairRanking::enterObjects(const Search& search) {
   measurement_.counts().unknown += static_cast<int>(object_visits_.unknownPairs());
   const auto enter_pair = [&](int a, int b) { enter({{a, b}, kNotInList}, search); };
   if (skipping_ == Skipping::Off)
-    return objects_->forEachCheckedPair(
+    return objects().forEachCheckedPair(
         [&](const ShapeRef& a, const ShapeRef& b) { enter_pair(robot.numberOf(a), robot.numberOf(b)); });
   const bool asks_for_all = search.goal == Goal::ClosestAndCount || search.k == search.total;
   if (asks_for_all && search.question.threshold < kInfinity)
@@ -299,9 +289,10 @@ void PairRanking::keepLikely(const Search& search) {
   std::sort(likely_.begin(), likely_.end());
 }
 
-const std::vector<PairProximity>& PairRanking::closest(const Pairs& pairs, std::size_t k, Goal goal,
+const std::vector<PairProximity>& PairRanking::closest(const State& state, const Pairs& pairs, std::size_t k, Goal goal,
                                                        const Question& question) {
-  const Search search(pairs, k, goal, question, objects_.get());
+  see(state);
+  const Search search(pairs, k, goal, question, objects());
   measurement_.counts() = {};
   below_ = 0;
   nearest_.clear();

@@ -1,9 +1,10 @@
 #pragma once
 
 #include "proximity_server/scene/query/pairs.h"
-#include "scene/parts/link_groups.h"
+#include "proximity_server/scene/state/state.h"
 #include "scene/query/object_visits.h"
 #include "scene/query/pair_measurement.h"
+#include "scene/state/link_groups.h"
 
 #include <cstdint>
 #include <limits>
@@ -33,38 +34,40 @@ class PairRanking {
     Any               ///< the first pair found at or below the threshold
   };
 
-  PairRanking(const SceneModel& model, std::shared_ptr<const Volumes> volumes, Skipping skipping);
+  PairRanking(const SceneModel& model, Skipping skipping);
 
   static constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
-  void use(std::shared_ptr<const Objects> objects);
-  /// nullptr before the first use().
-  const std::shared_ptr<const Objects>& objects() const { return objects_; }
-
-  /// Without frames, moving objects have no poses. If it throws, nothing has changed.
-  const PlacedRobot& robot() const { return measurement_.robot(); }
-  void update(const BodyPoses& poses);
-  void update(const BodyPoses& poses, const std::vector<std::optional<Eigen::Isometry3d>>& frames);
   const PairCounts& counts() const { return measurement_.counts(); }
 
+  // Each question is about a state of this model.
+
   /// The number of checked pairs with an object that have no distance because a pose is missing.
-  std::int64_t unknownPairsWithObjects() const { return object_visits_.unknownPairs(); }
+  std::int64_t unknownPairsWithObjects(const State& state) {
+    see(state);
+    return object_visits_.unknownPairs();
+  }
 
   /// See PairMeasurement::interiorOf().
-  DistanceBounds interiorOf(const ShapeRefPair& pair, double within) const {
+  DistanceBounds interiorOf(const State& state, const ShapeRefPair& pair, double within) {
+    see(state);
     return measurement_.interiorOf(pair, within);
   }
 
-  PairProximity one(const ShapeRefPair& pair, const Question& question);
-  const std::vector<PairProximity>& all(const Pairs& pairs, const Question& question);
-  const std::vector<PairProximity>& closest(const Pairs& pairs, std::size_t k, Goal goal, const Question& question);
+  PairProximity one(const State& state, const ShapeRefPair& pair, const Question& question);
+  const std::vector<PairProximity>& all(const State& state, const Pairs& pairs, const Question& question);
+  const std::vector<PairProximity>& closest(const State& state, const Pairs& pairs, std::size_t k, Goal goal,
+                                            const Question& question);
   /// The number of pairs at or below the threshold of the last question, if its goal was ClosestAndCount.
   int countBelow() const { return below_; }
 
  private:
+  void see(const State& state);
+  const Objects& objects() const { return *measurement_.robot().objects(); }
+
   /// The arguments of closest().
   struct Search {
-    Search(const Pairs& pairs, std::size_t k, Goal goal, const Question& question, const Objects* objects);
+    Search(const Pairs& pairs, std::size_t k, Goal goal, const Question& question, const Objects& objects);
 
     const Pairs& pairs;
     const bool with_links, with_objects;
@@ -118,14 +121,15 @@ class PairRanking {
     double padding;  ///< [m]
   };
 
+  const SceneModel& model_;
   const Skipping skipping_;
   std::vector<Candidate> candidates_;  // of this robot
   PairMeasurement measurement_;
   std::optional<LinkGroups> groups_;  // only used if there are many candidates
   bool groups_fit_ = false;           // true if the groups have the boxes of the latest poses
 
-  std::shared_ptr<const Objects> objects_;
   ObjectVisits object_visits_;
+  std::uint64_t seen_ = 0;  ///< the revision of the last state
 
   VisitQueue queue_;
   Heap<Ranked> nearest_;             // the farthest first

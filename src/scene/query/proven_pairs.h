@@ -1,7 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/scene_model/scene_model.h"
-#include "scene/parts/placed_robot.h"
+#include "scene/state/placed_robot.h"
 
 #include <vector>
 

@@ -14,7 +14,7 @@ using narrowphase::SignedDistance;
 /// The joint that leads a displacement; nullptr if it is that of a frame, a base or an object.
 const Joint::Mimic* PairBounds::leaderOf(const Displacement& own) const {
   const bool is_of_joint = own.kind == Displacement::Kind::Turn || own.kind == Displacement::Kind::Slide;
-  return is_of_joint ? &leaders_[joints_.robot().bodies[own.place].joint] : nullptr;
+  return is_of_joint ? &leaders_[model_->robot.bodies[own.place].joint] : nullptr;
 }
 
 /// Returns false if no joint is between the two, or if one of them may be anywhere.

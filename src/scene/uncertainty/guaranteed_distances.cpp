@@ -48,27 +48,16 @@ void GuaranteedDistances::assume(const Uncertainty& uncertainty) { bounds_->assu
 void GuaranteedDistances::divideInto(int most_parts) { bounds_->divideInto(most_parts); }
 const Uncertainty& GuaranteedDistances::uncertainty() const { return bounds_->uncertainty(); }
 
-void GuaranteedDistances::use(std::shared_ptr<const Objects> objects) { bounds_->use(std::move(objects)); }
-void GuaranteedDistances::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
-  bounds_->use(std::move(objects), std::move(carriers));
-}
-
-void GuaranteedDistances::update(const BodyPoses& poses) { bounds_->update(poses); }
-void GuaranteedDistances::update(const BodyPoses& poses, const FramePoses& frames) { bounds_->update(poses, frames); }
-
-void GuaranteedDistances::update(const BodyPoses& poses, const Scene& scene) {
-  requireSame(scene);
-  bounds_->update(poses, scene);
-}
-
 void GuaranteedDistances::limit(const GuaranteeLimits& limits) { bounds_->limit(limits); }
 std::int64_t GuaranteedDistances::steps() const { return bounds_->work().steps(); }
 GuaranteeEnd GuaranteedDistances::end() const { return bounds_->work().end(); }
 
-double GuaranteedDistances::of(const PairProximity& pair, double enough) { return bounds_->of(pair, enough); }
+double GuaranteedDistances::of(const State& state, const PairProximity& pair, double enough) {
+  return bounds_->of(state, pair, enough);
+}
 
-const ReachedState* GuaranteedDistances::reached(const PairProximity& pair, double threshold) {
-  return bounds_->reached(pair, threshold);
+const ReachedState* GuaranteedDistances::reached(const State& state, const PairProximity& pair, double threshold) {
+  return bounds_->reached(state, pair, threshold);
 }
 
 void GuaranteedDistances::forget() {
@@ -77,30 +66,28 @@ void GuaranteedDistances::forget() {
   closest_ = kFewest;
 }
 
-double GuaranteedDistances::largestLoss() { return bounds_->largestLoss(); }
-double GuaranteedDistances::largestLoss(const std::vector<double>& travel) { return bounds_->largestLoss(travel); }
-
-void GuaranteedDistances::requireSame(const Scene& scene) const {
-  if (&scene.model() != &bounds_->joints().model()) throw std::invalid_argument("the scene is of another robot");
-  if (scene.objects() != bounds_->joints().objects()) throw std::invalid_argument("the scene has other objects");
+double GuaranteedDistances::largestLoss(const State& state) { return bounds_->largestLoss(state); }
+double GuaranteedDistances::largestLoss(const State& state, const std::vector<double>& travel) {
+  return bounds_->largestLoss(state, travel);
 }
 
 /// [m] Two free objects of a list may lose more than largestLoss() if they are not checked.
-double GuaranteedDistances::largestLossOf(const Pairs& pairs) {
-  return pairs.areCandidates() ? largestLoss() : kInfinity;
+double GuaranteedDistances::largestLossOf(const State& state, const Pairs& pairs) {
+  return pairs.areCandidates() ? largestLoss(state) : kInfinity;
 }
 
 /// Lowers the minimum to that of the listed pairs of this kind, none of which loses more than `loss` [m]. Returns whether
 /// no other pair can be below it. `others` of the list is here a distance minus a threshold.
-bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds,
-                                 double enough, double loss, GuaranteedMinimum& minimum) {
+bool GuaranteedDistances::settle(const State& state, const ListedPairs& listed, PairKind kind,
+                                 const PairDistances& thresholds, double enough, double loss,
+                                 GuaranteedMinimum& minimum) {
   int needed = 0;
   const auto consider = [&](const PairProximity& pair) {
     const double threshold = thresholds.of(pair.asked);
     const double excess = std::min(pair.result.distance, pair.result.lower_bound) - threshold;
     if (!isOf(kind, pair.asked) || excess - loss >= minimum.excess) return;
     ++needed;
-    const double guaranteed = of(pair, std::min(minimum.excess, enough) + threshold);
+    const double guaranteed = of(state, pair, std::min(minimum.excess, enough) + threshold);
     if (std::isnan(guaranteed)) {
       ++minimum.unknown;
     } else if (guaranteed - threshold < minimum.excess) {
@@ -123,19 +110,18 @@ bool GuaranteedDistances::settle(const ListedPairs& listed, PairKind kind, const
   return true;
 }
 
-GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const PairDistances& thresholds) {
-  return find(scene, scene.candidates(), thresholds);
+GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const State& state, const PairDistances& thresholds) {
+  return find(scene, state, scene.candidates(), thresholds);
 }
 
-GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
-                                            Question question, double enough) {
-  requireSame(scene);
+GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const State& state, const Pairs& pairs,
+                                            const PairDistances& thresholds, Question question, double enough) {
   requireFinite(thresholds);
   question.thresholds = &thresholds;
   question.threshold = kInfinity;
-  const double loss = largestLossOf(pairs);
+  const double loss = largestLossOf(state, pairs);
   for (;; closest_ *= 2) {
-    const std::vector<PairProximity>& closest = scene.closest(pairs, closest_, question);
+    const std::vector<PairProximity>& closest = scene.closest(state, pairs, closest_, question);
     GuaranteedMinimum minimum;
     minimum.unknown = scene.counts().unknown;
     double others = kInfinity;
@@ -144,28 +130,30 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, co
       others = std::min(last.result.distance, last.result.lower_bound) - thresholds.of(last.asked) - question.tolerance;
     }
     const ListedPairs listed{closest.data(), closest.data() + closest.size(), others};
-    if (settle(listed, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
+    if (settle(state, listed, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
     bounds_->work().count(kStepsOfListedPair * static_cast<std::int64_t>(closest.size()));
     if (ends(bounds_->work(), others - loss, minimum)) return minimum;
   }
 }
 
-GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds,
-                                            const ListedPairs& listed, const Question& question, double enough) {
-  requireSame(scene);
+GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const State& state, const Pairs& pairs,
+                                            const PairDistances& thresholds, const ListedPairs& listed,
+                                            const Question& question, double enough) {
   requireFinite(thresholds);
   GuaranteedMinimum minimum;
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(kindOf(pairs)).largest};
-  const double loss = largestLossOf(pairs);
-  if (settle(with_excess, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
+  const double loss = largestLossOf(state, pairs);
+  if (settle(state, with_excess, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
   if (ends(bounds_->work(), with_excess.others - loss, minimum)) return minimum;
-  return find(scene, pairs, thresholds, question, enough);
+  return find(scene, state, pairs, thresholds, question, enough);
 }
 
-GuaranteedMinimum GuaranteedDistances::find(const ListedPairs& listed, const PairDistances& thresholds) {
+GuaranteedMinimum GuaranteedDistances::find(const State& state, const ListedPairs& listed,
+                                            const PairDistances& thresholds) {
   GuaranteedMinimum minimum;
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(PairKind::Any).largest};
-  if (!settle(with_excess, PairKind::Any, thresholds, kInfinity, largestLoss(), minimum)) minimum.unknown = 1;
+  if (!settle(state, with_excess, PairKind::Any, thresholds, kInfinity, largestLoss(state), minimum))
+    minimum.unknown = 1;
   return minimum;
 }
 

@@ -70,8 +70,7 @@ double reachOf(const Piece& piece, const Vector3d& direction) {
 }  // namespace
 
 PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
-    : joints_(model),
-      volumes_(std::make_unique<const Volumes>(model->robot)),
+    : model_(model),
       paddings_(paddingsOf(model->pairs)),
       uncertainty_(model->robot),
       places_(model->robot.bodies.size()),
@@ -82,17 +81,16 @@ PairBounds::PairBounds(const std::shared_ptr<const SceneModel>& model)
       held_reach_(model->robot.bodies.size()) {
   const RobotModel& robot = model->robot;
   for (int joint = 0; joint < static_cast<int>(robot.joints.size()); ++joint) leaders_.push_back(robot.leaderOf(joint));
-  placeObjects();
 }
 
 void PairBounds::assume(const Uncertainty& uncertainty) {
-  uncertainty.requireValidFor(joints_.robot());
+  uncertainty.requireValidFor(model_->robot);
   uncertainty_ = uncertainty;
   TwoLargest swellings;
   for (std::size_t link = 0; link < uncertainty_.swellings.size(); ++link)
-    if (joints_.robot().hasGeometry(static_cast<int>(link))) swellings.offer(uncertainty_.swellings[link]);
+    if (model_->robot.hasGeometry(static_cast<int>(link))) swellings.offer(uncertainty_.swellings[link]);
   swellings_ = swellings.sum();
-  placeObjects();
+  revision_ = 0;
 }
 
 /// Forgets what depends on poses, objects and uncertainty.
@@ -103,43 +101,39 @@ void PairBounds::forgetState() {
   largest_loss_.reset();
 }
 
-void PairBounds::use(std::shared_ptr<const Objects> objects) {
-  joints_.use(std::move(objects));
-  takeObjects();
-}
-
-void PairBounds::use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers) {
-  joints_.use(std::move(objects), std::move(carriers));
-  takeObjects();
-}
-
-void PairBounds::takeObjects() {
-  likely_ = {};
-  placeObjects();
+/// Takes the poses and the objects of a state, unless they are those of the last question.
+void PairBounds::see(const State& state) {
+  state_ = &state;
+  if (state.revision() == revision_) return;
+  if (&state.model() != model_.get()) throw std::invalid_argument("the state is of another robot");
+  const bool has_other_objects = state.objects() != objects_;
+  if (has_other_objects) likely_ = {};
+  objects_ = state.objects();
+  if (has_other_objects || revision_ == 0) placeObjects();
+  forgetState();
+  revision_ = state.revision();
 }
 
 void PairBounds::placeObjects() {
-  const Objects* objects = joints_.objects();
-  object_frames_.resize(static_cast<std::size_t>(objects ? objects->numberLimit() : 0));
-  ways_.resize(static_cast<std::size_t>(volumes_->rootCount()) + object_frames_.size());
-  for (Ways& ways : ways_) ways.relative_to.reserve(joints_.robot().bodies.size() + 1);
-  forgetState();
+  const Objects& objects = *objects_;
+  object_frames_.resize(static_cast<std::size_t>(objects.numberLimit()));
+  ways_.resize(static_cast<std::size_t>(state_->volumes()->rootCount()) + object_frames_.size());
+  for (Ways& ways : ways_) ways.relative_to.reserve(model_->robot.bodies.size() + 1);
   objects_lose_ = 0.0;
   TwoLargest lose;
   const auto add_reach = [&](int body, const Part& part) {
     if (!part.whole().isEmpty()) held_reach_[body] = std::max(held_reach_[body], part.whole().bounds.reach);
   };
   std::fill(held_reach_.begin(), held_reach_.end(), 0.0);
-  for (int link = 0; link < static_cast<int>(joints_.robot().links.size()); ++link)
-    if (joints_.robot().hasGeometry(link)) add_reach(joints_.robot().links[link].body, volumes_->part(link));
-  if (!objects) return;
-  for (const int number : objects->numbers()) {
-    const PlacedObject& placed = *objects->placed(number);
+  for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
+    if (model_->robot.hasGeometry(link)) add_reach(model_->robot.links[link].body, state_->volumes()->part(link));
+  for (const int number : objects.numbers()) {
+    const PlacedObject& placed = *objects.placed(number);
     ObjectFrame& frame = object_frames_[number];
-    frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, joints_.robot())};
+    frame = {uncertainty_.ofObject(placed.object.id), originOf(placed.object, model_->robot)};
     const Bounds& bounds = partOf(placed).whole().bounds;
     if (placed.kind == PlacedObject::Kind::Attached)
-      add_reach(joints_.bodyOf(ShapeRef::ofObject(number)), partOf(placed));
+      add_reach(state_->bodyOf(ShapeRef::ofObject(number)), partOf(placed));
     if (placed.isUnbounded()) continue;
     // The geometry of a fixed object is in the frame of the object itself.
     const Vector3d origin = placed.kind == PlacedObject::Kind::Fixed ? Vector3d(Vector3d::Zero()) : frame.origin;
@@ -149,36 +143,21 @@ void PairBounds::placeObjects() {
   objects_lose_ = lose.sum();
 }
 
-void PairBounds::update(const BodyPoses& poses) {
-  joints_.update(poses);
-  forgetState();
-}
-
-void PairBounds::update(const BodyPoses& poses, const FramePoses& frames) {
-  joints_.update(poses, frames);
-  forgetState();
-}
-
-void PairBounds::update(const BodyPoses& poses, const Scene& scene) {
-  joints_.update(poses, scene);
-  forgetState();
-}
-
 // --- the chain of a pair
 
 /// The point about which the frame of a joint is turned.
 Vector3d PairBounds::jointOrigin(int body) const {
-  const Body& moved = joints_.robot().bodies[body];
-  const Joint& joint = joints_.robot().joints[moved.joint];
-  if (joint.type != Joint::Type::Prismatic) return joints_.poses()[body]->translation();
-  return *joints_.poses()[moved.parent] *
-         (joints_.robot().links[joint.parent_link].body_T_link * joint.parent_T_joint.translation());
+  const Body& moved = model_->robot.bodies[body];
+  const Joint& joint = model_->robot.joints[moved.joint];
+  if (joint.type != Joint::Type::Prismatic) return state_->poses()[body]->translation();
+  return *state_->poses()[moved.parent] *
+         (model_->robot.links[joint.parent_link].body_T_link * joint.parent_T_joint.translation());
 }
 
 /// Adds the joint or the base of a body. Returns false if a pose is missing that is needed.
 bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
-  const Body& moved = joints_.robot().bodies[body];
-  const std::optional<Isometry3d>& pose = joints_.poses()[body];
+  const Body& moved = model_->robot.bodies[body];
+  const std::optional<Isometry3d>& pose = state_->poses()[body];
   if (moved.joint < 0) {
     const PoseUncertainty& base = uncertainty_.bases[moved.robot];
     if (base.isZero()) return true;
@@ -189,12 +168,12 @@ bool PairBounds::addPlace(int body, std::vector<Displacement>& chain) const {
   const double width = std::abs(leader.multiplier) * uncertainty_.positions[leader.joint];
   const PoseUncertainty& frame = uncertainty_.frames[moved.joint];
   if (width == 0.0 && frame.isZero()) return true;
-  const bool slides = joints_.robot().joints[moved.joint].type == Joint::Type::Prismatic;
-  if (!joints_.knowsJointOf(body) || (slides && !joints_.poses()[moved.parent])) return false;
+  const bool slides = model_->robot.joints[moved.joint].type == Joint::Type::Prismatic;
+  if (!state_->knowsJointOf(body) || (slides && !state_->poses()[moved.parent])) return false;
   if (width > 0.0) {
-    const UnitTwist twist = joints_.twistOf(body);
+    const UnitTwist twist = state_->twistOf(body);
     // Only slides may be in one group, see point 6 of Displacements.
-    const bool is_together = slides && joints_.robot().joints[leader.joint].type == Joint::Type::Prismatic;
+    const bool is_together = slides && model_->robot.joints[leader.joint].type == Joint::Type::Prismatic;
     chain.push_back({slides ? Displacement::Kind::Slide : Displacement::Kind::Turn, body, width, twist.origin,
                      slides ? twist.linear : twist.angular, is_together ? leader.joint : moved.joint,
                      is_together ? leader.multiplier : 1.0});
@@ -214,16 +193,16 @@ const PairBounds::Place& PairBounds::placeOf(int body) {
 
 /// The origin of an object in the frame of the poses.
 Vector3d PairBounds::originAt(int number, const Isometry3d& pose) const {
-  const bool is_fixed = joints_.objects()->placed(number)->kind == PlacedObject::Kind::Fixed;
+  const bool is_fixed = state_->objects()->placed(number)->kind == PlacedObject::Kind::Fixed;
   return is_fixed ? object_frames_[number].origin : Vector3d(pose * object_frames_[number].origin);
 }
 
 /// Takes one shape of a pair, and begins its chain with what it is itself. Returns false if its pose is missing.
 bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
   side.chain.clear();
-  side.part = volumes_->part(ref, joints_.objects());
+  side.part = state_->volumes()->part(ref, state_->objects().get());
   const PlacedObject* object = side.part.object;
-  const std::optional<Isometry3d> pose = joints_.poseOf(ref);
+  const std::optional<Isometry3d> pose = state_->poseOf(ref);
   if (!pose) return false;
   side.pose = *pose;
   if (object) addFrame(object_frames_[ref.object()].uncertainty, number, originAt(ref.object(), side.pose), side.chain);
@@ -232,10 +211,10 @@ bool PairBounds::place(const ShapeRef& ref, int number, Side& side) {
 
 /// Finds all that displaces the two relative to each other. Returns false if a pose is missing.
 bool PairBounds::begin(const ShapeRefPair& pair) {
-  const RobotModel& robot = joints_.robot();
+  const RobotModel& robot = model_->robot;
   const int bodies = static_cast<int>(robot.bodies.size());
   if (!place(pair.a, bodies, a_) || !place(pair.b, bodies + 1, b_)) return false;
-  int a = joints_.bodyOf(pair.a), b = joints_.bodyOf(pair.b);
+  int a = state_->bodyOf(pair.a), b = state_->bodyOf(pair.b);
   while (a != b) {
     int& later = a > b ? a : b;  // parents come first
     const Place& place = placeOf(later);
@@ -304,21 +283,21 @@ void PairBounds::begin(const ShapeRef& ref, Ways& ways) {
   ways.centre = seen_.pose * bounds.centre;
   ways.radius = bounds.radius;
   ways.rounding = kPoseRounding * (bounds.reach + seen_.pose.translation().norm());
-  ways.body = joints_.bodyOf(ref);
+  ways.body = state_->bodyOf(ref);
   ways.add(seen_.chain, sum);
   ways.relative_to.assign(1, sum);
 }
 
 /// [m] An upper bound of the way of a shape's points relative to the body that is so many steps before its own one.
 double PairBounds::wayOf(const ShapeRef& ref, std::size_t steps) {
-  Ways& ways = ways_[volumes_->of(ref)];
+  Ways& ways = ways_[state_->volumes()->of(ref)];
   if (!ways.is_begun) begin(ref, ways);
   while (ways.relative_to.size() <= steps) {
     const Place& place = placeOf(ways.body);
     double sum = place.is_known ? ways.relative_to.back() : std::numeric_limits<double>::quiet_NaN();
     ways.add(place.displacements, sum);
     ways.relative_to.push_back(sum);
-    ways.body = joints_.robot().bodies[ways.body].parent;
+    ways.body = model_->robot.bodies[ways.body].parent;
   }
   return ways.relative_to[steps];
 }
@@ -327,8 +306,8 @@ double PairBounds::wayOf(const ShapeRef& ref, std::size_t steps) {
 /// less, because the pairs of a shape share its ways. Infinity for a half-space: no ball contains its points.
 double PairBounds::quickLossOf(const PairProximity& pair) {
   if (isUnbounded(pair.asked.a) || isUnbounded(pair.asked.b)) return kInfinity;
-  const RobotModel& robot = joints_.robot();
-  int a = joints_.bodyOf(pair.asked.a), b = joints_.bodyOf(pair.asked.b);
+  const RobotModel& robot = model_->robot;
+  int a = state_->bodyOf(pair.asked.a), b = state_->bodyOf(pair.asked.b);
   std::size_t steps_a = 0, steps_b = 0;
   while (a != b) {
     int& later = a > b ? a : b;  // parents come first
@@ -345,7 +324,8 @@ double PairBounds::lossOf(double way, double lower_bound) {
   return way == 0.0 ? 0.0 : (1.0 + 4.0 * kEpsilon) * way + kEpsilon * std::abs(lower_bound);
 }
 
-double PairBounds::of(const PairProximity& pair, double enough) {
+double PairBounds::of(const State& state, const PairProximity& pair, double enough) {
+  see(state);
   if (pair.result.status == narrowphase::Status::Unknown) return std::numeric_limits<double>::quiet_NaN();
   const auto before = std::find_if(bounded_.begin(), bounded_.end(),
                                    [&](const Bounded& bounded) { return bounded.pair.isSameAs(pair.asked); });

@@ -1,18 +1,18 @@
 #pragma once
 
 #include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/query/scene.h"
-#include "proximity_server/scene/state/object_carriers.h"
+#include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/state/state.h"
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
-#include "scene/derivative/placed_joints.h"
-#include "scene/parts/placed_robot.h"
-#include "scene/parts/volumes.h"
 #include "scene/query/closest_pieces.h"
+#include "scene/state/placed_robot.h"
+#include "scene/state/volumes.h"
 #include "scene/uncertainty/displacements.h"
 #include "scene/uncertainty/limited_work.h"
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -28,22 +28,16 @@ class PairBounds {
   void assume(const Uncertainty& uncertainty);
   void divideInto(int most_parts) { most_parts_ = most_parts; }
   const Uncertainty& uncertainty() const { return uncertainty_; }
-  void use(std::shared_ptr<const Objects> objects);
-  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
-  void update(const BodyPoses& poses);
-  void update(const BodyPoses& poses, const FramePoses& frames);
-  void update(const BodyPoses& poses, const Scene& scene);
-  const PlacedJoints& joints() const { return joints_; }
   void limit(const GuaranteeLimits& limits) {
     work_.begin(limits);
     bounded_.clear();
   }
   LimitedWork& work() { return work_; }
 
-  double of(const PairProximity& pair, double enough);
-  const ReachedState* reached(const PairProximity& pair, double threshold);
-  double largestLoss();
-  double largestLoss(const std::vector<double>& travel);
+  double of(const State& state, const PairProximity& pair, double enough);
+  const ReachedState* reached(const State& state, const PairProximity& pair, double threshold);
+  double largestLoss(const State& state);
+  double largestLoss(const State& state, const std::vector<double>& travel);
   void forget() {
     likely_ = {};
     bounded_.clear();
@@ -113,7 +107,8 @@ class PairBounds {
     Deciding where;
   };
 
-  void takeObjects();
+  void see(const State& state);
+  double largestLossWith(const std::vector<double>& travel);
   void placeObjects();
   void forgetState();
   bool begin(const ShapeRefPair& pair);
@@ -124,7 +119,7 @@ class PairBounds {
   void begin(const ShapeRef& ref, Ways& ways);
   double wayOf(const ShapeRef& ref, std::size_t steps);
   bool isUnbounded(const ShapeRef& ref) const {
-    return ref.isObject() && joints_.objects()->placed(ref.object())->isUnbounded();
+    return ref.isObject() && state_->objects()->placed(ref.object())->isUnbounded();
   }
   double quickLossOf(const PairProximity& pair);
   double boundOf(const PairProximity& pair, double enough);
@@ -190,8 +185,10 @@ class PairBounds {
   double reachOfFreeObjects(const Eigen::Vector3d& from, int checked_against) const;
   double lossOfHalfSpaces(const std::vector<double>& travel) const;
 
-  PlacedJoints joints_;
-  const std::unique_ptr<const Volumes> volumes_;
+  const std::shared_ptr<const SceneModel> model_;
+  const State* state_ = nullptr;            ///< that of the question
+  std::uint64_t revision_ = 0;              ///< its revision in the last question; 0: the objects are not placed
+  std::shared_ptr<const Objects> objects_;  ///< in the last question
   const PairDistances paddings_;
   Uncertainty uncertainty_;
   std::vector<Joint::Mimic> leaders_;  ///< by joint

@@ -47,8 +47,8 @@ void PairBounds::displace(const Displacement& own, const Vector3d& point, const 
 
 /// Sets the positions of all joints from those of the leaders, relative to the present ones.
 void PairBounds::moveLeaders(const std::vector<double>& positions) {
-  for (std::size_t i = 0; i < joints_.robot().bodies.size(); ++i) {
-    const int joint = joints_.robot().bodies[i].joint;
+  for (std::size_t i = 0; i < model_->robot.bodies.size(); ++i) {
+    const int joint = model_->robot.bodies[i].joint;
     if (joint >= 0) moved_[i].position = leaders_[joint].multiplier * positions[leaders_[joint].joint];
   }
 }
@@ -68,7 +68,7 @@ double PairBounds::bringTogether(Deciding& where) {
 
 /// Makes the state of all displacements.
 void PairBounds::placeDisplaced() {
-  const RobotModel& robot = joints_.robot();
+  const RobotModel& robot = model_->robot;
   const auto onParent = [&](int parent, const Moved& own) {
     const Isometry3d frame = movedFrame(own.shift, own.turn, own.origin);
     return parent < 0 ? frame : moved_[parent].displacement * frame;
@@ -80,16 +80,16 @@ void PairBounds::placeDisplaced() {
     const Body& body = robot.bodies[i];
     own.displacement = onParent(body.parent, own);
     if (body.joint >= 0) reached_.displacements[body.joint] = own.position;
-    if (own.position != 0.0 && joints_.poses()[i]) {
-      const UnitTwist twist = joints_.twistOf(static_cast<int>(i));
+    if (own.position != 0.0 && state_->poses()[i]) {
+      const UnitTwist twist = state_->twistOf(static_cast<int>(i));
       own.displacement =
           own.displacement * movedFrame(own.position * twist.linear, own.position * twist.angular, twist.origin);
     }
-    reached_.poses[i] = joints_.poses()[i];
+    reached_.poses[i] = state_->poses()[i];
     if (reached_.poses[i]) reached_.poses[i] = own.displacement * *reached_.poses[i];
   }
   const auto displacementOf = [&](const ShapeRef& ref, const Moved& object) {
-    const int body = joints_.bodyOf(ref);
+    const int body = state_->bodyOf(ref);
     return ref.isObject() ? onParent(body, object) : moved_[body].displacement;
   };
   reached_.displacement_a = displacementOf(asked_.a, moved_[robot.bodies.size()]);
@@ -134,7 +134,8 @@ bool PairBounds::isReachedBelow(double threshold, const LeafPair& leaves) {
   return reached_.upper_bound < threshold;
 }
 
-const ReachedState* PairBounds::reached(const PairProximity& pair, double threshold) {
+const ReachedState* PairBounds::reached(const State& state, const PairProximity& pair, double threshold) {
+  see(state);
   if (pair.result.status == narrowphase::Status::Unknown || !(boundOf(pair, kInfinity) < threshold)) return nullptr;
   asked_ = pair.asked;
   std::fill(moved_.begin(), moved_.end(), Moved());

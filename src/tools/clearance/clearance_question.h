@@ -81,12 +81,12 @@ class QuestionPairs {
   /// The question must outlive this.
   explicit QuestionPairs(const ClearanceQuestion& question) : question_(question) {}
 
-  /// Gives objects to a Scene or MovingScene and takes their pairs, if they are others than those of before.
-  template <typename Scene>
-  void use(const std::shared_ptr<const scene::Objects>& objects, Scene& scene) {
-    if (!objects || scene.objects() == objects.get()) return;
-    scene.use(objects);
+  /// Takes the pairs of the objects, if they are others than those of before. Returns whether they are.
+  bool use(const std::shared_ptr<const scene::Objects>& objects) {
+    if (!objects || objects == objects_) return false;
+    objects_ = objects;
     take(*objects);
+    return true;
   }
 
   scene::Pairs get() const {
@@ -101,6 +101,7 @@ class QuestionPairs {
   void take(const scene::Objects& objects);
 
   const ClearanceQuestion& question_;
+  std::shared_ptr<const scene::Objects> objects_;  ///< of the last use()
   std::vector<scene::ShapeRefPair> with_objects_;  ///< without filter
 };
 

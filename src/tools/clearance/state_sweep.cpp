@@ -114,6 +114,7 @@ class StateSweep {
       fresh_.emplace(question.model, question.skipping);
     }
     if (output.report) for_report_.emplace(question.model, question.skipping);
+    if (fresh_ || for_report_) fresh_state_.emplace(question.model);
     for (int i = 0; i < question.threads; ++i)
       workers_.push_back(
           {batch ? std::optional(batch->forAnotherThread()) : std::nullopt, SummaryCounter(summaryKind()), {}, {}});
@@ -288,20 +289,21 @@ class StateSweep {
 
   void answerByScene(StateBlock& block, Worker& worker) const {
     scene::Scene scene = fresh_->forAnotherThread();
+    scene::State state = fresh_state_->forAnotherThread();
     QuestionPairs pairs(question_);
     std::optional<scene::GuaranteedDistances> guaranteed = guaranteedDistances();
     for (int i = 0; i < block.size; ++i) {
       question_.budget.require();
-      place(positionsOf(block, i), block.objects.empty() ? nullptr : block.objects[i], pairs, scene, guaranteed);
+      place(positionsOf(block, i), block.objects.empty() ? nullptr : block.objects[i], pairs, state);
       if (guaranteed) {
-        answerGuaranteed(i, pairs.get(), scene, *guaranteed, block, worker);
+        answerGuaranteed(i, pairs.get(), scene, state, *guaranteed, block, worker);
         continue;
       }
-      const std::vector<scene::PairProximity> listed = askScene(pairs.get(), scene);
+      const std::vector<scene::PairProximity> listed = askScene(pairs.get(), scene, state);
       const std::size_t answers = block.answers.size();
       add(i, listOf(listed, scene.counts().unknown), block, worker);
       if (!needsSmallest() || block.answers.size() == answers) continue;
-      const std::vector<scene::PairProximity> minimum = listOf(scene.minimum(pairs.get()));
+      const std::vector<scene::PairProximity> minimum = listOf(scene.minimum(state, pairs.get()));
       block.answers.back().smallest = smallestOf(listOf(minimum, scene.counts().unknown));
     }
   }
@@ -316,49 +318,42 @@ class StateSweep {
     return guaranteed;
   }
 
-  /// Gives a state to the scene, and to the guaranteed distances if they are asked for.
   static void place(const scene::Positions& positions, const std::shared_ptr<const scene::Objects>& objects,
-                    QuestionPairs& pairs, scene::Scene& scene, std::optional<scene::GuaranteedDistances>& guaranteed) {
-    const scene::BodyPoses poses = scene::forwardKinematics(scene.model().robot, positions);
-    if (!objects) {
-      scene.update(poses);
-      if (guaranteed) guaranteed->update(poses);
-      return;
-    }
-    if (guaranteed && scene.objects() != objects.get()) guaranteed->use(objects, scene::carriersOnLinks(*objects));
-    pairs.use(objects, scene);
-    scene.update(poses, framePoses(*objects, poses));
-    if (guaranteed) guaranteed->update(poses, framePoses(*objects, poses));
+                    QuestionPairs& pairs, scene::State& state) {
+    if (pairs.use(objects)) state.set(objects, scene::carriersOnLinks(*objects));
+    const scene::BodyPoses poses = scene::forwardKinematics(state.robot(), positions);
+    state.set(poses, framePoses(*state.objects(), poses));
   }
 
   /// Asks for all pairs of the states for the report, by a scene of its own, so that the rows keep their bytes.
   void answerAllPairs(StateBlock& block) const {
     scene::Scene scene = for_report_->forAnotherThread();
+    scene::State state = fresh_state_->forAnotherThread();
     QuestionPairs pairs(question_);
     std::optional<scene::GuaranteedDistances> guaranteed = guaranteedDistances();
     for (StateClearance& answer : block.answers) {
       question_.budget.require();
-      place(answer.positions, answer.objects, pairs, scene, guaranteed);
-      answer.all_pairs = scene.all(pairs.get());
+      place(answer.positions, answer.objects, pairs, state);
+      answer.all_pairs = scene.all(state, pairs.get());
       if (!guaranteed) continue;
-      for (scene::PairProximity& pair : answer.all_pairs) pair.result.lower_bound = guaranteed->of(pair);
+      for (scene::PairProximity& pair : answer.all_pairs) pair.result.lower_bound = guaranteed->of(state, pair);
     }
   }
 
   /// Answers about one state, which the scene has, within the uncertainty.
-  void answerGuaranteed(int i, const scene::Pairs& pairs, scene::Scene& scene, scene::GuaranteedDistances& guaranteed,
-                        StateBlock& block, Worker& worker) const {
+  void answerGuaranteed(int i, const scene::Pairs& pairs, scene::Scene& scene, const scene::State& state,
+                        scene::GuaranteedDistances& guaranteed, StateBlock& block, Worker& worker) const {
     const bool is_minimum = kind_ == PairSelection::Kind::Minimum;
     scene::GuaranteedMinimum smallest;
-    if (is_minimum || needsSmallest()) smallest = guaranteed.find(scene, scene::PairDistances());
+    if (is_minimum || needsSmallest()) smallest = guaranteed.find(scene, state, scene::PairDistances());
     std::vector<scene::PairProximity> listed{smallest.pair};
     std::vector<double> of_listed{smallest.guaranteed};
     int unknown = smallest.unknown;
     if (!is_minimum) {
-      listed = askScene(pairs, scene);
+      listed = askScene(pairs, scene, state);
       unknown = scene.counts().unknown;
       of_listed.clear();
-      for (const scene::PairProximity& pair : listed) of_listed.push_back(guaranteed.of(pair));
+      for (const scene::PairProximity& pair : listed) of_listed.push_back(guaranteed.of(state, pair));
     }
     Listed list = listOf(listed, unknown);
     list.guaranteed = of_listed.data();
@@ -368,26 +363,27 @@ class StateSweep {
       block.answers.back().smallest = {smallest.pair, smallest.guaranteed, smallest.unknown};
   }
 
-  std::vector<scene::PairProximity> askScene(const scene::Pairs& pairs, scene::Scene& scene) const {
+  std::vector<scene::PairProximity> askScene(const scene::Pairs& pairs, scene::Scene& scene,
+                                             const scene::State& state) const {
     const PairSelection& selection = question_.selection;
     scene::Question near_only;
     switch (kind_) {
       case PairSelection::Kind::All:
-        return scene.all(pairs);
+        return scene.all(state, pairs);
       case PairSelection::Kind::Closest:
-        return scene.closest(pairs, selection.count);
+        return scene.closest(state, pairs, selection.count);
       case PairSelection::Kind::Below:
         near_only.threshold = selection.threshold;
-        return scene.below(pairs, near_only);
+        return scene.below(state, pairs, near_only);
       case PairSelection::Kind::Any:
         near_only.threshold = selection.threshold;
-        return listOf(scene.first(pairs, near_only));
+        return listOf(scene.first(state, pairs, near_only));
       case PairSelection::Kind::Minimum:
         break;
     }
-    std::vector<scene::PairProximity> closest = listOf(scene.minimum(pairs));
+    std::vector<scene::PairProximity> closest = listOf(scene.minimum(state, pairs));
     if (thresholds() && !closest.empty())
-      closest = {scene::decidingPair(scene, pairs, closest.front(), *thresholds()).pair};
+      closest = {scene::decidingPair(scene, state, pairs, closest.front(), *thresholds()).pair};
     return closest;
   }
 
@@ -497,8 +493,9 @@ class StateSweep {
   const StateRows rows_, plot_rows_;
   std::optional<scene::Scene> fresh_;  ///< for all that SceneBatch does not know
   std::optional<scene::Scene> for_report_;
-  std::vector<Worker> workers_;  ///< one for each thread
-  std::uint64_t next_ = 0;       ///< the state to be read
+  std::optional<scene::State> fresh_state_;  ///< for both
+  std::vector<Worker> workers_;              ///< one for each thread
+  std::uint64_t next_ = 0;                   ///< the state to be read
 };
 
 }  // namespace

@@ -275,7 +275,7 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
       QuestionPairs pairs(question);
       std::vector<SegmentClearance> answers;
       for (const TrajectorySegment& segment : block) {
-        pairs.use(segment.objects, scene);
+        if (pairs.use(segment.objects)) scene.use(segment.objects);
         SegmentClearance& answer = answers.emplace_back(answerSegment(segment, pairs.get(), spline, scene));
         if (output.report) answer.of_pairs = minimaOfPairs(answer, pairs.list(segment.objects.get()), spline, scene);
         question.budget.require();

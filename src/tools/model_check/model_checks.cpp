@@ -103,23 +103,22 @@ class Probe {
  public:
   explicit Probe(const std::shared_ptr<const scene::SceneModel>& model)
       : scene_(model),
+        state_(model),
         poses_(scene::forwardKinematics(model->robot, scene::Positions(model->robot.joints.size(), 0.0))) {
     const scene::Object ball =
         scene::makeObject("", {{narrowphase::Shape(narrowphase::Sphere{kRadius})}}, scene::Moving{"probe"});
     scene::Object named = ball;
     named.id = freeName(model->robot);
-    objects_ = std::make_shared<const scene::Objects>(scene::Objects(model).changed({scene::AddObject{named}}));
-    scene_.use(objects_);
+    state_.set(std::make_shared<const scene::Objects>(scene::Objects(model).changed({scene::AddObject{named}})));
   }
 
   /// [m] The signed distance of a point in the frame of the link's body.
   double distance(int link, const Vector3d& point) {
     const int body = scene_.model().robot.links[link].body;
     const Eigen::Isometry3d frame = *poses_[body] * Eigen::Translation3d(point);
-    scene_.update(poses_, {frame});
-    return scene_.proximity({scene::ShapeRef(link), scene::ShapeRef::ofObject(objects_->numbers().front())})
-               .result.distance +
-           kRadius;
+    state_.set(poses_, {frame});
+    const scene::ShapeRefPair pair{link, scene::ShapeRef::ofObject(state_.objects()->numbers().front())};
+    return scene_.proximity(state_, pair).result.distance + kRadius;
   }
 
  private:
@@ -132,8 +131,8 @@ class Probe {
   }
 
   scene::Scene scene_;
+  scene::State state_;
   const scene::BodyPoses poses_;
-  std::shared_ptr<const scene::Objects> objects_;
 };
 
 const scene::LinkPair& entryOf(const scene::SceneModel& model, const PairEvidence& evidence) {

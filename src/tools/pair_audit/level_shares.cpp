@@ -38,9 +38,10 @@ std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
                                             const scene::LevelThresholds& thresholds, const TimeBudget& budget) {
   if (states.cols() == 0) {  // no joints: the only state there is, which SceneBatch does not take
     scene::Scene scene(model);
-    scene.update(scene::forwardKinematics(model->robot, scene::Positions()));
-    const scene::PairProximity* closest = scene.minimum(scene.candidates());
-    const auto level = closest ? scene::decidingPair(scene, scene.candidates(), *closest, thresholds).level.level
+    scene::State state(model);
+    state.set(scene::forwardKinematics(model->robot, scene::Positions()));
+    const scene::PairProximity* closest = scene.minimum(state, scene.candidates());
+    const auto level = closest ? scene::decidingPair(scene, state, scene.candidates(), *closest, thresholds).level.level
                                : scene::ClearanceLevel::Clear;
     return std::vector<scene::ClearanceLevel>(static_cast<std::size_t>(states.rows()), level);
   }

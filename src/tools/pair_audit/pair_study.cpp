@@ -65,18 +65,18 @@ int kindsSeen(const PairEvidence& evidence) {
 }
 
 /// `evidence` is that of pairs of which nothing was seen yet.
-BlockEvidence sampleBlock(scene::Scene scene, const std::vector<scene::JointRange>& ranges, BlockEvidence evidence,
-                          std::mt19937_64 random, long states, const TimeBudget& budget) {
+BlockEvidence sampleBlock(scene::Scene scene, scene::State state, const std::vector<scene::JointRange>& ranges,
+                          BlockEvidence evidence, std::mt19937_64 random, long states, const TimeBudget& budget) {
   scene::Question question;
   question.depth = scene::Question::Depth::NotWanted;
-  for (long state = 0; state < states; ++state) {
+  for (long i = 0; i < states; ++i) {
     budget.require();
     const scene::Positions positions = scene::randomPositions(scene.model().robot, ranges, random);
-    scene.update(scene::forwardKinematics(scene.model().robot, positions));
+    state.set(scene::forwardKinematics(scene.model().robot, positions));
     for (PairEvidence& each : evidence) {
       // For a distance larger than the smallest so far a proof is enough, but where the largest is measured.
       question.threshold = std::max(each.smallest, each.largest > each.measured ? kContactDistance : each.measured);
-      add(scene.proximity(each.pair, question).result, positions, each);
+      add(scene.proximity(state, each.pair, question).result, positions, each);
       ++each.samples;
     }
   }
@@ -88,10 +88,11 @@ class DistanceSearch {
  public:
   enum class Goal : unsigned char { Contact, Distance };
 
-  DistanceSearch(Goal goal, scene::Scene& scene, const std::vector<scene::JointRange>& ranges, const TimeBudget& budget,
-                 PairEvidence& evidence)
+  DistanceSearch(Goal goal, scene::Scene& scene, scene::State& state, const std::vector<scene::JointRange>& ranges,
+                 const TimeBudget& budget, PairEvidence& evidence)
       : goal_(goal),
         scene_(scene),
+        state_(state),
         ranges_(ranges),
         budget_(budget),
         evidence_(evidence),
@@ -134,8 +135,8 @@ class DistanceSearch {
   /// The value to minimise: the signed distance if contact is searched for, otherwise minus the signed distance.
   double valueAt(const scene::Positions& positions) {
     budget_.require();
-    scene_.update(scene::forwardKinematics(scene_.model().robot, positions));
-    const narrowphase::SignedDistance answer = scene_.proximity(evidence_.pair).result;
+    state_.set(scene::forwardKinematics(scene_.model().robot, positions));
+    const narrowphase::SignedDistance answer = scene_.proximity(state_, evidence_.pair).result;
     ++queries_;
     add(answer, positions, evidence_);
     return goal_ == Goal::Contact ? answer.distance : -answer.distance;
@@ -143,6 +144,7 @@ class DistanceSearch {
 
   const Goal goal_;
   scene::Scene& scene_;
+  scene::State& state_;
   const std::vector<scene::JointRange>& ranges_;
   const TimeBudget& budget_;
   PairEvidence& evidence_;
@@ -152,20 +154,21 @@ class DistanceSearch {
 };
 
 /// Searches for the kinds of states that were not seen.
-PairEvidence searched(scene::Scene scene, const std::vector<scene::JointRange>& all_ranges, const TimeBudget& budget,
-                      PairEvidence evidence) {
+PairEvidence searched(scene::Scene scene, scene::State state, const std::vector<scene::JointRange>& all_ranges,
+                      const TimeBudget& budget, PairEvidence evidence) {
   using Goal = DistanceSearch::Goal;
   const std::vector<scene::JointRange> ranges =
       scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link(), evidence.pair.b.link());
   const bool always_near = evidence.largest <= evidence.measured;
-  if (!evidence.contact) DistanceSearch(Goal::Contact, scene, ranges, budget, evidence).run();
-  if (always_near) DistanceSearch(Goal::Distance, scene, ranges, budget, evidence).run();
+  if (!evidence.contact) DistanceSearch(Goal::Contact, scene, state, ranges, budget, evidence).run();
+  if (always_near) DistanceSearch(Goal::Distance, scene, state, ranges, budget, evidence).run();
   return evidence;
 }
 
-double depthAt(scene::Scene& scene, const scene::Positions& positions, const scene::ShapeRefPair& pair) {
-  scene.update(scene::forwardKinematics(scene.model().robot, positions));
-  return std::max(0.0, -scene.proximity(pair).result.distance);
+double depthAt(scene::Scene& scene, scene::State& state, const scene::Positions& positions,
+               const scene::ShapeRefPair& pair) {
+  state.set(scene::forwardKinematics(scene.model().robot, positions));
+  return std::max(0.0, -scene.proximity(state, pair).result.distance);
 }
 
 PairEvidence noEvidence(const scene::RobotModel& robot, const scene::LinkPair& pair, const StudyOptions& options) {
@@ -192,6 +195,7 @@ class Studying {
         options_(options),
         progress_(progress),
         scene_(model),
+        state_(model),
         ranges_(scene::jointRanges(model->robot)) {
     study_.near = std::max(options.distance, kContactDistance);
     for (const scene::LinkPair& pair : model->pairs.pairs) {
@@ -219,7 +223,7 @@ class Studying {
       return true;
     };
     const auto searchOne = [&](PairEvidence& evidence, int) {
-      evidence = searched(scene_.forAnotherThread(), ranges_, options_.budget, evidence);
+      evidence = searched(scene_.forAnotherThread(), state_.forAnotherThread(), ranges_, options_.budget, evidence);
     };
     const auto keep = [&](const PairEvidence& evidence) {
       found.push_back(evidence);
@@ -238,8 +242,9 @@ class Studying {
 
   void measureDepths() {
     scene::Scene scene = scene_.forAnotherThread();
+    scene::State state = state_.forAnotherThread();
     for (PairEvidence& evidence : study_.pairs)
-      if (evidence.contact) evidence.contact_depth = depthAt(scene, *evidence.contact, evidence.pair);
+      if (evidence.contact) evidence.contact_depth = depthAt(scene, state, *evidence.contact, evidence.pair);
   }
 
   const PairStudy& study() const { return study_; }
@@ -277,14 +282,15 @@ class Studying {
     const std::vector<scene::PairProof> proofs = scene::proveApart(model_, pairs, ranges_, question);
     options_.budget.require();
     scene::Scene scene = scene_.forAnotherThread();
+    scene::State state = state_.forAnotherThread();
     for (std::size_t i = 0; i < proofs.size(); ++i) {
       if (proofs[i].lower_bound > kContactDistance) evidence[i]->proven = proofs[i].lower_bound;
       if (proofs[i].outcome != scene::ProofOutcome::Refuted) continue;
       const auto between = scene::rangesBetween(model_->robot, ranges_, pairs[i].a.link(), pairs[i].b.link());
       // A proof is about all of the ranges, also about what the inequalities leave out.
       if (mostBroken(scene::inequalitiesOver(between, model_->robot), proofs[i].closest)) continue;
-      scene.update(scene::forwardKinematics(model_->robot, proofs[i].closest));
-      add(scene.proximity(pairs[i]).result, proofs[i].closest, *evidence[i]);
+      state.set(scene::forwardKinematics(model_->robot, proofs[i].closest));
+      add(scene.proximity(state, pairs[i]).result, proofs[i].closest, *evidence[i]);
     }
   }
 
@@ -317,8 +323,8 @@ class Studying {
       return true;
     };
     const auto sample = [&](SampledBlock& block, int) {
-      block.evidence =
-          sampleBlock(scene_.forAnotherThread(), ranges_, fresh, block.random, block.states, options_.budget);
+      block.evidence = sampleBlock(scene_.forAnotherThread(), state_.forAnotherThread(), ranges_, fresh, block.random,
+                                   block.states, options_.budget);
     };
     const auto addBlock = [&](const SampledBlock& block) {
       for (std::size_t i = 0; i < open.size(); ++i) add(block.evidence[i], study_.pairs[open[i]]);
@@ -337,7 +343,8 @@ class Studying {
   const std::shared_ptr<const scene::SceneModel> model_;
   const StudyOptions options_;
   const StudyProgress& progress_;
-  const scene::Scene scene_;  ///< each thread has another scene made from it
+  const scene::Scene scene_;  ///< each thread has another scene and state made from these
+  const scene::State state_;
   const std::vector<scene::JointRange> ranges_;
   PairStudy study_;
 };

@@ -170,6 +170,7 @@ class SafeLimitSearch {
   /// The states with the largest smallest distance of an open pair, the best first; fewer if fewer are apart.
   std::vector<scene::Positions> startStates(const std::vector<scene::ShapeRefPair>& open) const {
     scene::Scene scene(model_);
+    scene::State posed(model_);
     std::mt19937_64 random(options_.seed);
     std::vector<std::pair<double, scene::Positions>> states;
     scene::Positions middle(model_->robot.joints.size(), 0.0), zero = middle;
@@ -181,8 +182,8 @@ class SafeLimitSearch {
       options_.budget.require();
       scene::Positions state =
           i == 0 ? middle : (i == 1 ? zero : scene::randomPositions(model_->robot, within_, random));
-      scene.update(scene::forwardKinematics(model_->robot, state));
-      const scene::PairProximity* closest = scene.minimum(open);
+      posed.set(scene::forwardKinematics(model_->robot, state));
+      const scene::PairProximity* closest = scene.minimum(posed, open);
       const double smallest = closest ? closest->result.lower_bound : std::numeric_limits<double>::infinity();
       if (smallest > options_.distance + kContactDistance) states.emplace_back(smallest, std::move(state));
     }

@@ -98,16 +98,14 @@ class ConstraintRows {
     double rate;      ///< [m/s] how fast it can move apart at most. 0: no joint changes the distance, and it has no row
   };
 
-  /// Takes the candidate pairs of the scene, including those with objects. `scene` and `derivatives` must have the same
-  /// poses and the same objects.
-  /// Failure: throws std::invalid_argument for a scene or derivatives of another robot, and for a field of the damper
-  ///          that is not finite or out of range, with its name; then nothing changes. It throws also for an object of
-  ///          the scene that the derivatives do not have; then the rows are not valid.
-  void update(Scene& scene, const Derivatives& derivatives, const VelocityDamper& damper);
+  /// Makes the rows of the candidate pairs in a state, including those with objects. It asks the scene.
+  /// Failure: throws std::invalid_argument for a scene or a state of another robot, and for a field of the damper that is
+  ///          not finite or out of range, with its name; then nothing changes.
+  void find(Scene& scene, const State& state, const VelocityDamper& damper);
 
   int capacity() const { return static_cast<int>(rows_.size()); }
 
-  /// A row for each of rows(), and a column for each of Derivatives::degreesOfFreedom() [m/rad, m/m]. A velocity
+  /// A row for each of rows(), and a column for each of State::degreesOfFreedom() [m/rad, m/m]. A velocity
   /// [rad/s, m/s] obeys the damper if matrix * velocity >= bounds. An unused row is 0.
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>& matrix() const { return matrix_; }
 
@@ -147,16 +145,16 @@ class ConstraintRows {
     double rank() const { return row == kNone ? share : share - kKeepShare; }
   };
 
-  void offerNear(Scene& scene, const VelocityDamper& damper);
-  void offerKept(Scene& scene, const VelocityDamper& damper);
+  void offerNear(Scene& scene, const State& state, const VelocityDamper& damper);
+  void offerKept(Scene& scene, const State& state, const VelocityDamper& damper);
   void offer(const PairProximity& pair, double distance, const VelocityDamper& damper, int row);
-  void choose(const Derivatives& derivatives, const VelocityDamper& damper);
-  Need decideNeed(Offer& offer, const Derivatives& derivatives, const VelocityDamper& damper);
-  bool findGradient(const Offer& offer, const Derivatives& derivatives);
+  void choose(const State& state, const VelocityDamper& damper);
+  Need decideNeed(Offer& offer, const State& state, const VelocityDamper& damper);
+  bool findGradient(const Offer& offer, const State& state);
   void assignRows();
   int rowOf(const ShapeRefPair& pair) const;
   void free(int row);
-  void fill(const Offer& offer, const Derivatives& derivatives);
+  void fill(const Offer& offer, const State& state);
 
   std::shared_ptr<const SceneModel> model_;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> matrix_;

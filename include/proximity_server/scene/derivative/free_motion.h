@@ -1,12 +1,9 @@
 #pragma once
 
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
-#include "proximity_server/scene/state/degrees_of_freedom.h"
-#include "proximity_server/scene/state/object_carriers.h"
+#include "proximity_server/scene/state/state.h"
 
 #include <Eigen/Core>
 
@@ -14,9 +11,6 @@
 #include <vector>
 
 namespace proximity_server::scene {
-
-class PlacedJoints;
-class Volumes;
 
 /// Motions of the degrees of freedom that keep a pair above a threshold: all dq with sum weights_j |dq_j| <= free.
 struct Bubble {
@@ -33,7 +27,7 @@ struct FreeMotionQuestion {
   Deadline deadline{};
 };
 
-/// Motions of a robot from one set of poses that are certainly free, found without a search; and the working memory of
+/// Motions of a robot from one state that are certainly free, found without a search; and the working memory of
 /// one caller. Not thread-safe. Nothing is allocated unless more pairs are near than ever before.
 ///
 /// 1. The change of the relative pose of two bodies does not depend on the order in which the joints between them move.
@@ -53,10 +47,8 @@ struct FreeMotionQuestion {
 /// 5. If the set contains dq, it contains s dq for all s in [0, 1]. So the straight motion to dq is free, and so is
 ///    each motion that is part of it because joints stop earlier.
 ///
-/// It takes the same poses as the Scene that gave the answers. The roots of the robots are at rest, and so are objects
-/// that are not attached to a link. To find how far one straight motion is free at all, ask
-/// MovingScene::timeOfContact() with RobotMotion::ofTravel(): `t_free` is the largest s that is proven for s dq. That
-/// is a search, and as exact as its tolerance. scale() costs a few products, and finds less: a random motion to the
+/// To find how far one straight motion is free at all, ask MovingScene::timeOfContact() with RobotMotion::ofTravel():
+/// `t_free` is the largest s that is proven for s dq. That is a search, and as exact as its tolerance. scale() costs a few products, and finds less: a random motion to the
 /// border of the bubble of a pair is free for at least 4 times that way in the median (./dev stress free-motions).
 ///
 /// Source: Quinlan, Real-Time Modification of Collision-Free Paths, 1994 (bubbles of free configurations).
@@ -66,27 +58,6 @@ class FreeMotion {
  public:
   /// Throws std::invalid_argument without a model.
   explicit FreeMotion(const std::shared_ptr<const SceneModel>& model);
-  ~FreeMotion();
-  FreeMotion(FreeMotion&&) noexcept;
-  FreeMotion& operator=(FreeMotion&&) noexcept;
-
-  const DegreesOfFreedom& degreesOfFreedom() const;
-
-  /// Takes the objects of the scene. All that no link holds are at rest like the roots.
-  /// Throws std::invalid_argument for the objects of another model.
-  void use(std::shared_ptr<const Objects> objects);
-
-  /// Takes the objects, and the bodies that carry those that no link holds.
-  /// Throws std::invalid_argument also if there is not one carrier for each frame, and for a carrier that is not a
-  /// body.
-  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
-
-  /// Moving objects then have no pose, so that pairs with those that a body carries are unknown. Throws
-  /// std::invalid_argument if there is not one pose for each body. The bubbles of find() are forgotten.
-  void update(const BodyPoses& poses);
-
-  /// Takes the poses of Objects::frames(), too. Throws std::invalid_argument also if there is not one for each frame.
-  void update(const BodyPoses& poses, const FramePoses& frames);
 
   /// The weights of a pair. Its distance changes by at most sum weights_j |dq_j|, whatever the distance is.
   ///
@@ -95,22 +66,21 @@ class FreeMotion {
   /// Failure: returns false, with NaN, if a pose between the two or the pose of one of them is missing. Throws
   ///          std::invalid_argument for a wrong size of `weights`, and for a link, <collision> or object that does not
   ///          exist.
-  bool weights(const ShapeRefPair& pair, Eigen::Ref<Eigen::VectorXd> weights) const;
+  bool weights(const State& state, const ShapeRefPair& pair, Eigen::Ref<Eigen::VectorXd> weights) const;
 
-  /// Makes the bubbles of all checked pairs of a scene that has the same poses and objects. It asks the scene for the
-  /// pairs below the influence distance.
+  /// Makes the bubbles of all checked pairs in a state. It asks the scene for the pairs below the influence distance.
   /// Failure: if a pair is unknown, because a pose is missing or the deadline has passed, no motion is known to be
   ///          free.
-  ///          Throws std::invalid_argument for an influence distance or a threshold that is not finite, and for a scene
-  ///          of another robot or with other objects; then no motion is known to be free.
-  void find(Scene& scene, const FreeMotionQuestion& question);
+  ///          Throws std::invalid_argument for an influence distance or a threshold that is not finite, and for a
+  ///          state of another robot; then no motion is known to be free.
+  void find(Scene& scene, const State& state, const FreeMotionQuestion& question);
 
-  /// Makes the bubbles from pairs that were found before, with the same poses and objects: all checked pairs that are at
-  /// or below the influence distance, see SceneBatch::below(). The deadline is ignored.
+  /// Makes the bubbles from pairs that were found before in this state: all checked pairs that are at or below the influence distance, see SceneBatch::below(). The deadline is ignored.
   /// Failure: throws std::invalid_argument for an influence distance or a threshold that is not finite.
-  void find(const PairProximity* begin, const PairProximity* end, const FreeMotionQuestion& question);
+  void find(const State& state, const PairProximity* begin, const PairProximity* end,
+            const FreeMotionQuestion& question);
 
-  /// True if the last update has bubbles of all pairs. Otherwise contains() is false, and scale() and alone() are 0.
+  /// True if the last find() has made bubbles of all pairs. Otherwise contains() is false, and scale() and alone() are 0.
   bool isKnown() const { return is_known_; }
 
   /// The bubbles: first those of the near pairs, the closest first, then the one of all other pairs.
@@ -131,14 +101,13 @@ class FreeMotion {
   double alone(int column) const;
 
  private:
-  bool addWeights(const ShapeRef& moved, int body, int other_body, Eigen::Ref<Eigen::VectorXd> weights) const;
+  bool addWeights(const State& state, const ShapeRef& moved, int body, int other_body,
+                  Eigen::Ref<Eigen::VectorXd> weights) const;
   Bubble& next();
-  bool findLargestWeights(Eigen::VectorXd& weights);
+  bool findLargestWeights(const State& state, Eigen::VectorXd& weights);
   template <class Visit>
-  void forEachBounded(const Visit& visit) const;
+  void forEachBounded(const State& state, const Visit& visit) const;
 
-  std::unique_ptr<PlacedJoints> joints_;
-  std::unique_ptr<const Volumes> volumes_;
   bool is_known_ = false;
   int size_ = 0;
   std::vector<Bubble> bubbles_;   ///< only the first size_ are used

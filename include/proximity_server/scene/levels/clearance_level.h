@@ -59,9 +59,9 @@ struct DecidingPair {
 ///        left within the hysteresis if another pair, with a smaller hysteresis, is nearer to its stop distance. It is
 ///        never left at or below a threshold.
 ///
-/// `closest` must be the answer of Scene::minimum() about the same pairs and question, and that question has no
+/// `closest` must be the answer of Scene::minimum() about the same state, pairs and question, and that question has no
 /// threshold.
-DecidingPair decidingPair(Scene& scene, const Pairs& pairs, const PairProximity& closest,
+DecidingPair decidingPair(Scene& scene, const State& state, const Pairs& pairs, const PairProximity& closest,
                           const LevelThresholds& thresholds, const Question& question = {},
                           const LevelBefore& before = {});
 

@@ -29,6 +29,9 @@ class MovingScene {
  public:
   /// Throws std::invalid_argument without a model.
   explicit MovingScene(const std::shared_ptr<const SceneModel>& model);
+
+  /// With the model and the objects of a state. The two share all data that never change.
+  explicit MovingScene(const State& state);
   ~MovingScene();
   MovingScene(MovingScene&&) noexcept;
   MovingScene& operator=(MovingScene&&) noexcept;
@@ -42,7 +45,7 @@ class MovingScene {
   /// Failure: throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// nullptr before the first use().
+  /// Never nullptr.
   const Objects* objects() const;
 
   RobotTimeOfContact timeOfContact(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question = {});
@@ -55,9 +58,6 @@ class MovingScene {
   RobotMinimum minimum(const Pairs& pairs, const PhasedMotion& motion, const MotionQuestion& question = {});
 
  private:
-  friend class SplineScene;
-  explicit MovingScene(std::unique_ptr<MotionSearch> search);
-
   std::unique_ptr<MotionSearch> search_;
 };
 

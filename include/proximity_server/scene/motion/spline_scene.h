@@ -62,8 +62,8 @@ class SplineScene {
  public:
   /// Throws std::invalid_argument without a model.
   explicit SplineScene(const std::shared_ptr<const SceneModel>& model);
-  /// Shares with another scene all data of the model that never change. The new one has no objects.
-  explicit SplineScene(const MovingScene& other);
+  /// With the model and the objects of a state. The two share all data that never change.
+  explicit SplineScene(const State& state);
   ~SplineScene();
   SplineScene(SplineScene&&) noexcept;
   SplineScene& operator=(SplineScene&&) noexcept;
@@ -77,15 +77,13 @@ class SplineScene {
   /// Failure: throws std::invalid_argument for the objects of another model.
   void use(std::shared_ptr<const Objects> objects);
 
-  /// nullptr before the first use().
+  /// Never nullptr.
   const Objects* objects() const;
 
   SplineMinimum minimum(const Pairs& pairs, const SplineSegment& segment, const SplineQuestion& question = {});
   SplineContact timeOfContact(const Pairs& pairs, const SplineSegment& segment, const SplineQuestion& question = {});
 
  private:
-  explicit SplineScene(std::unique_ptr<MotionSearch> search);
-
   std::unique_ptr<MotionSearch> search_;
 };
 

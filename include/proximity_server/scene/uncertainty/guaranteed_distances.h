@@ -1,12 +1,10 @@
 #pragma once
 
-#include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
-#include "proximity_server/scene/state/object_carriers.h"
+#include "proximity_server/scene/state/state.h"
 #include "proximity_server/scene/uncertainty/guarantee_limits.h"
 #include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
@@ -52,7 +50,7 @@ struct ListedPairs {
 /// 5. The result is the better one of the two, for the pair of pieces for which it is the smallest. Depths in interiors
 ///    of meshes change by no more than the way of all points, either, and are bounded along the direction like pieces.
 ///
-/// It takes the same poses and objects as the Scene that gave the answers. Without uncertainty, guaranteed distances are
+/// Without uncertainty, guaranteed distances are
 /// the lower bounds of the scene, with the same bits.
 class GuaranteedDistances {
  public:
@@ -70,14 +68,6 @@ class GuaranteedDistances {
   /// 64 until this is called.
   void divideInto(int most_parts);
 
-  /// Take the objects of the scene, and what carries them; see Derivatives.
-  void use(std::shared_ptr<const Objects> objects);
-  void use(std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
-
-  /// Take the poses of the scene. Throws std::invalid_argument as Scene does.
-  void update(const BodyPoses& poses);
-  void update(const BodyPoses& poses, const FramePoses& frames);
-
   /// Limits the work of all questions until the next call; none are limited before the first one. Each pair may take
   /// half of the steps that are left. When steps or time end, bounds that are not found yet are replaced by coarser
   /// ones, which hold as well; so no distance is ever too large. Scenes that are asked have limits of their own.
@@ -87,44 +77,43 @@ class GuaranteedDistances {
   std::int64_t steps() const;
   GuaranteeEnd end() const;
 
-  /// Takes the poses that the scene was given last, and those of its moving objects. What the scene has checked is not
-  /// checked again. Throws std::invalid_argument for a scene of another robot or with other objects.
-  void update(const BodyPoses& poses, const Scene& scene);
+  // Each question is about the states around the present one, and throws std::invalid_argument for a state of another
+  // robot.
 
   /// [m] A lower bound of the signed distance of a pair over all states; never above the lower bound of the answer.
   /// `enough` [m]: once the bound is above this, it is not improved. What was found for a pair in these poses is kept.
   ///
   /// Failure: NaN if the pair is Unknown, or if a pose between the two is missing. Throws std::invalid_argument for a
   ///          link, <collision> or object that does not exist.
-  double of(const PairProximity& pair, double enough = std::numeric_limits<double>::infinity());
+  double of(const State& state, const PairProximity& pair, double enough = std::numeric_limits<double>::infinity());
 
   /// A state in which the pair is certainly closer than the threshold [m]; nullptr if none was found, though there may
   /// be one. It tries states at the border of the uncertainty that bring the closest pieces together, and the middles of
   /// the parts of point 4. Valid until the next call.
   /// Limit:   the limits of joints are not considered.
   /// Failure: as of().
-  const ReachedState* reached(const PairProximity& pair, double threshold);
+  const ReachedState* reached(const State& state, const PairProximity& pair, double threshold);
 
   /// The pair of `pairs` with the smallest guaranteed distance minus its threshold. It asks the scene for the closest of
   /// them, as many as are needed. The question's thresholds and threshold are not used.
   /// `enough` [m]: the bound of a pair is not improved once it is above its threshold by more than this. If all pairs
   /// are, the minimum is that of bounds that may be coarse.
-  /// Failure: throws std::invalid_argument for a scene of another robot or with other objects.
-  GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, Question question = {},
-                         double enough = std::numeric_limits<double>::infinity());
+  GuaranteedMinimum find(Scene& scene, const State& state, const Pairs& pairs, const PairDistances& thresholds,
+                         Question question = {}, double enough = std::numeric_limits<double>::infinity());
 
   /// The same of all checked pairs.
-  GuaranteedMinimum find(Scene& scene, const PairDistances& thresholds);
+  GuaranteedMinimum find(Scene& scene, const State& state, const PairDistances& thresholds);
 
-  /// The same answer from pairs that the scene has listed for the same poses; it asks the scene only if they do not
+  /// The same answer from pairs that the scene has listed for this state; it asks the scene only if they do not
   /// decide. A cycle that has asked Scene::closestBelow() anyway so pays for few bounds. All poses must be known.
-  GuaranteedMinimum find(Scene& scene, const Pairs& pairs, const PairDistances& thresholds, const ListedPairs& listed,
-                         const Question& question = {}, double enough = std::numeric_limits<double>::infinity());
+  GuaranteedMinimum find(Scene& scene, const State& state, const Pairs& pairs, const PairDistances& thresholds,
+                         const ListedPairs& listed, const Question& question = {},
+                         double enough = std::numeric_limits<double>::infinity());
 
   /// The same of listed pairs alone, if these are all that can decide: every pair that is not farther apart than the
   /// closest one by more than largestLoss().
   /// Failure: `unknown` is 1 if they do not decide.
-  GuaranteedMinimum find(const ListedPairs& listed, const PairDistances& thresholds = {});
+  GuaranteedMinimum find(const State& state, const ListedPairs& listed, const PairDistances& thresholds = {});
 
   /// Forgets what makes the next bounds cheaper. After that they are those of a new object, to the last bit; otherwise
   /// they may be tighter or coarser where so many pieces are near that the budget of a bound, or the limits, end.
@@ -133,18 +122,17 @@ class GuaranteedDistances {
   /// [m] In no state is a checked pair closer than its present lower bound minus this, and no other pair of a link or of
   /// a held object either. Infinity if that is not known. It bounds the true distances. What of() returns may be lower,
   /// because it takes boxes and balls for the shapes where pieces decide nothing.
-  double largestLoss();
+  double largestLoss(const State& state);
 
   /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:
   /// one number for each of RobotModel::joints, those of mimic joints are ignored. It does not cover two objects that no
   /// link holds: no joint moves them.
-  double largestLoss(const std::vector<double>& travel);
+  double largestLoss(const State& state, const std::vector<double>& travel);
 
  private:
-  void requireSame(const Scene& scene) const;
-  double largestLossOf(const Pairs& pairs);
-  bool settle(const ListedPairs& listed, PairKind kind, const PairDistances& thresholds, double enough, double loss,
-              GuaranteedMinimum& minimum);
+  double largestLossOf(const State& state, const Pairs& pairs);
+  bool settle(const State& state, const ListedPairs& listed, PairKind kind, const PairDistances& thresholds,
+              double enough, double loss, GuaranteedMinimum& minimum);
 
   std::unique_ptr<PairBounds> bounds_;
   int closest_ = 2;                      ///< how many pairs find() asks for

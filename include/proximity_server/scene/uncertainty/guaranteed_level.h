@@ -14,9 +14,9 @@ struct GuaranteedDecidingPair : DecidingPair {
 /// smallest guaranteed distance minus its threshold. A level of Collision is that of the state itself.
 ///
 /// `closest`, thresholds, question and `before` are those of decidingPair(). `listed` are pairs that the scene has listed
-/// for the same poses. All poses must be known.
-GuaranteedDecidingPair decidingPair(Scene& scene, GuaranteedDistances& distances, const Pairs& pairs,
-                                    const PairProximity& closest, const ListedPairs& listed,
+/// for this state. All poses must be known.
+GuaranteedDecidingPair decidingPair(Scene& scene, GuaranteedDistances& distances, const State& state,
+                                    const Pairs& pairs, const PairProximity& closest, const ListedPairs& listed,
                                     const LevelThresholds& thresholds, const Question& question = {},
                                     const LevelBefore& before = {});
 

@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/bounds/box_tree.h"
-#include "scene/parts/placed_robot.h"
+#include "scene/state/placed_robot.h"
 
 #include <vector>
 

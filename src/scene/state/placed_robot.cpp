@@ -1,4 +1,4 @@
-#include "scene/parts/placed_robot.h"
+#include "scene/state/placed_robot.h"
 
 #include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/narrowphase/signed_distance.h"
@@ -38,78 +38,59 @@ PlacedRobot::PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes>
       bodies_(model.bodies.size()),
       spheres_(static_cast<std::size_t>(volumes_->rootCount())),
       next_piece_(static_cast<int>(model.pieces.size())) {
-  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].is_used = !model.bodies[i].pieces.empty();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].has_geometry = !model.bodies[i].pieces.empty();
   for (int part = 0; part < volumes_->rootCount(); ++part) parts_.push_back(volumes_->part(part));
 }
 
-void PlacedRobot::update(const BodyPoses& poses) {
-  if (poses.size() != model_.bodies.size()) {
-    throw std::invalid_argument("the robot has " + std::to_string(model_.bodies.size()) + " bodies, but there are " +
-                                std::to_string(poses.size()) + " poses");
-  }
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (bodies_[i].is_used) placeBody(poses[i], bodies_[i]);
-  }
+void PlacedRobot::update(const BodyPoses& poses, const FramePoses& frames) {
+  PROXIMITY_ASSERT(poses.size() == model_.bodies.size(), "There must be one pose for each body.");
+  for (std::size_t i = 0; i < poses.size(); ++i) placeBody(poses[i], bodies_[i]);
   placeSpheres();
+  if (!objects_) return;
+  for (const int number : objects_->moving()) placeBody(frames[objects_->frameOf(number)], ownBodyOf(number));
 }
 
-void PlacedRobot::placeBody(const std::optional<Isometry3d>& pose, BodyPlace& body) {
-  const std::optional<Isometry3d> usable = usablePose(pose);
+void PlacedRobot::placeBody(const std::optional<Isometry3d>& usable, BodyPlace& body) {
   body.known = usable.has_value();
   if (!usable) return;
   body.rotation = usable->linear();
   body.origin = usable->translation();
 }
 
-std::optional<Isometry3d> PlacedRobot::poseOfBody(int body) const {
-  const BodyPlace& place = bodies_[body];
-  std::optional<Isometry3d> pose;
-  if (!place.known) return pose;
-  pose.emplace(Isometry3d::Identity());
-  pose->linear() = place.rotation;
-  pose->translation() = place.origin;
-  return pose;
+void PlacedRobot::place(int body, const Isometry3d& pose) { placeBody(usablePose(pose), bodies_[body]); }
+
+void PlacedRobot::placeFrames(const FramePoses& frames) {
+  for (const int number : objects_->moving())
+    placeBody(usablePose(frames[objects_->frameOf(number)]), ownBodyOf(number));
 }
 
 // --- objects
 
-std::vector<int> PlacedRobot::use(std::shared_ptr<const Objects> objects) {
-  std::vector<int> changed;
-  const int first = volumes_->rootCount();
+void PlacedRobot::use(std::shared_ptr<const Objects> objects) {
   // Numbers are never removed: a number of an old object stays, without an object.
   const auto numbers = static_cast<std::size_t>(objects->numberLimit());
-  if (const std::size_t end = static_cast<std::size_t>(first) + numbers; end > parts_.size()) {
+  if (const std::size_t end = static_cast<std::size_t>(volumes_->rootCount()) + numbers; end > parts_.size()) {
     parts_.resize(end);
     bodies_.resize(model_.bodies.size() + numbers);
   }
-  for (int part = first; part < static_cast<int>(parts_.size()); ++part) {
-    const int number = part - first;
-    const PlacedObject *before = (*this)[part].object, *next = objects->placed(number);
-    if (next == before) continue;
-    if (before && !(next && next->geometry == before->geometry)) changed.push_back(part);
-    if (next)
+  for (int number = 0; numberOfObject(number) < static_cast<int>(parts_.size()); ++number) {
+    const PlacedObject *&present = parts_[numberOfObject(number)].object, *const next = objects->placed(number);
+    if (!next)
+      ownBodyOf(number).known = false;
+    else if (next != present)
       occupy(number, *next);
-    else
-      bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
-    parts_[part].object = next;
+    present = next;
   }
   objects_ = std::move(objects);
-  return changed;
 }
 
 /// Puts an object into the place of its number. There may have been another object before.
 void PlacedRobot::occupy(int number, const PlacedObject& object) {
   Part& part = parts_[volumes_->rootCount() + number];
   const PlacedObject* before = part.object;
-  const auto own_body = model_.bodies.size() + static_cast<std::size_t>(number);
-  BodyPlace& body = bodies_[own_body];
-  const bool keeps_its_frame = before && object.kind == PlacedObject::Kind::Moving && before->kind == object.kind &&
-                               before->frame == object.frame;
-  body.known = object.kind == PlacedObject::Kind::Fixed || (keeps_its_frame && body.known);
-  if (object.kind == PlacedObject::Kind::Fixed) {
-    body.rotation = object.world_T_object.linear();
-    body.origin = object.world_T_object.translation();
-  }
+  std::optional<Isometry3d> fixed;
+  if (object.kind == PlacedObject::Kind::Fixed) fixed = object.world_T_object;
+  placeBody(fixed, ownBodyOf(number));
   if (!before || before->geometry != object.geometry) {
     part = partOf(object);
     // When the numbers are used up, they begin anew: a warm start of other pieces is legal, too.
@@ -118,30 +99,9 @@ void PlacedRobot::occupy(int number, const PlacedObject& object) {
     part.first_piece = next_piece_;
     next_piece_ += pieces;
   }
-  part.body = object.kind == PlacedObject::Kind::Attached ? object.body : static_cast<int>(own_body);
-  if (object.kind == PlacedObject::Kind::Attached) bodies_[object.body].is_used = true;
-}
-
-void PlacedRobot::requireFrames(std::size_t count) const {
-  const std::size_t frames = objects_ ? objects_->frames().size() : 0;
-  if (count == frames) return;
-  throw std::invalid_argument("the objects have " + std::to_string(frames) + " frames, but there are " +
-                              std::to_string(count) + " poses");
-}
-
-void PlacedRobot::updateFrames(const std::vector<std::optional<Isometry3d>>& poses) {
-  requireFrames(poses.size());
-  if (!objects_) return;
-  for (const int number : objects_->moving()) {
-    const auto body = model_.bodies.size() + static_cast<std::size_t>(number);
-    placeBody(poses[objects_->frameOf(number)], bodies_[body]);
-  }
-}
-
-void PlacedRobot::forgetFrames() {
-  if (!objects_) return;
-  for (const int number : objects_->moving())
-    bodies_[model_.bodies.size() + static_cast<std::size_t>(number)].known = false;
+  part.body =
+      object.kind == PlacedObject::Kind::Attached ? object.body : static_cast<int>(model_.bodies.size()) + number;
+  if (object.kind == PlacedObject::Kind::Attached) bodies_[object.body].has_geometry = true;
 }
 
 ShapeRef PlacedRobot::refOf(int part) const {
@@ -217,7 +177,7 @@ Eigen::AlignedBox3d PlacedRobot::worldBox(int part) const {
 // --- spheres and boxes
 
 void PlacedRobot::placeSpheres() {
-  const auto known = [](const BodyPlace& body) { return body.known; };
+  const auto known = [](const BodyPlace& body) { return body.has_geometry && body.known; };
   const auto end = bodies_.begin() + static_cast<std::ptrdiff_t>(model_.bodies.size());
   const auto first = std::find_if(bodies_.begin(), end, known);
   if (first != end) origin_ = first->origin;

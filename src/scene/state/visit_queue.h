@@ -1,7 +1,7 @@
 #pragma once
 
 #include "scene/bounds/heap.h"
-#include "scene/parts/part.h"
+#include "scene/state/part.h"
 
 #include <limits>
 

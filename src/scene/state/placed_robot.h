@@ -4,8 +4,8 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "scene/objects/placed_object.h"
-#include "scene/parts/pair_memory.h"
-#include "scene/parts/volumes.h"
+#include "scene/state/pair_memory.h"
+#include "scene/state/volumes.h"
 
 #include <Eigen/Geometry>
 
@@ -43,43 +43,27 @@ class PlacedRobot {
  public:
   PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes);
 
-  /// Takes the next objects of the robot. A fixed object stands in its place at once. An attached object has the last
-  /// pose of its body. If that body has no geometry of its own, the pose is missing until the next update, and so is
-  /// the pose of a moving object.
-  /// Returns the numbers of the parts whose old object has been removed or has another geometry now.
-  std::vector<int> use(std::shared_ptr<const Objects> objects);
+  /// Takes the next objects of the robot. A fixed object stands in its place at once, and an attached object has the pose
+  /// of its body; a moving object has none until the next update.
+  void use(std::shared_ptr<const Objects> objects);
 
   /// nullptr before the first use().
-  const Objects* objects() const { return objects_.get(); }
+  const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
-  /// Takes the poses of all bodies. A pose that is not finite, or whose matrix is not a rotation within single
-  /// precision, counts as missing. Throws std::invalid_argument if there is not one pose for each body.
-  void update(const BodyPoses& poses);
+  /// Takes the poses of all bodies and of Objects::frames(), each as usablePose() returns it.
+  void update(const BodyPoses& poses, const FramePoses& frames);
 
-  /// The steps of update(), for a caller who needs only a few bodies. First place() all bodies that are needed; then
-  /// takeOriginOf() the first body with geometry whose pose is known; then placeSphere() for each part that is needed.
-  /// Parts that are not placed anew stay where they were.
-  void place(int body, const Eigen::Isometry3d& pose) { placeBody(pose, bodies_[body]); }
-  bool hasGeometry(int body) const { return bodies_[body].is_used; }
-
-  /// From now on update() takes the pose of a body also if no geometry is fixed to it.
-  void keepPoseOf(int body) { bodies_[body].is_used = true; }
+  /// The steps of update(), for a caller who needs only a few bodies, with any poses. First place() all bodies that are
+  /// needed; then takeOriginOf() the first body with geometry whose pose is known; then placeSphere() for each part that
+  /// is needed. Parts that are not placed anew stay where they were.
+  void place(int body, const Eigen::Isometry3d& pose);
+  void placeFrames(const FramePoses& frames);
+  bool hasGeometry(int body) const { return bodies_[body].has_geometry; }
   bool isKnown(int body) const { return bodies_[body].known; }
-  std::optional<Eigen::Isometry3d> poseOfBody(int body) const;
   void takeOriginOf(int body) { origin_ = bodies_[body].origin; }
   void placeSphere(int part);
 
-  /// Throws std::invalid_argument if the objects have a different number of frames.
-  void requireFrames(std::size_t count) const;
-
-  /// Takes one pose for each of Objects::frames(), in the frame of the body poses; nullopt if it is not known.
-  /// Throws as requireFrames() does.
-  void updateFrames(const std::vector<std::optional<Eigen::Isometry3d>>& poses);
-
-  /// Forgets the poses of all frames.
-  void forgetFrames();
-
-  const Volumes& volumes() const { return *volumes_; }
+  const std::shared_ptr<const Volumes>& volumes() const { return volumes_; }
 
   bool isObject(int part) const { return part >= volumes_->rootCount(); }
   int numberOf(const ShapeRef& ref) const { return volumes_->of(ref); }
@@ -149,7 +133,7 @@ class PlacedRobot {
 
  private:
   struct BodyPlace {
-    bool is_used = false;  ///< true if geometry is fixed to it, or by keepPoseOf()
+    bool has_geometry = false;  ///< true if geometry is fixed to it, or has been
     bool known = false;
     Eigen::Matrix3d rotation;
     Eigen::Vector3d origin;
@@ -172,9 +156,10 @@ class PlacedRobot {
   Sphere sphereAround(int part) const;
   void putAround(int part, Sphere& sphere) const;
   double halfSpaceGap(const Sphere& sphere, int object) const;
-  static void placeBody(const std::optional<Eigen::Isometry3d>& pose, BodyPlace& body);
+  static void placeBody(const std::optional<Eigen::Isometry3d>& usable, BodyPlace& body);
   void placeSpheres();
   void occupy(int number, const PlacedObject& object);
+  BodyPlace& ownBodyOf(int number) { return bodies_[model_.bodies.size() + static_cast<std::size_t>(number)]; }
 
   const RobotModel& model_;
   const std::shared_ptr<const Volumes> volumes_;

@@ -1,4 +1,4 @@
-#include "scene/parts/link_groups.h"
+#include "scene/state/link_groups.h"
 
 #include "proximity_server/narrowphase/assertion.h"
 #include "scene/model/numbers.h"

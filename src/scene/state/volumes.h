@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/scene_model/shape_ref.h"
-#include "scene/parts/part.h"
+#include "scene/state/part.h"
 
 #include <vector>
 
