@@ -7,6 +7,7 @@
 #include "proximity_server/scene/motion/joint_spline.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/motion/spline_scene.h"
+#include "scene/posed_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -77,7 +78,7 @@ Question isAnyWithin(double contact_distance) {
 class Contest {
  public:
   explicit Contest(const NamedRobot& robot)
-      : model_(robot.model), moving_(robot.model), splines_(moving_), scene_(robot.model) {}
+      : model_(robot.model), moving_(robot.model), splines_(robot.model), scene_(robot.model) {}
 
   /// Returns motions of a second at constant velocity that begin without contact.
   std::vector<Way> lines(int count) {
@@ -310,7 +311,7 @@ class Contest {
   std::shared_ptr<const SceneModel> model_;
   MovingScene moving_;
   SplineScene splines_;
-  Scene scene_;
+  PosedScene scene_;
 };
 
 /// The answers of both ways about all motions.

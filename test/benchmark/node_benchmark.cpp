@@ -22,6 +22,7 @@
 #include "node/threads/grants_real_time.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/posed_scene.h"
 #include "system/process.h"
 
 #include <ros/ros.h>
@@ -298,7 +299,7 @@ class NodeBenchmark {
     const std::size_t states = (kBatch + model.pairs.checked.size() - 1) / model.pairs.checked.size();
     QueryConfigurationRequest configuration = configurations(MovingRobot(model.robot), states);
     configuration.mode = QueryConfigurationRequest::PER_PAIR;
-    const std::vector<ShapeRefPair> candidates = Scene(stage.robot().model).candidates().list();
+    const std::vector<ShapeRefPair> candidates = PosedScene(stage.robot().model).candidates().list();
     std::vector<std::vector<double>> positions;
     for (const sensor_msgs::JointState& state : configuration.states)
       positions.push_back(MovingRobot(model.robot).positionsAt(state.header.stamp));
@@ -310,7 +311,7 @@ class NodeBenchmark {
   /// Returns how long [s] the library takes for the answers.
   double computation(const SceneModel& model, const std::vector<std::vector<double>>& states,
                      const std::vector<ShapeRefPair>& pairs) {
-    if (!scene_) scene_ = std::make_unique<Scene>(std::make_shared<const SceneModel>(model));
+    if (!scene_) scene_ = std::make_unique<PosedScene>(std::make_shared<const SceneModel>(model));
     std::vector<BodyPoses> poses;
     for (const std::vector<double>& state : states) poses.push_back(forwardKinematics(model.robot, state));
     return timeOf<Seconds>([&] {
@@ -429,7 +430,7 @@ class NodeBenchmark {
   MonitorWatch watch_;
   std::unique_ptr<ChildProcess> padding_, echo_;
   std::unique_ptr<ClientProcesses> clients_;
-  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<PosedScene> scene_;
   json services_ = json::array(), batches_ = json::array(), objects_ = json::array(), monitors_ = json::array();
 };
 

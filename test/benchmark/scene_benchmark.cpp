@@ -13,6 +13,7 @@
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "scene/posed_scene.h"
 
 #include <nlohmann/json.hpp>
 
@@ -375,7 +376,7 @@ class AddedBox {
   const std::vector<BodyPoses>& states_;
   std::shared_ptr<const Objects> before_;
   const std::shared_ptr<const Objects> first_ = before_;
-  Scene scene_, undisturbed_;
+  PosedScene scene_, undisturbed_;
   std::map<std::string, std::vector<double>> times_;  // [us] by step
   std::vector<std::string> order_;
 };
@@ -403,16 +404,15 @@ class ControllerCycles {
         damper_(damper),
         scene_(robot.model),
         scene_of_rows_(robot.model),
-        derivatives_(robot.model),
         rows_(robot.model, kConstraintRows),
         fcl_(*robot.model, FclScene::Method::HullsLibccd),
-        rows_of_fcl_(kConstraintRows, derivatives_.degreesOfFreedom().size()),
+        rows_of_fcl_(kConstraintRows, scene_.state.degreesOfFreedom().size()),
         of_distances_(states.size()),
         of_rows_(states.size()),
         of_gradients_(states.size()),
         of_fcl_(states.size()) {
     question_.threshold = damper.influence_distance;
-    gradient_.resize(derivatives_.degreesOfFreedom().size());
+    gradient_.resize(scene_.state.degreesOfFreedom().size());
   }
 
   /// Each step goes through all states by itself, so that none finds in the cache what another has just read.
@@ -457,13 +457,12 @@ class ControllerCycles {
 
   void askForRows(std::size_t state) {
     scene_of_rows_.update(states_[state]);
-    derivatives_.update(states_[state]);
-    rows_.update(scene_of_rows_, derivatives_, damper_);
+    rows_.find(scene_of_rows_.scene, scene_of_rows_.state, damper_);
   }
 
   /// Takes FCL's distances and points into the same formula. There are none of pairs that overlap.
   void askFclForRows(std::size_t state) {
-    derivatives_.update(states_[state]);
+    scene_.update(states_[state]);
     Eigen::Index row = 0;
     for (const FclScene::PairWithPoints& found :
          fcl_.closest(states_[state], kConstraintRows, damper_.influence_distance)) {
@@ -474,7 +473,7 @@ class ControllerCycles {
       pair.result.point_a = found.point_a;
       pair.result.point_b = found.point_b;
       pair.result.normal = (found.point_b - found.point_a).normalized();
-      derivatives_.gradient(pair, gradient_);
+      gradient(scene_.state, pair, gradient_);
       rows_of_fcl_.row(row++) = gradient_;
     }
   }
@@ -483,11 +482,10 @@ class ControllerCycles {
   void timeGradients(std::size_t state) {
     constexpr int kRepetitions = 20;
     if (found_->empty()) return;
-    derivatives_.update(states_[state]);
     const double all = timeOf<std::micro>([&] {
       for (int i = 0; i < kRepetitions; ++i)
         for (const PairProximity& pair : *found_) {
-          derivatives_.gradient(pair, gradient_);
+          gradient(scene_.state, pair, gradient_);
           sum_ += gradient_[0];  // so that the compiler computes it
         }
     });
@@ -501,8 +499,7 @@ class ControllerCycles {
 
   const std::vector<BodyPoses>& states_;
   const VelocityDamper damper_;
-  Scene scene_, scene_of_rows_;
-  Derivatives derivatives_;
+  PosedScene scene_, scene_of_rows_;
   ConstraintRows rows_;
   FclScene fcl_;
   Eigen::MatrixXd rows_of_fcl_;
@@ -570,7 +567,7 @@ class GuaranteedCycles {
  private:
   static constexpr int kListed = 10;  // the node's default
 
-  PairsBelow list(Scene& scene, std::size_t state) {
+  PairsBelow list(PosedScene& scene, std::size_t state) {
     scene.update(states_[state]);
     return scene.closestBelow(scene.candidates(), kListed, question_);
   }
@@ -580,16 +577,15 @@ class GuaranteedCycles {
     const std::vector<PairProximity>& closest = below.closest;
     const bool are_all = static_cast<std::size_t>(below.count) == closest.size();
     const double others = are_all ? question_.threshold : closest.back().result.lower_bound - question_.tolerance;
-    guaranteed_.update(states_[state]);
     const Pairs pairs(scene_of_guaranteed_.candidates());
-    const GuaranteedMinimum found =
-        guaranteed_.find(scene_of_guaranteed_, pairs, {}, {closest.data(), closest.data() + closest.size(), others});
+    const GuaranteedMinimum found = guaranteed_.find(scene_of_guaranteed_.scene, scene_of_guaranteed_.state, pairs, {},
+                                                     {closest.data(), closest.data() + closest.size(), others});
     losses_.push_back(found.pair.result.distance - found.guaranteed);
   }
 
   const std::vector<BodyPoses>& states_;
   const double uncertainty_;
-  Scene scene_, scene_of_guaranteed_;
+  PosedScene scene_, scene_of_guaranteed_;
   GuaranteedDistances guaranteed_;
   Question question_;
   Rounds of_distances_, of_guaranteed_;  // [us] by state

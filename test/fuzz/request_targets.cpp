@@ -85,12 +85,11 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const RequestedPairs pairs = pairsOf(arm(), request);
   requireAnswersWithinBatch(arm(), request, pairs.size(), states);
   pairs.bodies();
-  const ScenePool::Lease scene = pairs.borrowScene();
-  scene->update(poses);
+  const ScenePool::Lease scenes = pairs.borrowScenes();
+  scenes->state.set(poses);
   const QueryStatus status;
-  PairDetails details{gradientsOf(arm(), pairs, request), guaranteesOf(arm(), pairs, request.uncertainty, question)};
-  details.update(poses, {});
-  checkAnswer(askPairs(arm(), *scene, {poses, status}, pairs, request, question, details));
+  GuaranteedDistances* const guaranteed = guaranteedOf(arm(), *scenes, request.uncertainty, question);
+  checkAnswer(askPairs(arm(), *scenes, {poses, status}, pairs, request, question, guaranteed));
 }
 
 void ask(const QueryPairsRequest& request) { askAt(posesAtZero(), request, 1); }
@@ -122,10 +121,11 @@ void ask(const QueryConfigurationRequest& request) {
 void search(const RequestedPairs& pairs, TimedMotion motion, MotionQuestion question) {
   carryObjects(arm(), pairs.frames(), {}, motion);
   question.deadline = system::deadlineIn(1e-3);
-  const MovingScenePool::Lease scene = pairs.borrowMovingScene();
-  const RobotTimeOfContact contact = scene->timeOfContact(pairs.asked(), motion.motion, question);
+  const ScenePool::Lease scenes = pairs.borrowScenes();
+  MovingScene& scene = scenes->moving();
+  const RobotTimeOfContact contact = scene.timeOfContact(pairs.asked(), motion.motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
-  const RobotMinimum minimum = scene->minimum(pairs.asked(), motion.motion, question);
+  const RobotMinimum minimum = scene.minimum(pairs.asked(), motion.motion, question);
   require(minimum.lower_bound <= minimum.upper_bound, "the lower bound is below the upper one");
 }
 
@@ -208,11 +208,11 @@ const std::shared_ptr<const Robot>& armWithoutMeshFiles() {
 /// Asks about all pairs with an object.
 void checkAnswers(const std::shared_ptr<const Objects>& objects) {
   const Robot& robot = *armWithoutMeshFiles();
-  const ScenePool::Lease scene = robot.borrowScene();
-  scene->use(objects);
-  scene->update(forwardKinematics(robot.robotModel(), std::vector<double>(robot.robotModel().joints.size(), 0.0)),
-                FramePoses(objects->frames().size(), Eigen::Isometry3d::Identity()));
-  for (const PairProximity& pair : scene->all(robot.candidates()))
+  const ScenePool::Lease scenes = robot.borrowScenes();
+  scenes->state.set(objects);
+  scenes->state.set(forwardKinematics(robot.robotModel(), std::vector<double>(robot.robotModel().joints.size(), 0.0)),
+                    FramePoses(objects->frames().size(), Eigen::Isometry3d::Identity()));
+  for (const PairProximity& pair : scenes->scene.all(scenes->state, robot.candidates()))
     require(!(pair.result.lower_bound > pair.result.upper_bound), "the lower bound is below the upper one");
 }
 

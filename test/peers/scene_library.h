@@ -1,7 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
+#include "scene/posed_scene.h"
 
 #include <string>
 #include <utility>
@@ -86,7 +86,7 @@ class OurScene : public SceneLibrary {
   void take(const PairProximity* found);
   void take(const std::vector<PairProximity>& found);
 
-  Scene scene_;
+  PosedScene scene_;
   SceneQuestion question_ = SceneQuestion::All;
   const PairProximity* first_ = nullptr;  // of the last answer
   std::size_t size_ = 0;

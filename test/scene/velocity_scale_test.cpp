@@ -1,6 +1,7 @@
 #include "proximity_server/scene/velocity_scale.h"
 
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
+#include "scene/posed_scene.h"
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
@@ -63,7 +64,7 @@ class StoppingRobot : public testing::Test {
   }
   VelocityScale ask(std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max()) {
     scene_.update(state_.poses);
-    return velocityScale(moving_, scene_, state_, braking_, stop_, deadline);
+    return velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_, deadline);
   }
 
   std::set<std::string> namesOf(const PairProximity& pair) const {
@@ -77,7 +78,7 @@ class StoppingRobot : public testing::Test {
   }
 
   const std::shared_ptr<const SceneModel> model_;
-  Scene scene_{model_};
+  PosedScene scene_{model_};
   MovingScene moving_{model_};
   MovingState state_;
   Braking braking_;
@@ -370,7 +371,7 @@ TEST_F(StoppingRobot, ObjectThatMovesOnItsOwnIsRefused) {
   twist.linear.x() = 1.0;
   state_.frames.moving = {RobotMotion::withTwist(at(0, 0, 50), twist)};
   scene_.update(state_.poses, {at(0, 0, 50)});
-  EXPECT_THROW(velocityScale(moving_, scene_, state_, braking_, stop_), std::invalid_argument);
+  EXPECT_THROW(velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_), std::invalid_argument);
 }
 
 }  // namespace proximity_server::scene::velocity_scale_test

@@ -3,8 +3,8 @@
 #include "chance.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
+#include "scene/posed_scene.h"
 #include "stress/campaign.h"
 
 #include <memory>
@@ -58,7 +58,7 @@ class ControlledCell {
   Chance chance_;
   const std::shared_ptr<const SceneModel> model_;
   std::shared_ptr<const Objects> objects_;  ///< nullptr: none
-  Scene scene_;
+  PosedScene scene_;
   FramePoses frames_;
 };
 

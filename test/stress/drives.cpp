@@ -17,6 +17,7 @@
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "stress/controlled_robots.h"
 #include "stress/yielding_velocity.h"
 
@@ -82,7 +83,7 @@ DriveFamily familyOf(const std::string& name, int rarity, const std::shared_ptr<
   constexpr int kStates = 300;
   DriveFamily family{name, rarity, robot};
   const DegreesOfFreedom columns(family.robot->robot);
-  Scene scene(family.robot);
+  PosedScene scene(family.robot);
   Chance chance(1);
   struct Seen {
     int times = 0;
@@ -219,7 +220,6 @@ class Drive {
         robot_(model_->robot),
         columns_(robot_),
         scene_(model_),
-        derivatives_(model_),
         rows_(model_, kRows),
         inequality_rows_(model_, allColumns(columns_)),
         tally_(tally) {
@@ -268,7 +268,6 @@ class Drive {
     state_ = state;
     poses_ = posesOf(robot_, columns_, state);
     scene_.update(poses_);
-    derivatives_.update(poses_);
   }
 
   /// The largest excess of an inequality, in its tolerances.
@@ -316,7 +315,7 @@ class Drive {
   /// False: the target is reached.
   bool step(const VectorXd& target) {
     if ((target - state_).norm() < kArrived) return false;
-    rows_.update(scene_, derivatives_, family_.damper);
+    rows_.find(scene_.scene, scene_.state, family_.damper);
     inequality_rows_.update(poses_, {}, family_.damper.gain / (kInfluence - kStop));
     tally_.add("left_out", rows_.leftOut() > 0);
     std::optional<YieldingVelocity> found = yieldingVelocity(program(target));
@@ -393,8 +392,7 @@ class Drive {
   const std::shared_ptr<const SceneModel> model_;
   const RobotModel& robot_;
   const DegreesOfFreedom columns_;
-  Scene scene_;
-  Derivatives derivatives_;
+  PosedScene scene_;
   ConstraintRows rows_;
   InequalityRows inequality_rows_;
   RememberedRows remembered_;

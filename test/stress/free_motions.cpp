@@ -31,15 +31,12 @@ class Cell : public ControlledCell {
  public:
   Cell(const ControlFamily& family, Chance chance, stress::Tally& tally)
       : ControlledCell(family, chance),
-        derivatives_(model_),
         free_(model_),
         columns_(model_->robot),
         weights_(columns_.size()),
         gradient_(columns_.size()),
         tally_(tally) {
     if (!objects_) return;
-    derivatives_.use(objects_);
-    free_.use(objects_);
     for (const int number : objects_->numbers()) refs_.push_back(ShapeRef::ofObject(number));
   }
 
@@ -50,8 +47,6 @@ class Cell : public ControlledCell {
       start_ = somePoses(model_->robot, columns_, chance_);
       moveFrames();
       place(start_);
-      derivatives_.update(start_);
-      free_.update(start_);
       for (int i = 0; i < kPairs; ++i) observePair();
       observeScene();
     }
@@ -96,7 +91,7 @@ class Cell : public ControlledCell {
     const ShapeRefPair pair = somePair();
     place(start_);
     const PairProximity before = scene_.proximity(pair);
-    if (!free_.weights(pair, weights_) || !derivatives_.gradient(before, gradient_)) return;
+    if (!free_.weights(scene_.state, pair, weights_) || !gradient(scene_.state, before, gradient_)) return;
     const double free = std::pow(10.0, chance_.between(-4, 0)), threshold = before.result.lower_bound - free;
     for (int i = 0; i < kMotionsOfPair && failure.empty(); ++i) {
       const int kind = i % 4;
@@ -142,7 +137,7 @@ class Cell : public ControlledCell {
     question.thresholds.objects = nearest->result.lower_bound - chance_.between(0, 0.1);
     question.influence_distance =
         std::max(question.thresholds.links, question.thresholds.objects) + chance_.between(0, 0.3);
-    free_.find(scene_, question);
+    free_.find(scene_.scene, scene_.state, question);
     if (!free_.isKnown()) {
       failure = "the bubbles of a scene are not known";
       return;
@@ -175,7 +170,6 @@ class Cell : public ControlledCell {
                   std::to_string(threshold - pair.result.upper_bound) + " m";
   }
 
-  Derivatives derivatives_;
   FreeMotion free_;
   const DegreesOfFreedom columns_;
   std::vector<ShapeRef> refs_;

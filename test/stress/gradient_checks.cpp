@@ -87,13 +87,12 @@ std::optional<Difference> centralDifference(const DistanceAlong& distance) { ret
 std::optional<Difference> forwardDifference(const DistanceAlong& distance) { return agreed(distance, Sides::Future); }
 
 GradientObserver::GradientObserver(const GradientFamily& family, double tolerance)
-    : family_(family), scene_(family.model), exact_scene_(family.model), derivatives_(family.model) {
+    : family_(family), scene_(family.model), exact_scene_(family.model) {
   question_.tolerance = tolerance;
-  row_.resize(derivatives_.degreesOfFreedom().size());
+  row_.resize(scene_.state.degreesOfFreedom().size());
   if (!family.objects) return;
   scene_.use(family.objects);
   exact_scene_.use(family.objects);
-  derivatives_.use(family.objects);
 }
 
 GradientObservation GradientObserver::observe(unsigned seed) {
@@ -104,14 +103,13 @@ GradientObservation GradientObserver::observe(unsigned seed) {
   for (Eigen::Index i = 0; i < velocity.size(); ++i) velocity[i] = chance.between(-1.0, 1.0);
   poses_ = sample.posture.poses();
   scene_.update(poses_);
-  derivatives_.update(poses_);
   pair_ = scene_.proximity(sample.pair, question_);
-  if (!derivatives_.gradient(pair_, row_)) return {Kind::Unmoved};
+  if (!gradient(scene_.state, pair_, row_)) return {Kind::Unmoved};
   if (!pair_.result.unique) return {Kind::NotUnique, pair_.result.distance};
   velocity_ = scaledVelocity(sample, velocity);
   if (velocity_.size() == 0) return {Kind::Unmoved, pair_.result.distance};
   const auto reference =
-      centralDifference(DistanceAlong(exact_scene_, derivatives_.degreesOfFreedom(), sample, velocity_));
+      centralDifference(DistanceAlong(exact_scene_, scene_.state.degreesOfFreedom(), sample, velocity_));
   if (!reference) return {Kind::Kink, pair_.result.distance};
   reference_ = reference->value;
   const double error = std::abs(row_.dot(velocity_) - reference_);
@@ -124,7 +122,7 @@ double GradientObserver::errorWith(const Vector3d& point_a, const Vector3d& poin
   other.result.point_a = point_a;
   other.result.point_b = point_b;
   other.result.normal = normal;
-  derivatives_.gradient(other, row_);
+  gradient(scene_.state, other, row_);
   return std::abs(row_.dot(velocity_) - reference_);
 }
 
@@ -132,7 +130,7 @@ double GradientObserver::errorWith(const Vector3d& point_a, const Vector3d& poin
 /// where they do not.
 VectorXd GradientObserver::scaledVelocity(const GradientSample& sample, const VectorXd& velocity) const {
   constexpr double kTime = 1e-5;
-  const DegreesOfFreedom& columns = derivatives_.degreesOfFreedom();
+  const DegreesOfFreedom& columns = scene_.state.degreesOfFreedom();
   const BodyPoses before = sample.posture.moved(columns, velocity, -kTime).poses();
   const BodyPoses after = sample.posture.moved(columns, velocity, kTime).poses();
   const Vector3d shift = shiftOf(sample.pair.b, pair_.result.point_b, before, after) -

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "proximity_server/scene/derivative/derivatives.h"
-#include "proximity_server/scene/query/scene.h"
 #include "scene/derivative/posture.h"
+#include "scene/posed_scene.h"
 
 #include <Eigen/Geometry>
 
@@ -25,7 +25,7 @@ struct GradientFamily {
   std::string name;
   std::shared_ptr<const SceneModel> model;
   std::shared_ptr<const Objects> objects;  ///< nullptr: none; none of them moves with a frame
-  std::function<GradientSample(Scene& scene, Chance& chance)> draw;
+  std::function<GradientSample(PosedScene& scene, Chance& chance)> draw;
   bool is_pair_of_solids = false;  ///< "a" and "b" of the objects are single shapes
 };
 
@@ -40,7 +40,7 @@ std::vector<GradientFamily> exampleRobots();
 /// The signed distance of a pair while the robot moves with one velocity.
 class DistanceAlong {
  public:
-  DistanceAlong(Scene& scene, const DegreesOfFreedom& columns, const GradientSample& sample,
+  DistanceAlong(PosedScene& scene, const DegreesOfFreedom& columns, const GradientSample& sample,
                 const Eigen::VectorXd& velocity)
       : scene_(scene), columns_(columns), sample_(sample), velocity_(velocity) {}
 
@@ -50,7 +50,7 @@ class DistanceAlong {
   BodyPoses posesAfter(double time) const { return sample_.posture.moved(columns_, velocity_, time).poses(); }
 
  private:
-  Scene& scene_;
+  PosedScene& scene_;
   const DegreesOfFreedom& columns_;
   const GradientSample& sample_;
   const Eigen::VectorXd& velocity_;
@@ -111,8 +111,7 @@ class GradientObserver {
 
   const GradientFamily& family_;
   Question question_;
-  Scene scene_, exact_scene_;
-  Derivatives derivatives_;
+  PosedScene scene_, exact_scene_;
   PairProximity pair_;
   BodyPoses poses_;
   Eigen::VectorXd velocity_, row_;

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "robots/robots.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "stress/gradient_checks.h"
 
 #include <cmath>
@@ -52,18 +53,18 @@ GradientFamily pairOfShapes(const std::shared_ptr<const SceneModel>& model, cons
       {AddObject{attached("a", a.shape, "left", inLeft())}, AddObject{attached("b", b.shape, "right", inRight())}}));
   const ShapeRefPair pair{ShapeRef::ofObject(objects->find("a")), ShapeRef::ofObject(objects->find("b"))};
   return {a.name + ", " + b.name, model, objects,
-          [model, pair](Scene&, Chance& chance) { return drawPairOfShapes(*model, pair, chance); }, true};
+          [model, pair](PosedScene&, Chance& chance) { return drawPairOfShapes(*model, pair, chance); }, true};
 }
 
 /// Any two links with geometry that a joint moves against each other, or the two that are closest.
-ShapeRefPair drawPairOfLinks(Scene& scene, Chance& chance) {
+ShapeRefPair drawPairOfLinks(PosedScene& scene, Chance& chance) {
   if (chance.below(2) == 0)
     if (const PairProximity* closest = scene.minimum({scene.candidates(), PairKind::OfLinks})) return closest->asked;
   return scene.candidates()[chance.below(static_cast<int>(scene.candidates().size()))];
 }
 
 GradientFamily robotByItself(const std::string& name, const std::shared_ptr<const SceneModel>& model) {
-  return {name, model, nullptr, [](Scene& scene, Chance& chance) {
+  return {name, model, nullptr, [](PosedScene& scene, Chance& chance) {
             Posture posture = Posture::random(scene.model().robot, chance);
             scene.update(posture.poses());
             return GradientSample{posture, drawPairOfLinks(scene, chance)};
@@ -73,7 +74,7 @@ GradientFamily robotByItself(const std::string& name, const std::shared_ptr<cons
 GradientFamily twoRobots(const std::string& name, const RobotModel& one, double apart) {
   const auto model = std::make_shared<const SceneModel>(
       makeSceneModel(joined({{"left", one}, {"right", one}}), std::vector<std::string>(2)));
-  return {name, model, nullptr, [apart](Scene& scene, Chance& chance) {
+  return {name, model, nullptr, [apart](PosedScene& scene, Chance& chance) {
             const RobotModel& robot = scene.model().robot;
             Posture posture = Posture::random(robot, chance);
             posture.placeRoot(1, turned(3.0, {0.1, 0.0, 1.0}, {apart, 0.1, 0.0}));
@@ -105,7 +106,7 @@ std::shared_ptr<const Objects> objectsAround(const std::shared_ptr<const SceneMo
 GradientFamily robotWithObjects(const std::string& name, const std::shared_ptr<const SceneModel>& model,
                                 const std::string& hand) {
   const auto objects = objectsAround(model, hand);
-  return {name, model, objects, [objects](Scene& scene, Chance& chance) {
+  return {name, model, objects, [objects](PosedScene& scene, Chance& chance) {
             Posture posture = Posture::random(scene.model().robot, chance);
             scene.update(posture.poses());
             const PairProximity* closest =

@@ -1,6 +1,7 @@
 #include "stress/scene_checks.h"
 
 #include "oracle/shape_pairs.h"
+#include "scene/posed_scene.h"
 #include "stress/random_geometry.h"
 #include "stress/scene_truth.h"
 #include "stress/third_opinion.h"
@@ -18,7 +19,7 @@ using Eigen::Vector3d;
 /// Asks one scene about one state.
 class Examiner {
  public:
-  Examiner(SceneCell& cell, StateTruth& truth, Scene& scene, SceneObservation& seen)
+  Examiner(SceneCell& cell, StateTruth& truth, PosedScene& scene, SceneObservation& seen)
       : cell_(cell), truth_(truth), scene_(scene), seen_(seen), chance_(cell.chance()) {}
 
   /// Questions of any kind, in any order.
@@ -305,7 +306,7 @@ class Examiner {
 
   SceneCell& cell_;
   StateTruth& truth_;
-  Scene& scene_;
+  PosedScene& scene_;
   SceneObservation& seen_;
   Chance& chance_;
   PairKind kind_ = PairKind::Any;
@@ -348,7 +349,7 @@ void seekOtherOpinions(const PairTruth& nearest, bool with_oracle, SceneObservat
 void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
   SceneObservation seen{tally};
   SceneCell cell(part.family, part.seed, part.number);
-  Scene scene(cell.model());
+  PosedScene scene(cell.model());
   MovingScene moving(cell.model());
   for (int state = 0; state < states; ++state) {
     if (state > 0) cell.next();
@@ -357,7 +358,7 @@ void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
     StateTruth truth(cell);
     Examiner(cell, truth, scene, seen).run();
     if (state % 4 == 3) {
-      Scene fresh = scene.forAnotherThread();
+      PosedScene fresh = scene.forAnotherThread();
       fresh.update(cell.poses(), cell.frames());
       Examiner(cell, truth, fresh, seen).run();
     }

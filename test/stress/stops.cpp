@@ -175,7 +175,7 @@ class Cell : public ControlledCell {
 
   void observeStop() {
     const stress::Stopwatch watch;
-    const VelocityScale answer = velocityScale(moving_, scene_, state_, braking_, stop_);
+    const VelocityScale answer = velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_);
     const bool converged = answer.status == narrowphase::Status::Converged;
     tally_.add("seconds_of_scales", watch.seconds());
     tally_.add("stops");

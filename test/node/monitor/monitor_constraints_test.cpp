@@ -2,6 +2,7 @@
 #include "node/monitor/slider_robot.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -65,16 +66,14 @@ TEST_F(ConstraintsOfSliders, LeaveRowsThatAreNotUsedWithoutALimit) {
 }
 
 TEST_F(ConstraintsOfSliders, AreThoseOfTheSceneToTheLastBit) {
-  scene::Scene scene(robot_->sharedModel());
-  scene::Derivatives derivatives(robot_->sharedModel());
+  scene::PosedScene scene(robot_->sharedModel());
   scene::ConstraintRows expected(robot_->sharedModel(), 3);
   int used = 0;
   for (int i = 0; i < 100; ++i) {
     const PoseSnapshot at = withTheRightSphereAt(*robot_, -0.9 + 0.017 * i);
     const ConstraintRows& message = rowsIn(at);
     scene.update(at.poses);
-    derivatives.update(at.poses);
-    expected.update(scene, derivatives, {{0.02, 0.02}, 0.5, 0.25});
+    expected.find(scene.scene, scene.state, {{0.02, 0.02}, 0.5, 0.25});
     const auto& matrix = expected.matrix();
     EXPECT_EQ(message.matrix, std::vector<double>(matrix.data(), matrix.data() + matrix.size()));
     for (int row = 0; row < 3; ++row) {

@@ -71,12 +71,10 @@ class GradientsOfTheDemo : public testing::Test {
     request.threshold = mode == QueryPairsRequest::BELOW_THRESHOLD ? settings_.threshold : 0.0;
     request.want_gradient = true;
     const RequestedPairs pairs = pairsOf(*robot_, request);
-    scene::Scene& scene = *used_.emplace_back(pairs.borrowScene());
-    scene.update(snapshot.poses);
-    PairDetails details{gradientsOf(*robot_, pairs, request), {}};
-    details.update(snapshot.poses, {});
-    return askPairs(*robot_, scene, {snapshot.poses, snapshot.status}, pairs, request, questionOf(*robot_, request),
-                    details);
+    PosedScenes& scenes = *used_.emplace_back(pairs.borrowScenes());
+    scenes.state.set(snapshot.poses);
+    return askPairs(*robot_, scenes, {snapshot.poses, snapshot.status}, pairs, request, questionOf(*robot_, request),
+                    /*guaranteed=*/nullptr);
   }
 
   /// The gradient for the points and the normal of a message.
@@ -88,8 +86,8 @@ class GradientsOfTheDemo : public testing::Test {
     pair.result.point_a = vector(message.point_a);
     pair.result.point_b = vector(message.point_b);
     pair.result.normal = vector(message.normal);
-    Eigen::VectorXd row(derivatives_.degreesOfFreedom().size());
-    EXPECT_TRUE(derivatives_.gradient(pair, row));
+    Eigen::VectorXd row(state_.degreesOfFreedom().size());
+    EXPECT_TRUE(scene::gradient(state_, pair, row));
     return {row.data(), row.data() + row.size()};
   }
   template <class Message>
@@ -106,7 +104,7 @@ class GradientsOfTheDemo : public testing::Test {
   Monitor monitor_;
   MonitorSettings settings_;
   std::mt19937 random_{20};
-  scene::Derivatives derivatives_{robot_->sharedModel()};
+  scene::State state_{robot_->sharedModel()};
   std::vector<ScenePool::Lease> used_;  ///< kept, so that no scene is lent twice
 };
 
@@ -115,7 +113,7 @@ TEST_F(GradientsOfTheDemo, AreThoseOfTheSceneForThePointsOfTheMessageToTheLastBi
   for (int i = 0; i < repeats(300); ++i) {
     const PoseSnapshot snapshot = randomPoses();
     const Clearance& clearance = monitor_.cycle(snapshot, {}, settings_);
-    derivatives_.update(snapshot.poses);
+    state_.set(snapshot.poses);
     EXPECT_EQ(clearance.minimum.gradient, gradientFor(clearance.minimum)) << i;
     EXPECT_EQ(clearance.self_minimum.gradient, gradientFor(clearance.self_minimum)) << i;
     for (const Proximity& pair : clearance.below_threshold) EXPECT_EQ(pair.gradient, gradientFor(pair)) << i;

@@ -1,5 +1,6 @@
 // Levels where positions are not known exactly. The sliders move along x, so that each uncertainty of a joint counts in
 // full: between "middle" and "right", 0.3 m apart, that of both joints.
+#include "node/answers/guarantees.h"
 #include "node/monitor/slider_robot.h"
 #include "proximity_server/scene/model/names.h"
 

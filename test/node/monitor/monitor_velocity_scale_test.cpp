@@ -3,6 +3,7 @@
 #include "node/monitor/velocity_scale.h"
 #include "proximity_server/scene/velocity_scale.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -155,7 +156,7 @@ TEST_F(ScaleOfSliders, OfAnUnchangedStateIsNotLoweredByASearchThatRanOutOfTime) 
 }
 
 TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
-  scene::Scene scene(robot_->sharedModel());
+  scene::PosedScene scene(robot_->sharedModel());
   scene::MovingScene moving(robot_->sharedModel());
   int between = 0;
   for (int i = 0; i < 50; ++i) {
@@ -165,7 +166,7 @@ TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
     scene.update(at.poses);
     const scene::MovingState state{at.poses, {-speed, speed, 0.5 * speed}, {}, {}};
     const scene::VelocityScale expected =
-        scene::velocityScale(moving, scene, state, {0.1, {2.0, 2.0, 2.0}}, {0.02, 0.02});
+        scene::velocityScale(moving, scene.scene, scene.state, state, {0.1, {2.0, 2.0, 2.0}}, {0.02, 0.02});
     EXPECT_EQ(found.scale, expected.scale) << speed;
     between += found.scale > 0.0 && found.scale < 1.0;
   }
@@ -178,12 +179,13 @@ TEST_F(ScaleOfSliders, KeepsTheStopDistanceOfAPair) {
   config_.thresholds.stop.of_pairs = {{{"middle", "right"}, 0.2}};
   config_.thresholds.warn.of_pairs = {{{"middle", "right"}, 0.2}};
   follow("");
-  scene::Scene scene(robot_->sharedModel());
+  scene::PosedScene scene(robot_->sharedModel());
   scene::MovingScene moving(robot_->sharedModel());
   const PoseSnapshot at = withTheRightSphereAt(*robot_, 0.5);
   scene.update(at.poses);
   const scene::MovingState state{at.poses, {0.0, 1.0, 0.0}, {}, {}};
-  const scene::VelocityScale expected = scene::velocityScale(moving, scene, state, {0.1, {2.0, 2.0, 2.0}}, {0.2, 0.2});
+  const scene::VelocityScale expected =
+      scene::velocityScale(moving, scene.scene, scene.state, state, {0.1, {2.0, 2.0, 2.0}}, {0.2, 0.2});
   EXPECT_LT(middleAt(1.0), before);
   EXPECT_EQ(scaleIn(at, velocities(0.0, 1.0, 0.0)).scale, expected.scale);
 }

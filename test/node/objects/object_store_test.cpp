@@ -4,9 +4,9 @@
 #include "node/object_messages.h"
 #include "node/objects/apply_objects.h"
 #include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/query/scene.h"
 #include "robots/urdf.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -68,7 +68,7 @@ class ObjectsOfASlider : public testing::Test {
 
   /// The distance of the object to the rail, at the origin, with the hand at x [m].
   double distanceToRail(const std::string& id, double x = 2.0) {
-    scene::Scene scene(robot_->sharedModel());
+    scene::PosedScene scene(robot_->sharedModel());
     const auto objects = robot_->objects().get().all;
     scene.use(objects);
     scene::FramePoses frames;

@@ -1,6 +1,7 @@
 // Records of random robots, parameters, objects and motions, which a replay has to answer in the same way.
 #include "chance.h"
 #include "from_environment.h"
+#include "node/answers/guarantees.h"
 #include "node/object_messages.h"
 #include "node/record/recorder.h"
 #include "node/replay/replay.h"

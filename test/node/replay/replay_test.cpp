@@ -1,5 +1,6 @@
 // Records that are answered again.
 #include "node/replay/replay.h"
+#include "node/answers/guarantees.h"
 #include "node/record/recorded_sliders.h"
 #include "node/replay/record_files.h"
 #include "node/robot/load_config.h"

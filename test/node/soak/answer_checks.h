@@ -9,7 +9,7 @@
 #include <proximity_server/QueryTrajectory.h>
 #include <proximity_server/SeparationAxis.h>
 #include "node/load/moving_robot.h"
-#include "proximity_server/scene/query/scene.h"
+#include "scene/posed_scene.h"
 
 #include <functional>
 #include <memory>
@@ -77,7 +77,7 @@ class AnswerChecks {
   Verdict checkMinimum(const StateAt& state_at, const Asked& asked, const SaidMinimum& said);
 
   MovingRobot robot_;
-  Scene scene_;
+  PosedScene scene_;
 };
 
 }  // namespace proximity_server::node

@@ -2,6 +2,7 @@
 
 #include "node/load/programs.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/posed_scene.h"
 #include "scene/solids.h"
 
 #include <ros/param.h>
@@ -268,14 +269,14 @@ bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object
   std::vector<scene::ObjectChange> changes;
   for (const Object& object : added) changes.push_back(AddObject{object});
   const auto objects = std::make_shared<const Objects>(Objects(robot_.model).withRules(rules).changed(changes));
-  Scene scene(robot_.model);
+  PosedScene scene(robot_.model);
   MovingScene moving(robot_.model);
   scene.use(objects);
   moving.use(objects);
   scene.update(state.poses);
   const auto scaleWith = [&](double latency) {
     const Braking braking{latency, std::vector<double>(state.velocities.size(), kDeceleration)};
-    return velocityScale(moving, scene, state, braking, {levels_.stop, levels_.stop});
+    return velocityScale(moving, scene.scene, scene.state, state, braking, {levels_.stop, levels_.stop});
   };
   const VelocityScale scale = scaleWith(kStopLatency);
   posture.fastest = scale.scale;

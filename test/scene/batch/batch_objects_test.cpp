@@ -3,10 +3,10 @@
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/batch/batch_robots.h"
 #include "scene/batch/same_answer.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 
 #include <gtest/gtest.h>
@@ -73,7 +73,7 @@ class NewScene {
 
   void place(const MatrixXd& states, Index state) {
     poses_ = forwardKinematics(fresh_.model().robot, positionsOf(states, state));
-    Scene scene = placed();
+    PosedScene scene = placed();
     all_ = scene.all(scene.candidates());
     known_.clear();
     for (const PairProximity& pair : all_)
@@ -89,7 +89,7 @@ class NewScene {
   std::vector<PairProximity> below(double distance) const {
     Question question;
     question.threshold = distance;
-    Scene scene = placed();
+    PosedScene scene = placed();
     std::vector<PairProximity> found;
     for (const PairProximity& pair : known_)
       if (const PairProximity near = scene.proximity(pair.asked, question);
@@ -100,13 +100,13 @@ class NewScene {
   }
 
  private:
-  Scene placed() const {
-    Scene scene = fresh_.forAnotherThread();
+  PosedScene placed() const {
+    PosedScene scene = fresh_.forAnotherThread();
     scene.update(poses_, framePoses(*scene.objects(), poses_));
     return scene;
   }
 
-  Scene fresh_;
+  PosedScene fresh_;
   BodyPoses poses_;
   std::vector<PairProximity> all_, known_, sorted_;
 };

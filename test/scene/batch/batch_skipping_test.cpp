@@ -6,11 +6,11 @@
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/batch/batch_robots.h"
 #include "scene/batch/exact_state.h"
 #include "scene/batch/same_answer.h"
+#include "scene/posed_scene.h"
 #include "scene/random_states.h"
 
 #include <gtest/gtest.h>
@@ -102,14 +102,14 @@ TEST_P(BatchOf, PairsOneByOneHaveTheAnswersOfANewScene) {
   const MatrixXd states = variousStates(robot(), repeats(100), 1);
   const auto batch = std::make_shared<const BatchModel>(model_);
   ExactState exact(batch);
-  const Scene fresh(model_);
+  const PosedScene fresh(model_);
   for (Index i = 0; i < states.rows(); ++i) {
     exact.place(states, i);
     const BodyPoses poses = forwardKinematics(robot(), positionsOf(states, i));
     for (const double threshold : {kInfinity, 0.2, 0.0, -0.05}) {
       Question question;
       question.threshold = threshold;
-      Scene scene = fresh.forAnotherThread();
+      PosedScene scene = fresh.forAnotherThread();
       scene.update(poses);
       for (int pair = static_cast<int>(batch->candidates.size()) - 1; pair >= 0;
            --pair) {  // in another order than all()

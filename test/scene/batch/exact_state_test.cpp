@@ -3,8 +3,8 @@
 #include "scene/batch/exact_state.h"
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
+#include "scene/posed_scene.h"
 #include "scene/random_states.h"
 #include "scene/two_arms.h"
 
@@ -17,8 +17,8 @@ namespace proximity_server::scene::exact_state_test {
 
 class ExactStateOfTwoArms : public testing::Test {
  protected:
-  Scene freshAt(const Eigen::MatrixXd& states, Eigen::Index state) const {
-    Scene scene = new_.forAnotherThread();
+  PosedScene freshAt(const Eigen::MatrixXd& states, Eigen::Index state) const {
+    PosedScene scene = new_.forAnotherThread();
     scene.update(forwardKinematics(model_->robot, positionsOf(states, state)));
     return scene;
   }
@@ -26,7 +26,7 @@ class ExactStateOfTwoArms : public testing::Test {
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(urdfOf(twoArms()));
   const std::shared_ptr<const BatchModel> batch_ = std::make_shared<const BatchModel>(model_);
-  const Scene new_{model_};
+  const PosedScene new_{model_};
   ExactState exact_{batch_};
 };
 
@@ -41,7 +41,7 @@ TEST_F(ExactStateOfTwoArms, AVerdictIsThatOfTheBoundsThatSceneFinds) {
            {0.3, 0.05, 0.0, -0.02, truth, truth - 1e-9, truth + 1e-9, truth - 1e-6, truth + 1e-6}) {
         Question question;
         question.threshold = distance;
-        Scene scene = freshAt(states, i);
+        PosedScene scene = freshAt(states, i);
         const PairProximity expected = scene.proximity(batch_->candidates[pair], question);
         const bool is_below = exact_.isBelow(pair, distance);
         ASSERT_EQ(is_below, !(expected.result.lower_bound > distance))

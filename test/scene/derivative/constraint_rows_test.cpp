@@ -9,6 +9,7 @@
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 #include "scene/small_robots.h"
 
@@ -69,23 +70,16 @@ Model ballsOnRails(int balls, const std::string& speed = "1") {
   return onRails(std::vector<std::string>(static_cast<std::size_t>(balls), ball("0.1")), speed);
 }
 
-/// A robot, what moves it, and its rows.
+/// A robot and its rows.
 struct Controlled {
-  Controlled(Model robot_model, int capacity)
-      : model(std::move(robot_model)), scene(model), derivatives(model), rows(model, capacity) {}
+  Controlled(Model robot_model, int capacity) : model(std::move(robot_model)), scene(model), rows(model, capacity) {}
 
-  void use(const std::shared_ptr<const Objects>& objects) {
-    scene.use(objects);
-    derivatives.use(objects);
-  }
-  void place(const BodyPoses& poses) {
-    scene.update(poses);
-    derivatives.update(poses);
-  }
+  void use(const std::shared_ptr<const Objects>& objects) { scene.use(objects); }
+  void place(const BodyPoses& poses) { scene.update(poses); }
   void place(const std::vector<double>& positions) { place(forwardKinematics(model->robot, positions)); }
   void update(const BodyPoses& poses, const VelocityDamper& damper = kDamper) {
     place(poses);
-    rows.update(scene, derivatives, damper);
+    rows.find(scene.scene, scene.state, damper);
   }
   void update(const std::vector<double>& positions, const VelocityDamper& damper = kDamper) {
     update(forwardKinematics(model->robot, positions), damper);
@@ -102,8 +96,7 @@ struct Controlled {
   }
 
   Model model;
-  Scene scene;
-  Derivatives derivatives;
+  PosedScene scene;
   ConstraintRows rows;
 };
 
@@ -455,20 +448,6 @@ std::string refusal(const VelocityDamper& damper) {
   return "";
 }
 
-TEST(ConstraintRows, AfterAFailureTheNextUpdateIsThatOfNewRows) {
-  Controlled robot(ballsOnRails(2), 4), fresh(robot.model, 4);
-  const auto objects = withBall(robot.model, "ball", 0.45);
-  robot.scene.use(objects);  // of which the derivatives do not know
-  EXPECT_THROW(robot.update({0.0, 0.25}), std::invalid_argument);
-  robot.derivatives.use(objects);
-  fresh.use(objects);
-  robot.update({0.0, 0.25});
-  fresh.update({0.0, 0.25});
-  EXPECT_EQ(usedRows(robot.rows), 2);
-  EXPECT_EQ(robot.rows.matrix(), fresh.rows.matrix());
-  EXPECT_EQ(robot.rows.bounds(), fresh.rows.bounds());
-}
-
 TEST(ConstraintRows, BadSettingsAreRefusedByName) {
   EXPECT_EQ(refusal({{kNaN, 0.0}, 0.2, 1.0}).find("stop_distance is"), 0U);
   EXPECT_EQ(refusal({{0.0, kNaN}, 0.2, 1.0}).find("object_stop_distance is"), 0U);
@@ -486,8 +465,8 @@ TEST(ConstraintRows, AnotherRobotIsRefused) {
   Controlled robot(ballsOnRails(2), 1), other(ballsOnRails(3), 1);
   robot.place({0.0, 0.3});
   other.place({0.0, 0.3, 0.6});
-  EXPECT_THROW(robot.rows.update(other.scene, robot.derivatives, kDamper), std::invalid_argument);
-  EXPECT_THROW(robot.rows.update(robot.scene, other.derivatives, kDamper), std::invalid_argument);
+  EXPECT_THROW(robot.rows.find(other.scene.scene, robot.scene.state, kDamper), std::invalid_argument);
+  EXPECT_THROW(robot.rows.find(robot.scene.scene, other.scene.state, kDamper), std::invalid_argument);
 }
 
 // --- from update to update
@@ -520,9 +499,9 @@ int rowWith(const std::vector<ConstraintRows::Row>& rows, const ShapeRefPair& pa
 
 /// Whether a velocity within the limits of the joints, with some more, may break what the damper asks of a pair.
 bool mayBind(const Controlled& robot, const PairProximity& pair, const VelocityDamper& damper) {
-  const DegreesOfFreedom& columns = robot.derivatives.degreesOfFreedom();
+  const DegreesOfFreedom& columns = robot.scene.state.degreesOfFreedom();
   VectorXd gradient(columns.size());
-  EXPECT_TRUE(robot.derivatives.gradient(pair, gradient));
+  EXPECT_TRUE(scene::gradient(robot.scene.state, pair, gradient));
   double rate = 0.0;
   for (int column = 0; column < columns.size(); ++column)
     if (std::abs(gradient[column]) > ConstraintRows::kNoChange)
@@ -566,7 +545,7 @@ void expectStable(const std::vector<ConstraintRows::Row>& before, const Controll
 
 void expectStableWalk(const Model& model, const VelocityDamper& damper, int capacity, int steps) {
   Controlled robot(model, capacity);
-  Scene other(model);
+  PosedScene other(model);
   Chance chance(3);
   std::vector<double> positions(model->robot.joints.size(), 0.0);
   walk(model->robot, chance, 0.5, positions);
@@ -712,7 +691,7 @@ std::vector<double> anywhere(Chance& chance, std::size_t joints, double reach) {
 }
 
 /// The smallest distance of the robot's candidates.
-double clearance(Scene& scene, const BodyPoses& poses) {
+double clearance(PosedScene& scene, const BodyPoses& poses) {
   scene.update(poses);
   return scene.minimum(scene.candidates())->result.distance;
 }
@@ -816,6 +795,7 @@ TEST(ConstraintRows, ArmsComeBelowTheStopDistanceByNoMoreThanTheirCurvatureInASt
 TEST(WithoutAModel, NothingCanBeAsked) {
   const std::shared_ptr<const SceneModel> none;
   EXPECT_THROW(Scene{none}, std::invalid_argument);
+  EXPECT_THROW(State{none}, std::invalid_argument);
   EXPECT_THROW(MovingScene{none}, std::invalid_argument);
   EXPECT_THROW(SceneBatch{none}, std::invalid_argument);
   EXPECT_THROW(Objects{none}, std::invalid_argument);

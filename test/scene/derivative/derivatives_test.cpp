@@ -5,6 +5,7 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "stress/gradient_checks.h"
 
 #include <gtest/gtest.h>
@@ -31,27 +32,20 @@ std::string jointOf(const std::string& name, const std::string& type, const std:
   return joint(name, type, parent, child, limits("-3", "3") + more);
 }
 
-/// A scene and its derivatives in the same poses.
+/// A scene and its derivatives.
 struct Asked {
   explicit Asked(const std::shared_ptr<const SceneModel>& model) : scene(model), derivatives(model) {}
 
-  void use(const std::shared_ptr<const Objects>& objects) {
-    scene.use(objects);
-    derivatives.use(objects);
-  }
-
-  void update(const BodyPoses& poses) {
-    scene.update(poses);
-    derivatives.update(poses);
-  }
+  void use(const std::shared_ptr<const Objects>& objects) { scene.use(objects); }
+  void update(const BodyPoses& poses) { scene.update(poses); }
 
   VectorXd gradientOf(const ShapeRefPair& pair) {
-    VectorXd gradient(derivatives.degreesOfFreedom().size());
-    EXPECT_TRUE(derivatives.gradient(scene.proximity(pair), gradient));
-    return gradient;
+    VectorXd found(scene.state.degreesOfFreedom().size());
+    EXPECT_TRUE(gradient(scene.state, scene.proximity(pair), found));
+    return found;
   }
 
-  Scene scene;
+  PosedScene scene;
   Derivatives derivatives;
 };
 
@@ -143,9 +137,9 @@ TEST_F(TwoBalls, AnUnknownPairHasNoGradient) {
   asked.update(poses);
   PairProximity unknown;
   unknown.asked = pair;
-  EXPECT_FALSE(asked.derivatives.gradient(unknown, gradient));
+  EXPECT_FALSE(scene::gradient(asked.scene.state, unknown, gradient));
   EXPECT_TRUE(gradient.array().isNaN().all());
-  EXPECT_TRUE(std::isnan(asked.derivatives.rate(unknown, VectorXd::Zero(12))));
+  EXPECT_TRUE(std::isnan(asked.derivatives.rate(asked.scene.state, unknown, VectorXd::Zero(12))));
 }
 
 TEST_F(TwoBalls, APairThatIsOnlyKnownToBeFarHasNoGradient) {
@@ -154,7 +148,7 @@ TEST_F(TwoBalls, APairThatIsOnlyKnownToBeFarHasNoGradient) {
   question.threshold = 0.1;
   const PairProximity far = asked.scene.proximity(pair, question);
   ASSERT_EQ(far.result.status, narrowphase::Status::Threshold);
-  EXPECT_FALSE(asked.derivatives.gradient(far, gradient));
+  EXPECT_FALSE(scene::gradient(asked.scene.state, far, gradient));
   EXPECT_TRUE(gradient.array().isNaN().all());
 }
 
@@ -164,8 +158,8 @@ TEST_F(TwoBalls, AMissingPoseBetweenThemLeavesNoGradient) {
   for (const std::string link : {"frame", "0", "1"}) {
     BodyPoses some = poses;
     some[bodyOf(model->robot, link)].reset();
-    asked.derivatives.update(some);
-    EXPECT_FALSE(asked.derivatives.gradient(answer, gradient)) << link;
+    asked.scene.update(some);
+    EXPECT_FALSE(scene::gradient(asked.scene.state, answer, gradient)) << link;
     EXPECT_TRUE(gradient.array().isNaN().all());
   }
 }
@@ -174,20 +168,15 @@ TEST_F(TwoBalls, AnotherNumberOfColumnsThrows) {
   asked.update(poses);
   const PairProximity answer = asked.scene.proximity(pair);
   VectorXd short_one(11);
-  EXPECT_THROW(asked.derivatives.gradient(answer, short_one), std::invalid_argument);
-  EXPECT_THROW(asked.derivatives.rate(answer, short_one), std::invalid_argument);
-}
-
-TEST_F(TwoBalls, AnotherNumberOfPosesThrows) {
-  EXPECT_THROW(asked.derivatives.update(BodyPoses(2)), std::invalid_argument);
-  EXPECT_THROW(asked.derivatives.update(poses, FramePoses(1)), std::invalid_argument);
+  EXPECT_THROW(scene::gradient(asked.scene.state, answer, short_one), std::invalid_argument);
+  EXPECT_THROW(asked.derivatives.rate(asked.scene.state, answer, short_one), std::invalid_argument);
 }
 
 TEST_F(TwoBalls, AnObjectThatDoesNotExistThrows) {
   asked.update(poses);
   PairProximity answer = asked.scene.proximity(pair);
   answer.asked.b = ShapeRef::ofObject(7);
-  EXPECT_THROW(asked.derivatives.gradient(answer, gradient), std::invalid_argument);
+  EXPECT_THROW(scene::gradient(asked.scene.state, answer, gradient), std::invalid_argument);
 }
 
 // --- against differences of the distance
@@ -307,14 +296,14 @@ class Meeting {
     Posture posture(model_->robot);
     place(posture, distance, chance);
     const GradientSample sample{posture, pair_};
-    const DegreesOfFreedom& columns = asked_.derivatives.degreesOfFreedom();
+    const DegreesOfFreedom& columns = asked_.scene.state.degreesOfFreedom();
     VectorXd velocity(12), gradient(12);
     for (Eigen::Index i = 0; i < velocity.size(); ++i) velocity[i] = chance.between(-0.5, 0.5);
     asked_.update(posture.poses());
     const PairProximity answer = asked_.scene.proximity(pair_);
     ASSERT_NEAR(answer.result.distance, distance, 1e-9) << a_.name << ", " << b_.name;
-    ASSERT_TRUE(asked_.derivatives.gradient(answer, gradient));
-    const double rate = asked_.derivatives.rate(answer, velocity), along = gradient.dot(velocity);
+    ASSERT_TRUE(scene::gradient(asked_.scene.state, answer, gradient));
+    const double rate = asked_.derivatives.rate(asked_.scene.state, answer, velocity), along = gradient.dot(velocity);
     EXPECT_LE(rate, along);
     if (answer.result.unique) {
       EXPECT_EQ(rate, along);
@@ -348,7 +337,7 @@ class Meeting {
   const Facing& b_;
   std::shared_ptr<const SceneModel> model_;
   Asked asked_;
-  Scene exact_;
+  PosedScene exact_;
   ShapeRefPair pair_;
 };
 
@@ -385,7 +374,7 @@ VectorXd anyVelocity(Chance& chance, Eigen::Index size) {
 void expectRates(const std::shared_ptr<const SceneModel>& model, const std::shared_ptr<const Objects>& objects,
                  const GradientSample& sample) {
   Asked asked(model);
-  Scene exact(model);
+  PosedScene exact(model);
   if (objects) {
     asked.use(objects);
     exact.use(objects);
@@ -393,13 +382,13 @@ void expectRates(const std::shared_ptr<const SceneModel>& model, const std::shar
   asked.update(sample.posture.poses());
   const PairProximity answer = asked.scene.proximity(sample.pair);
   ASSERT_FALSE(answer.result.unique);
-  const DegreesOfFreedom& columns = asked.derivatives.degreesOfFreedom();
+  const DegreesOfFreedom& columns = asked.scene.state.degreesOfFreedom();
   Chance chance(17);
   int judged = 0, below_gradient = 0;
   const int samples = repeats(60);
   for (int i = 0; i < samples; ++i) {
     const VectorXd velocity = anyVelocity(chance, columns.size());
-    const double rate = asked.derivatives.rate(answer, velocity);
+    const double rate = asked.derivatives.rate(asked.scene.state, answer, velocity);
     below_gradient += static_cast<int>(rate < asked.gradientOf(sample.pair).dot(velocity) - 1e-3);
     const auto difference = forwardDifference(DistanceAlong(exact, columns, sample, velocity));
     if (!difference) continue;
@@ -455,7 +444,7 @@ TEST(Rate, CountsAHalfSpaceInThePlaneOfAPieceOfTheSameObject) {
     const ShapeRef link{model->robot.findLink("0")}, paved_floor = ShapeRef::ofObject(0);
     Posture posture(model->robot);
     posture.setMotion(0, pose * at(0, 0, 0.35));
-    Scene scene(model);
+    PosedScene scene(model);
     scene.use(objects);
     scene.update(posture.poses());
     ++closest[scene.proximity({link, paved_floor}).collision_b];
@@ -491,7 +480,7 @@ TEST(Rate, OfConcentricShapesIsALowerBound) {
   int lower = 0;
   for (int i = 0; i < 20; ++i) {
     const VectorXd velocity = anyVelocity(chance, 12);
-    const double rate = asked.derivatives.rate(answer, velocity);
+    const double rate = asked.derivatives.rate(asked.scene.state, answer, velocity);
     // The ball moves as seen from the cube, and the nearest face on its way decides.
     const double truth = (velocity.segment<3>(6) - velocity.head<3>()).cwiseAbs().maxCoeff();
     EXPECT_LE(-truth - 1e-12, rate);
@@ -514,13 +503,13 @@ TEST(Rate, OfAMovingObjectNeedsItsPoseWhereAFaceMeetsAFace) {
   ASSERT_FALSE(answer.result.unique);
   VectorXd turn = VectorXd::Zero(12);
   turn[3] = 1.0;  // of the link about x: its face rises by y
-  asked.derivatives.update(poses);
-  EXPECT_TRUE(std::isnan(asked.derivatives.rate(answer, turn)));
-  asked.derivatives.update(poses, {at(0, 0, 0.5)});
-  EXPECT_NEAR(asked.derivatives.rate(answer, turn), -0.1, 1e-8);  // half of the tray
+  asked.scene.update(poses);
+  EXPECT_TRUE(std::isnan(asked.derivatives.rate(asked.scene.state, answer, turn)));
+  asked.scene.update(poses, {at(0, 0, 0.5)});
+  EXPECT_NEAR(asked.derivatives.rate(asked.scene.state, answer, turn), -0.1, 1e-8);  // half of the tray
 }
 
-TEST(Derivatives, AllocateNothingAfterTheFirstUpdate) {
+TEST(Derivatives, AllocateNothingAfterTheFirstQuestion) {
   const auto model = modelOf(floatingLinks({box("0.3 0.4 0.5"), cylinder("0.3", "0.5")}));
   const auto objects = std::make_shared<const Objects>(
       Objects(model).changed({AddObject{makeObject("hull", {{frustum()}}, Fixed{})},
@@ -535,15 +524,16 @@ TEST(Derivatives, AllocateNothingAfterTheFirstUpdate) {
   std::vector<PairProximity> answers;
   for (const ShapeRefPair& pair : {ShapeRefPair{block, can}, ShapeRefPair{can, tray}, ShapeRefPair{hull, block}})
     answers.push_back(asked.scene.proximity(pair));
-  asked.derivatives.update(poses, frames);
+  asked.scene.update(poses, frames);
   VectorXd gradient(12);
   const VectorXd velocity = VectorXd::Ones(12);
+  asked.derivatives.rate(asked.scene.state, answers.front(), velocity);
   const long before = allocations();
   for (const PairProximity& answer : answers) {
-    asked.derivatives.update(poses, frames);
-    EXPECT_TRUE(asked.derivatives.gradient(answer, gradient));
+    asked.scene.update(poses, frames);
+    EXPECT_TRUE(scene::gradient(asked.scene.state, answer, gradient));
     EXPECT_FALSE(answer.result.unique);
-    EXPECT_FALSE(std::isnan(asked.derivatives.rate(answer, velocity)));
+    EXPECT_FALSE(std::isnan(asked.derivatives.rate(asked.scene.state, answer, velocity)));
   }
   EXPECT_EQ(allocations(), before);
 }

@@ -5,6 +5,7 @@
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 
 #include <gtest/gtest.h>
@@ -28,11 +29,12 @@ const std::string kCrane =
 void expectWeights(const std::string& urdf, const char* a, const char* b, const std::vector<double>& expected) {
   const auto model = modelOf(urdf);
   FreeMotion free(model);
-  free.update(forwardKinematics(model->robot, {}));
-  ASSERT_EQ(free.degreesOfFreedom().size(), static_cast<int>(expected.size()));
-  VectorXd weights(free.degreesOfFreedom().size());
+  State state(model);
+  state.set(forwardKinematics(model->robot, {}));
+  ASSERT_EQ(state.degreesOfFreedom().size(), static_cast<int>(expected.size()));
+  VectorXd weights(state.degreesOfFreedom().size());
   for (const ShapeRefPair& pair : {pairOf(*model, a, b), pairOf(*model, b, a)}) {
-    ASSERT_TRUE(free.weights(pair, weights));
+    ASSERT_TRUE(free.weights(state, pair, weights));
     for (std::size_t i = 0; i < expected.size(); ++i)
       EXPECT_NEAR(weights[i], expected[i], expected[i] == 0.0 ? 0.0 : 1e-12) << i;
   }
@@ -79,28 +81,27 @@ TEST(FreeMotion, PairIsUnknownWhileAPoseBetweenIsMissing) {
   FreeMotion free(model);
   BodyPoses poses = forwardKinematics(model->robot, {});
   poses[bodyOf(model->robot, "mast")] = std::nullopt;
-  free.update(poses);
+  State state(model);
+  state.set(poses);
   VectorXd weights(2);
-  EXPECT_FALSE(free.weights(pairOf(*model, "post", "hook"), weights));
+  EXPECT_FALSE(free.weights(state, pairOf(*model, "post", "hook"), weights));
   EXPECT_TRUE(weights.array().isNaN().all());
 }
 
 TEST(FreeMotion, SizesThatDoNotFitAndUnknownNamesAreRefused) {
   const auto model = modelOf(kCrane);
   FreeMotion free(model);
-  free.update(forwardKinematics(model->robot, {}));
+  PosedScene scene(model);
+  scene.update(forwardKinematics(model->robot, {}));
   VectorXd three(3), two(2);
-  EXPECT_THROW(free.weights(pairOf(*model, "post", "hook"), three), std::invalid_argument);
-  EXPECT_THROW(free.weights({{0}, ShapeRef::ofObject(4)}, two), std::invalid_argument);
-  EXPECT_THROW(free.weights({{0}, {17}}, two), std::invalid_argument);
+  EXPECT_THROW(free.weights(scene.state, pairOf(*model, "post", "hook"), three), std::invalid_argument);
+  EXPECT_THROW(free.weights(scene.state, {{0}, ShapeRef::ofObject(4)}, two), std::invalid_argument);
+  EXPECT_THROW(free.weights(scene.state, {{0}, {17}}, two), std::invalid_argument);
   EXPECT_THROW(free.scale(three), std::invalid_argument);
   EXPECT_THROW(free.alone(2), std::invalid_argument);
-  EXPECT_THROW(free.update(BodyPoses(1)), std::invalid_argument);
-  Scene scene(model);
-  scene.update(forwardKinematics(model->robot, {}));
   FreeMotionQuestion question;
   question.thresholds.links = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(free.find(scene, question), std::invalid_argument);
+  EXPECT_THROW(free.find(scene.scene, scene.state, question), std::invalid_argument);
 }
 
 // --- of a scene
@@ -108,19 +109,16 @@ TEST(FreeMotion, SizesThatDoNotFitAndUnknownNamesAreRefused) {
 /// The crane's hook is sqrt(2^2 + 3^2 + 0.5^2) - 0.6 from the post.
 class CraneInAScene : public testing::Test {
  protected:
-  CraneInAScene() {
-    scene_.update(forwardKinematics(model_->robot, {}));
-    free_.update(forwardKinematics(model_->robot, {}));
-  }
+  CraneInAScene() { scene_.update(forwardKinematics(model_->robot, {})); }
   void find(double threshold, double influence) {
     FreeMotionQuestion question;
     question.thresholds = {threshold, threshold};
     question.influence_distance = influence;
-    free_.find(scene_, question);
+    free_.find(scene_.scene, scene_.state, question);
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kCrane);
-  Scene scene_{model_};
+  PosedScene scene_{model_};
   FreeMotion free_{model_};
   const double distance_ = std::sqrt(13.25) - 0.6;
 };
@@ -164,7 +162,6 @@ TEST_F(CraneInAScene, NothingIsFreeWhileAPairIsUnknown) {
   BodyPoses poses = forwardKinematics(model_->robot, {});
   poses[bodyOf(model_->robot, "hook")] = std::nullopt;
   scene_.update(poses);
-  free_.update(poses);
   find(0.0, 1.0);
   EXPECT_FALSE(free_.isKnown());
   EXPECT_EQ(free_.alone(0), 0.0);
@@ -175,14 +172,7 @@ TEST_F(CraneInAScene, DeadlineThatHasPassedLeavesNothingFree) {
   FreeMotionQuestion question;
   question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
   question.influence_distance = 10.0;
-  free_.find(scene_, question);
-  EXPECT_FALSE(free_.isKnown());
-}
-
-TEST_F(CraneInAScene, NewPosesForgetTheBubbles) {
-  find(0.0, 1.0);
-  ASSERT_TRUE(free_.isKnown());
-  free_.update(forwardKinematics(model_->robot, {}));
+  free_.find(scene_.scene, scene_.state, question);
   EXPECT_FALSE(free_.isKnown());
 }
 
@@ -191,19 +181,18 @@ TEST(FreeMotion, NoPairHasLargerWeightsThanTheBubbleOfAllOthers) {
   for (int i = 0; i < repeats(200); ++i) {
     const auto model = someRobot(chance);
     FreeMotion free(model);
-    Scene scene(model);
-    const BodyPoses poses = somePoses(model->robot, free.degreesOfFreedom(), chance);
+    PosedScene scene(model);
+    const BodyPoses poses = somePoses(model->robot, scene.state.degreesOfFreedom(), chance);
     scene.update(poses);
-    free.update(poses);
     FreeMotionQuestion question;
     question.influence_distance = -10.0;
     question.thresholds = {-10.0, -10.0};
-    free.find(scene, question);
+    free.find(scene.scene, scene.state, question);
     ASSERT_TRUE(free.isKnown());
     ASSERT_EQ(free.size(), 1);
-    VectorXd weights(free.degreesOfFreedom().size());
+    VectorXd weights(scene.state.degreesOfFreedom().size());
     for (const ShapeRefPair& pair : scene.candidates()) {
-      ASSERT_TRUE(free.weights(pair, weights));
+      ASSERT_TRUE(free.weights(scene.state, pair, weights));
       EXPECT_TRUE((weights.array() <= free[0].weights.array()).all());
     }
   }
@@ -212,23 +201,21 @@ TEST(FreeMotion, NoPairHasLargerWeightsThanTheBubbleOfAllOthers) {
 TEST(FreeMotion, AttachedObjectHasTheRadiusOfItsPlace) {
   const auto model = modelOf(kCrane);
   FreeMotion free(model);
-  Scene scene(model);
+  PosedScene scene(model);
   const auto objects = std::make_shared<const Objects>(Objects(model).changed(
       {AddObject{makeObject("load", {{narrowphase::Sphere{0.1}}}, Attached{"hook", {}, at(1, 0, 0)})},
        AddObject{makeObject("wall", {{HalfSpace{Vector3d::UnitX(), -5.0}}}, Fixed{})}}));
-  free.use(objects);
   scene.use(objects);
-  free.update(forwardKinematics(model->robot, {}));
   scene.update(forwardKinematics(model->robot, {}));
   VectorXd weights(2);
-  ASSERT_TRUE(
-      free.weights({ShapeRef::ofObject(objects->find("load")), ShapeRef::ofObject(objects->find("wall"))}, weights));
+  ASSERT_TRUE(free.weights(
+      scene.state, {ShapeRef::ofObject(objects->find("load")), ShapeRef::ofObject(objects->find("wall"))}, weights));
   EXPECT_NEAR(weights[0], 3.1, 1e-12);
   EXPECT_NEAR(weights[1], 1.0, 1e-12);
   FreeMotionQuestion question;
   question.influence_distance = 1.0;
   question.thresholds = {0.0, 0.25};
-  free.find(scene, question);
+  free.find(scene.scene, scene.state, question);
   ASSERT_EQ(free.size(), 1);
   EXPECT_NEAR(free.alone(0), 0.75 / 3.1, 1e-12);
 }
@@ -240,30 +227,28 @@ TEST(FreeMotion, ObjectsThatABodyCarriesHaveTheRadiusOfTheirPlace) {
                      hinge("swing", "post", "mast", "0 0 1") + slider("reach", "mast", "hook", "1 0 0", "2 0 0.5") +
                      joint("weld", "fixed", "hook", "tip", "<origin xyz=\"1 0 0\"/>")));
   FreeMotion free(model);
-  Scene scene(model);
+  PosedScene scene(model);
   const BodyPoses poses = forwardKinematics(model->robot, {});
   const auto expectWeights = [&](const Object& object, const std::vector<double>& expected) {
     SCOPED_TRACE(object.id);
     const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{object}}));
     const ShapeRefPair pair{{model->robot.findLink("post")}, ShapeRef::ofObject(objects->find(object.id))};
-    free.use(objects, carriersOnLinks(*objects));
-    scene.use(objects);
+    scene.use(objects, carriersOnLinks(*objects));
     const FramePoses frames = framePoses(*objects, poses);
     scene.update(poses, frames);
-    free.update(poses, frames);
     VectorXd weights(2);
-    ASSERT_TRUE(free.weights(pair, weights));
+    ASSERT_TRUE(free.weights(scene.state, pair, weights));
     FreeMotionQuestion question;
     question.influence_distance = -10.0;
     question.thresholds = {-10.0, -10.0};
-    free.find(scene, question);
+    free.find(scene.scene, scene.state, question);
     ASSERT_EQ(free.size(), 1);
     for (int i = 0; i < 2; ++i) {
       EXPECT_NEAR(weights[i], expected[static_cast<std::size_t>(i)], 1e-12);
       EXPECT_GE(free[0].weights[i], weights[i]);
     }
-    free.update(poses);  // without those of frames
-    EXPECT_EQ(free.weights(pair, weights), object.id == "wall");
+    scene.update(poses);  // without those of frames
+    EXPECT_EQ(free.weights(scene.state, pair, weights), object.id == "wall");
   };
   expectWeights(makeObject("load", {{narrowphase::Sphere{0.1}}}, Moving{"tip", at(1, 0, 0)}), {4.1, 1.0});
   // Seen from the half-space, which turns with the mast, the post turns about the mast.
@@ -272,45 +257,34 @@ TEST(FreeMotion, ObjectsThatABodyCarriesHaveTheRadiusOfTheirPlace) {
 
 // Regression: bubbles of the pairs before the one that threw were taken for those of all pairs.
 TEST_F(CraneInAScene, NothingIsKnownAfterAFailure) {
-  const auto objects = std::make_shared<const Objects>(
-      Objects(model_).changed({AddObject{makeObject("crate", {{narrowphase::Sphere{0.1}}}, Fixed{at(2, 0.5, 0.5)})}}));
   find(0.0, 10.0);
-  scene_.use(objects);  // which the bubbles do not know of
-  EXPECT_THROW(find(0.0, 10.0), std::invalid_argument);
+  ASSERT_TRUE(free_.isKnown());
+  PairProximity unknown = *scene_.minimum(scene_.candidates());
+  unknown.asked.b = ShapeRef::ofObject(0);
+  EXPECT_THROW(free_.find(scene_.state, &unknown, &unknown + 1, {}), std::invalid_argument);
   EXPECT_FALSE(free_.isKnown());
   EXPECT_EQ(free_.alone(0), 0.0);
 }
 
-TEST_F(CraneInAScene, SceneWithOtherObjectsOrOfAnotherRobotIsRefused) {
-  const auto objects = std::make_shared<const Objects>(Objects(model_).changed(
-      {AddObject{makeObject("load", {{narrowphase::Sphere{0.1}}}, Attached{"hook", {"hook"}, at(5, 0, 0)})}}));
-  scene_.use(objects);
-  EXPECT_THROW(find(0.0, -1.0), std::invalid_argument);  // no pair is near enough to be looked at
-  free_.use(objects);
-  EXPECT_NO_THROW(find(0.0, -1.0));
-
-  const auto other = modelOf(kCrane);
-  EXPECT_THROW(FreeMotion(other).use(objects), std::invalid_argument);
-  EXPECT_THROW(Derivatives(other).use(objects), std::invalid_argument);
-  Scene other_scene(other);
-  other_scene.update(forwardKinematics(other->robot, {}));
-  EXPECT_THROW(free_.find(other_scene, {}), std::invalid_argument);
+TEST_F(CraneInAScene, SceneOfAnotherRobotIsRefused) {
+  PosedScene other(modelOf(kCrane));
+  EXPECT_THROW(free_.find(other.scene, scene_.state, {}), std::invalid_argument);
+  EXPECT_FALSE(free_.isKnown());
 }
 
 TEST(FreeMotion, AllocatesNothingOnceItHasItsRoom) {
   Chance chance(5);
   const auto model = someRobot(chance);
-  Scene scene(model);
+  PosedScene scene(model);
   FreeMotion free(model);
   FreeMotionQuestion question;
   question.influence_distance = 10.0;
   std::vector<BodyPoses> states;
-  for (int i = 0; i < 20; ++i) states.push_back(somePoses(model->robot, free.degreesOfFreedom(), chance));
-  const VectorXd motion = VectorXd::Ones(free.degreesOfFreedom().size());
+  for (int i = 0; i < 20; ++i) states.push_back(somePoses(model->robot, scene.state.degreesOfFreedom(), chance));
+  const VectorXd motion = VectorXd::Ones(scene.state.degreesOfFreedom().size());
   const auto ask = [&](const BodyPoses& poses) {
     scene.update(poses);
-    free.update(poses);
-    free.find(scene, question);
+    free.find(scene.scene, scene.state, question);
     return free.scale(motion) + free.alone(0);
   };
   for (const BodyPoses& poses : states) ask(poses);

@@ -9,11 +9,11 @@
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/batch/batch_robots.h"
 #include "scene/batch/verdicts.h"
 #include "scene/lanes/link_outline.h"
+#include "scene/posed_scene.h"
 #include "scene/random_states.h"
 
 #include <gtest/gtest.h>
@@ -224,7 +224,7 @@ TEST(LaneBounds, HoldTheSignedDistance) {
   for (const NamedModel& robot : robots()) {
     SCOPED_TRACE(robot.name);
     LaneBounds bounds(*robot.model);
-    Scene scene(robot.model);
+    PosedScene scene(robot.model);
     const Candidates& candidates = scene.candidates();
     const int count = std::min(LaneBounds::kBlock, statesToTest() / 10);
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 21);
@@ -275,7 +275,7 @@ TEST(LaneBounds, OfPiecesHoldTheSignedDistance) {
   for (const NamedModel& robot : robots()) {
     SCOPED_TRACE(robot.name);
     LaneBounds bounds(*robot.model);
-    Scene scene(robot.model);
+    PosedScene scene(robot.model);
     const Candidates& candidates = scene.candidates();
     const int count = std::min(LaneBounds::kBlock, statesToTest());
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 57);
@@ -419,7 +419,7 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
   for (const NamedModel& robot : robots()) {
     SCOPED_TRACE(robot.name);
     LaneBounds bounds(*robot.model);
-    Scene scene(robot.model);
+    PosedScene scene(robot.model);
     const int count = std::min(LaneBounds::kBlock, repeats(20));
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 22);
     bounds.place(states);
@@ -450,7 +450,7 @@ TEST(LaneBounds, ProveNoSideOfAThresholdThatIsWrong) {
 }
 
 /// Whether anything is below, by one Scene for the state.
-Kind kindByScene(Scene& scene, const RobotModel& robot, const std::vector<double>& positions, double distance) {
+Kind kindByScene(PosedScene& scene, const RobotModel& robot, const std::vector<double>& positions, double distance) {
   Question question;
   question.threshold = distance;
   scene.update(forwardKinematics(robot, positions));
@@ -465,7 +465,7 @@ TEST(Verdicts, AreThoseOfAScene) {
   for (const NamedModel& robot : robots()) {
     SCOPED_TRACE(robot.name);
     Verdicts verdicts(std::make_shared<const BatchModel>(robot.model));
-    Scene scene(robot.model, Skipping::On);
+    PosedScene scene(robot.model, Skipping::On);
     const int count = statesToTest() / 2;
     const MatrixXd states = statesOfManyTurns(robot.model->robot, count, 41);
     for (const double distance : {-0.02, 0.0, 0.05, 0.3}) {
@@ -531,7 +531,7 @@ TEST(Verdicts, StatesBeyondTheLanesAreDecidedExactly) {
   states(31, 2) = kInfinity;
   const std::vector<StateVerdict>& found = verdicts.anyBelow(states, 0.05);
   EXPECT_EQ(verdicts.counts().unplaced_states, 20);
-  Scene scene(model);
+  PosedScene scene(model);
   for (int i = 0; i < 40; ++i) {
     const Kind kind = found[i].kind;
     if (i == 30 || i == 31) {

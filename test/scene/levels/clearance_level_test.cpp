@@ -4,6 +4,7 @@
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 
 #include <gtest/gtest.h>
@@ -81,7 +82,7 @@ class Balls : public testing::Test {
   std::string decide(const LevelThresholds& thresholds, const LevelBefore& before = {}) {
     scene_.update(forwardKinematics(model_->robot, {}));
     const PairProximity closest = *scene_.minimum(scene_.candidates());
-    decided_ = decidingPair(scene_, scene_.candidates(), closest, thresholds, {}, before);
+    decided_ = decidingPair(scene_.scene, scene_.state, scene_.candidates(), closest, thresholds, {}, before);
     const ShapeRefPair& pair = decided_.pair.asked;
     return model_->robot.links[pair.a.link()].name + " - " + model_->robot.links[pair.b.link()].name;
   }
@@ -91,7 +92,7 @@ class Balls : public testing::Test {
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kBalls);
-  Scene scene_{model_};
+  PosedScene scene_{model_};
   DecidingPair decided_;
 };
 
@@ -299,7 +300,7 @@ TEST(DecidingPair, IsTheWorstOfAllPairsWithObjectsToo) {
     changes.push_back(AddObject{makeObject("ball " + std::to_string(i), {{Shape(Sphere{0.08})}}, place)});
   }
   const auto objects = std::make_shared<const Objects>(Objects(model).changed(changes));
-  Scene scene(model), everything(model, Skipping::Off);
+  PosedScene scene(model), everything(model, Skipping::Off);
   scene.use(objects);
   everything.use(objects);
   int of_level[4] = {}, not_closest = 0;
@@ -328,7 +329,7 @@ TEST(DecidingPair, IsTheWorstOfAllPairsWithObjectsToo) {
       worst = std::max(worst, level.level);
     }
     const PairProximity closest = *scene.minimum(scene.candidates());
-    const DecidingPair decided = decidingPair(scene, scene.candidates(), closest, thresholds);
+    const DecidingPair decided = decidingPair(scene.scene, scene.state, scene.candidates(), closest, thresholds);
     ASSERT_EQ(decided.level.level, worst);
     ASSERT_NEAR(decided.pair.result.lower_bound - decided.level.threshold, smallest, 2e-9);
     ++of_level[static_cast<int>(worst)];

@@ -5,8 +5,8 @@
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 #include "scene/small_robots.h"
 
 #include <gtest/gtest.h>
@@ -284,7 +284,7 @@ class DistancesOfJoinedRobots : public testing::Test {
   const std::shared_ptr<const SceneModel> model_ =
       std::make_shared<const SceneModel>(makeSceneModel(twoArms(), Srdfs{kSrdf, kSrdf}));
   const int links_ = static_cast<int>(alone_->robot.links.size());
-  Scene left_{alone_}, right_{alone_}, both_{model_};
+  PosedScene left_{alone_}, right_{alone_}, both_{model_};
   BodyPoses left_poses_, right_poses_;
 };
 
@@ -296,7 +296,7 @@ TEST_F(DistancesOfJoinedRobots, AreInEachRobotThoseOfTheRobotAloneBitForBit) {
     for (const PairProximity& pair : both_.all(both_.candidates())) {
       const bool of_left = pair.asked.b.link() < links_, of_right = pair.asked.a.link() >= links_;
       if (!of_left && !of_right) continue;
-      Scene& single = of_left ? left_ : right_;
+      PosedScene& single = of_left ? left_ : right_;
       const int first = of_left ? 0 : links_;
       const PairProximity own = single.proximity({{pair.asked.a.link() - first}, {pair.asked.b.link() - first}});
       EXPECT_TRUE(isSame(pair.result, own.result)) << "state " << state;

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/motion/spline_scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "scene/small_robots.h"
 #include "scene/solids.h"
 
@@ -351,7 +352,7 @@ void expectSamePoses(const BodyPoses& poses, const BodyPoses& expected) {
 void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int motions, int states,
                          double contact_distance) {
   MovingScene moving(model);
-  Scene scene(model);
+  PosedScene scene(model);
   const Candidates pairs = scene.candidates();
   JointMotions random(model->robot, 3);
   int contacts = 0, exact = 0;

@@ -1,8 +1,8 @@
 // Objects of all placements in motions: on paper, and at random beside states that are computed on their own.
 #include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/objects/placed_object.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 
 #include <gtest/gtest.h>
@@ -225,7 +225,7 @@ TEST_F(CubeAndBall, KindOfPairsIsHeeded) {
 TEST_F(CubeAndBall, TwinHasTheSameObjects) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
   EXPECT_TRUE(scene_.forAnotherThread().timeOfContact(candidates_, motion(6.0)).contact);
-  EXPECT_EQ(MovingScene(model_).objects(), nullptr);
+  EXPECT_TRUE(MovingScene(model_).objects()->empty());
 }
 
 TEST_F(CubeAndBall, RemovedObjectIsNotMet) {
@@ -443,7 +443,7 @@ class PairsOfSeveralPieces : public testing::Test {
   const std::shared_ptr<const SceneModel> model_ = randomModel();
   std::shared_ptr<const Objects> objects_;
   MovingScene moving_{model_};
-  Scene still_{model_};
+  PosedScene still_{model_};
 };
 
 // Regression: where the pose of the world is not known, the lower bounds of pairs with held objects were those of two
@@ -551,7 +551,7 @@ struct MotionAtRandom {
   std::function<Isometry3d(const BodyPoses&)> world;
   std::function<FramePoses(double, const BodyPoses&)> frames;
 
-  void place(Scene& scene, double time) const {
+  void place(PosedScene& scene, double time) const {
     BodyPoses poses = bodies(time);
     const Isometry3d world_T_poses = world(poses).inverse();
     for (auto& pose : poses) pose = world_T_poses * *pose;
@@ -702,7 +702,7 @@ bool isAttached(const Objects& objects, const ShapeRefPair& pair) {
 
 /// Objects and a motion, if possible one that does not begin in contact. The scene takes the objects.
 enum class Start : unsigned char { Any, Apart };
-std::pair<std::shared_ptr<const Objects>, MotionAtRandom> nextOf(Motions& motions, Scene& scene, int count,
+std::pair<std::shared_ptr<const Objects>, MotionAtRandom> nextOf(Motions& motions, PosedScene& scene, int count,
                                                                  Meshes meshes, Start start) {
   for (int tries = 0;; ++tries) {
     const std::shared_ptr<const Objects> objects = motions.someObjects(count, meshes);
@@ -756,7 +756,7 @@ TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNo
   const std::shared_ptr<const SceneModel> model = arm();
   Motions motions(model, GetParam().moved);
   MovingScene moving(model);
-  Scene scene(model);
+  PosedScene scene(model);
   const Candidates& candidates = scene.candidates();
   Chance chance(3);
   int contacts = 0, with_object = 0, with_attached = 0, from_the_beginning = 0, undecided = 0;

@@ -4,10 +4,10 @@
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/motion/moving_scene.h"
 #include "proximity_server/scene/objects/object_editor.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 #include "scene/random_states.h"
 #include "scene/small_robots.h"
@@ -242,7 +242,7 @@ Counts compareWithStates(const std::shared_ptr<const SceneModel>& model, const s
   const RobotModel& robot = model->robot;
   Chance chance(seed);
   SplineScene splines(model);
-  Scene states(model);
+  PosedScene states(model);
   SplineQuestion question;
   if (objects) {
     splines.use(objects);

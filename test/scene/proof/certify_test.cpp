@@ -5,6 +5,7 @@
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "scene/proof/random_boxes.h"
 #include "scene/random_objects.h"
 
@@ -29,7 +30,7 @@ struct Certified {
 
 /// [m] The smallest distance of some states, less the padding.
 double sampledDistance(const Certified& it, int states, Chance& chance) {
-  Scene scene(it.model);
+  PosedScene scene(it.model);
   if (it.objects) scene.use(it.objects);
   double closest = std::numeric_limits<double>::infinity();
   for (int s = 0; s < states; ++s)

@@ -2,10 +2,10 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/proof/prove_apart.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 #include "scene/query/same_pair.h"
 #include "scene/small_robots.h"
 #include "scene/two_arms.h"
@@ -46,7 +46,7 @@ struct SledAnswer {
   int by_proof;
 };
 
-SledAnswer askSled(Scene& scene, const BodyPoses& poses, double threshold) {
+SledAnswer askSled(PosedScene& scene, const BodyPoses& poses, double threshold) {
   scene.update(poses);
   Question question;
   question.threshold = threshold;
@@ -59,7 +59,7 @@ SledAnswer askSled(Scene& scene, const BodyPoses& poses, double threshold) {
 
 TEST(ConditionalPairs, APairIsSkippedWhereItIsProvenApart) {
   const auto model = modelOf(kSled);
-  Scene scene(with(*model, sledFile(model->robot)));
+  PosedScene scene(with(*model, sledFile(model->robot)));
   const auto poses = [&](double slide) { return forwardKinematics(model->robot, {{"lift", 0.1}, {"slide", slide}}); };
   EXPECT_EQ(askSled(scene, poses(0.25), 0.9).by_proof, 1);
   EXPECT_EQ(askSled(scene, poses(0.25), 1.0).by_proof, 0) << "the bound does not exceed the threshold";
@@ -72,7 +72,7 @@ TEST(ConditionalPairs, PaddingIsSubtractedFromTheBound) {
   const RobotModel robot = robotOf(kSled);
   PairFilterOptions options;
   options.pair_padding = {{{"wall", "sled"}, 0.05}};
-  Scene scene(with(*modelOf(robot, options), sledFile(robot)));
+  PosedScene scene(with(*modelOf(robot, options), sledFile(robot)));
   const BodyPoses poses = forwardKinematics(robot, {{"slide", 0.25}});
   EXPECT_EQ(askSled(scene, poses, 0.945).by_proof, 1);
   EXPECT_EQ(askSled(scene, poses, 0.955).by_proof, 0);
@@ -80,7 +80,7 @@ TEST(ConditionalPairs, PaddingIsSubtractedFromTheBound) {
 
 TEST(ConditionalPairs, PosesThatAreNotThoseOfTheModelUseNoProof) {
   const auto model = modelOf(kSled);
-  Scene scene(with(*model, sledFile(model->robot)));
+  PosedScene scene(with(*model, sledFile(model->robot)));
   BodyPoses poses = forwardKinematics(model->robot, {{"slide", 0.25}});
   const int sled = bodyOf(model->robot, "sled"), rail = bodyOf(model->robot, "rail");
   EXPECT_EQ(askSled(scene, poses, 0.5).by_proof, 1);
@@ -103,7 +103,7 @@ TEST(ConditionalPairs, AFollowerMustFollow) {
   const auto model = modelOf(urdf);
   const std::string yaml =
       conditionalPairsYaml(model->robot, {{pairOf(*model, "wall", "sled"), 1.0, {{{0, -1.0, 0.15}}}}});
-  Scene scene(with(*model, yaml));
+  PosedScene scene(with(*model, yaml));
   BodyPoses poses = forwardKinematics(model->robot, {{"first", 0.12}});
   EXPECT_EQ(askSled(scene, poses, 0.5).by_proof, 1);
   const int sled = bodyOf(model->robot, "sled");
@@ -120,7 +120,7 @@ TEST(ConditionalPairs, PositionsAreThoseNearestToTheMiddleOfTheLimits) {
   const auto model = modelOf(robotOf(urdf), options);
   const std::string yaml =
       conditionalPairsYaml(model->robot, {{pairOf(*model, "post", "beam"), 5.0, {{{0, 2.0, 4.0}}}}});
-  Scene scene(with(*model, yaml));
+  PosedScene scene(with(*model, yaml));
   EXPECT_EQ(askSled(scene, forwardKinematics(model->robot, {{"turn", 3.5}}), 4.0).by_proof, 1);
   EXPECT_EQ(askSled(scene, forwardKinematics(model->robot, {{"turn", 3.5 - 2.0 * M_PI}}), 4.0).by_proof, 1);
   EXPECT_EQ(askSled(scene, forwardKinematics(model->robot, {{"turn", 4.5}}), 4.0).by_proof, 0);
@@ -246,13 +246,13 @@ bool areSameLists(const std::vector<PairProximity>& some, const std::vector<Pair
 long expectSameAnswers(const std::shared_ptr<const SceneModel>& plain, const std::vector<ConditionalPair>& pairs,
                        int states, std::mt19937_64& random) {
   const auto conditional = with(*plain, conditionalPairsYaml(plain->robot, pairs));
-  const Scene first_plain(plain), first_conditional(conditional);
+  const PosedScene first_plain(plain), first_conditional(conditional);
   const std::vector<JointRange> ranges = jointRanges(plain->robot);
   long by_proof = 0;
   for (int state = 0; state < states; ++state) {
     const BodyPoses poses = forwardKinematics(plain->robot, randomPositions(plain->robot, ranges, random));
     for (const double threshold : {0.0, 0.02, 0.05, 0.3, std::numeric_limits<double>::infinity()}) {
-      Scene without = first_plain.forAnotherThread(), with_proofs = first_conditional.forAnotherThread();
+      PosedScene without = first_plain.forAnotherThread(), with_proofs = first_conditional.forAnotherThread();
       without.update(poses);
       with_proofs.update(poses);
       const Candidates& list = without.candidates();

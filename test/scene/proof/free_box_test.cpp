@@ -1,8 +1,8 @@
 #include "proximity_server/scene/proof/free_box.h"
 
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 #include "scene/small_robots.h"
 
@@ -82,7 +82,7 @@ TEST(FreeBox, WrongQuestionsAreRefused) {
 TEST(FreeBox, NoStateOfItIsInContact) {
   Chance chance(44);
   const auto model = arm();
-  Scene scene(model);
+  PosedScene scene(model);
   const std::vector<JointRange> ranges = jointRanges(model->robot);
   std::mt19937_64 random(45);
   int boxes = 0;

@@ -3,6 +3,7 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
+#include "scene/posed_scene.h"
 #include "scene/proof/random_boxes.h"
 #include "scene/random_objects.h"
 #include "scene/small_robots.h"
@@ -124,7 +125,7 @@ TEST(ProveApart, ADeadlineThatHasPassedLeavesAllBoxes) {
 
 TEST(ProveApart, FixedJointsMakeAStateOfABox) {
   const auto model = modelOf(kPlanarArm);
-  Scene scene(model);
+  PosedScene scene(model);
   const ShapeRefPair pair = pairOf(*model, "wall", "fore");
   const PairProof proof = proofOf(model, "wall", "fore", boxOf(*model, {{2.0, 2.0}, {0.5, 0.5}}));
   EXPECT_EQ(proof.outcome, ProofOutcome::Proven);
@@ -193,7 +194,7 @@ TEST(ProveApart, NoStateOfABoxIsCloserThanItsBound) {
   int outcomes[3] = {0, 0, 0}, near_bound = 0, states = 0;
   for (int i = 0; i < repeats(120); ++i) {
     const auto model = someRobot(chance);
-    Scene scene(model);
+    PosedScene scene(model);
     const JointBox box = someBox(model->robot, chance);
     ProofQuestion question;
     question.most_boxes = chance.below(3) == 0 ? 60 : 7;
@@ -234,7 +235,7 @@ TEST(ProveApart, NoStateIsCloserToAnObjectThanTheBound) {
         Objects(model).changed({AddObject{someObject("crate", Fixed{chance.pose(0.8)}, chance)},
                                 AddObject{someObject("dish", Moving{"fore", chance.pose(0.3)}, chance)},
                                 AddObject{someObject("tool", Attached{"hand", {}, chance.pose(0.2)}, chance)}}));
-    Scene scene(model);
+    PosedScene scene(model);
     scene.use(objects);
     const JointBox box = someBox(model->robot, chance);
     ProofQuestion question;
@@ -262,7 +263,7 @@ TEST(ProveApart, SharesOfTwoJointsBracketTheTrueOnes) {
   const ShapeRefPair pair = pairOf(*model, "wall", "fore");
   const JointBox box = jointRanges(model->robot);
   constexpr int kSteps = 200;
-  Scene scene(model);
+  PosedScene scene(model);
   int in_contact = 0;
   for (int i = 0; i < kSteps * kSteps; ++i) {
     const auto at = [](const JointRange& range, int step) {

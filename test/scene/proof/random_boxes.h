@@ -4,7 +4,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/proof/joint_box.h"
-#include "proximity_server/scene/query/scene.h"
+#include "scene/posed_scene.h"
 
 #include <algorithm>
 #include <vector>
@@ -12,7 +12,7 @@
 namespace proximity_server::scene {
 
 /// [m] The upper bound of the distance of a pair in a state.
-inline double distanceIn(Scene& scene, const Positions& positions, const ShapeRefPair& pair) {
+inline double distanceIn(PosedScene& scene, const Positions& positions, const ShapeRefPair& pair) {
   const BodyPoses poses = forwardKinematics(scene.model().robot, positions);
   if (scene.objects())
     scene.update(poses, framePoses(*scene.objects(), poses));

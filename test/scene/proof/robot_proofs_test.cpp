@@ -1,6 +1,7 @@
 // Boxes of joint positions of real robots. With PROXIMITY_REPEATS many more states are searched.
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "scene/proof/random_boxes.h"
 #include "scene/random_states.h"
 
@@ -14,7 +15,7 @@ namespace proximity_server::scene::robot_proofs_test {
 
 /// No state of some boxes is closer than what is proven.
 void searchStatesOfBoxes(const std::shared_ptr<const SceneModel>& model, int count, Chance& chance) {
-  Scene scene(model);
+  PosedScene scene(model);
   int outcomes[3] = {0, 0, 0}, states = 0;
   for (int i = 0; i < count; ++i) {
     std::vector<double> radii(model->robot.joints.size());

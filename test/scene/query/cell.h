@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/query/scene.h"
+#include "scene/posed_scene.h"
 #include "scene/small_robots.h"
 
 #include <memory>
@@ -26,16 +26,16 @@ class Cell {
 
   void change(const std::vector<ObjectChange>& changes) {
     objects_ = std::make_shared<const Objects>(objects_->changed(changes));
-    for (Scene& scene : scenes_) scene.use(objects_);
+    for (PosedScene& scene : scenes_) scene.use(objects_);
   }
   void move(const std::string& id, const Placement& placement) {
     change({ReplaceObject{{id, objects_->object(objects_->find(id))->geometry, placement}}});
   }
   void put(const std::vector<Eigen::Isometry3d>& poses, const FramePoses& frames = {}) {
-    for (Scene& scene : scenes_) scene.update(posesOf(model_->robot, poses), frames);
+    for (PosedScene& scene : scenes_) scene.update(posesOf(model_->robot, poses), frames);
   }
-  Scene& scene() { return scenes_.front(); }
-  Scene& withoutSkipping() { return scenes_.back(); }
+  PosedScene& scene() { return scenes_.front(); }
+  PosedScene& withoutSkipping() { return scenes_.back(); }
   const RobotModel& robot() const { return model_->robot; }
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
   ShapeRef link(const char* name) const { return {model_->robot.findLink(name)}; }
@@ -47,7 +47,7 @@ class Cell {
  private:
   std::shared_ptr<const SceneModel> model_;
   std::shared_ptr<const Objects> objects_;
-  std::vector<Scene> scenes_;
+  std::vector<PosedScene> scenes_;
 };
 
 /// A mesh becomes its triangles where no tolerance is given.

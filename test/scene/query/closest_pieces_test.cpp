@@ -155,12 +155,13 @@ struct TwoCompounds {
 
   ClosestPieces closest(const RelativePose& a_T_b, double limit = kInfinity, const Question& question = {},
                         const LeafPair& likely = {}, double padding = 0.0, Skipping skipping = Skipping::On) const {
-    PieceSearch search(robot, model.pieces.size(), skipping);
+    PieceSearch search(model.pieces.size(), skipping);
+    search.see(robot);
     return search.between({{a, b}, -kInfinity, 0, padding}, a_T_b, likely, limit, question);
   }
 
   std::vector<int> leavesBelow(int volume) const {
-    const Volume& top = robot.volumes()[volume];
+    const Volume& top = (*robot.volumes())[volume];
     if (top.isLeaf()) return {volume};
     std::vector<int> leaves = leavesBelow(top.parts[0]);
     const std::vector<int> others = leavesBelow(top.parts[1]);
@@ -175,7 +176,7 @@ struct TwoCompounds {
     return pairs;
   }
 
-  const Piece& pieceOf(int leaf) const { return model.pieces[robot.volumes()[leaf].piece]; }
+  const Piece& pieceOf(int leaf) const { return model.pieces[(*robot.volumes())[leaf].piece]; }
 
   /// By the narrowphase alone, without bounds and memory.
   double distanceOf(const LeafPair& pair, const RelativePose& a_T_b) const {

@@ -1,7 +1,7 @@
 // Distances of objects: on paper, and against the same geometry elsewhere.
 #include "proximity_server/narrowphase/signed_distance.h"
-#include "proximity_server/scene/query/scene.h"
 #include "scene/files.h"
+#include "scene/posed_scene.h"
 #include "scene/query/cell.h"
 
 #include <gtest/gtest.h>
@@ -125,7 +125,7 @@ TEST(AttachedObject, AnswersAsALinkOfTheSameGeometry) {
   const auto welded = modelOf(urdfOf(link("frame") + link("0", links[0]) + link("1", links[1]) + link("tool", boxes) +
                                      joint("a", "floating", "frame", "0") + joint("b", "floating", "frame", "1") +
                                      joint("hold", "fixed", "0", "tool", origin("0.2 -0.1 0.4", "0.3 0.2 0.1"))));
-  Scene expected(welded);
+  PosedScene expected(welded);
   Cell cell(links);
   const Link& tool = welded->robot.links[welded->robot.findLink("tool")];
   cell.change({add("tool", {{Shape(Box{{0.1, 0.2, 0.3}}), at(0.1, 0, 0)}, {Shape(Cylinder{0.1, 0.4}), at(0, 0.3, 0)}},
@@ -412,7 +412,7 @@ TEST(ASceneWithObjects, RefusesWhatIsNotThere) {
 TEST(ASceneWithObjects, GivesItsObjectsToThatOfAnotherThread) {
   Cell cell({ball("1")});
   cell.change({add("floor", {{kFloor}}, Fixed{})});
-  Scene other = cell.scene().forAnotherThread();
+  PosedScene other = cell.scene().forAnotherThread();
   EXPECT_EQ(other.objects(), cell.objects().get());
   other.update(posesOf(cell.robot(), {at(0, 0, 5)}), {});
   EXPECT_NEAR(other.minimum(other.candidates())->result.distance, 4.0, 1e-12);

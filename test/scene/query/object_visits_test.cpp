@@ -27,11 +27,10 @@ class ObjectsAbout : public testing::Test {
       changes.push_back(add("object" + std::to_string(i), {{Shape(Sphere{1.0})}}, Moving{std::to_string(i)}));
     const auto objects = std::make_shared<const Objects>(Objects(model_).changed(changes));
     robot_.use(objects);
-    robot_.update(posesOf(model_->robot, {at(0, 0, 0)}));
     FramePoses poses;
     for (const std::string& frame : objects->frames())
       poses.emplace_back(Eigen::Isometry3d(Eigen::Translation3d(places[std::stoul(frame)])));
-    robot_.updateFrames(poses);
+    robot_.update(posesOf(model_->robot, {at(0, 0, 0)}), poses);
     visits_.fit(robot_);
   }
 

@@ -6,9 +6,9 @@
 #include "peers/robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "scene/random_states.h"
 #include "tools/second_opinion/fcl_shape.h"
 
@@ -108,7 +108,7 @@ class SceneAndFcl : public testing::TestWithParam<ExampleRobot> {
 TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
   const Meshes truth(load(kHulls));
   const RobotModel& robot = truth.model->robot;
-  Scene scene(truth.model);
+  PosedScene scene(truth.model);
   Chance chance(7);
   int apart = 0, meeting = 0;
   for (int state = 0; state < kStates; ++state) {
@@ -135,7 +135,7 @@ TEST_P(SceneAndFcl, EveryCandidatePairOfRandomStatesAgreesWhereApart) {
 /// Checks a few states against the triangles of the meshes; both are apart, or no judgement is passed.
 void expectAgreement(const std::shared_ptr<const SceneModel>& model, const Meshes& truth, int states,
                      double agreement) {
-  Scene scene(model);
+  PosedScene scene(model);
   Chance chance(11);
   int apart = 0;
   for (int state = 0; state < states; ++state) {

@@ -5,6 +5,7 @@
 #include "oracle/shape_pairs.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
+#include "scene/posed_scene.h"
 #include "scene/query/all_pairs.h"
 #include "scene/query/same_pair.h"
 
@@ -110,11 +111,11 @@ class RobotMaker {
   SceneModel model_;
 };
 
-Scene sceneOf(const Shape& a, const Shape& b, double padding = 0.0) {
+PosedScene sceneOf(const Shape& a, const Shape& b, double padding = 0.0) {
   RobotMaker maker;
   const int link_a = maker.addBodyOf(a), link_b = maker.addBodyOf(b);
   maker.pad(link_a, link_b, padding);
-  return Scene(maker.finish());
+  return PosedScene(maker.finish());
 }
 
 const ShapeRefPair kFirstTwo{{0, 0}, {1, 0}};
@@ -136,7 +137,7 @@ bool sameNumbers(const SignedDistance& a, const SignedDistance& b) {
 
 // Centres (1, 2, 3) and (1, 2, 3) + 5 * (0, 0.6, 0.8), radii 1 and 2: the gap is 2.
 TEST(Scene, DistanceOfTwoSpheresIsThatOnPaperInTheFrameOfThePoses) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{2.0});
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{2.0});
   Isometry3d turned = at(1, 5, 7);
   turned.rotate(Eigen::AngleAxisd(1.0, Vector3d::UnitX()));
   scene.update({at(1, 2, 3), turned});
@@ -159,7 +160,7 @@ TEST(Scene, DistanceOfLinksIsThatOfTheirClosestPieces) {
     maker.addCollision(link, {{box, at(0, 0, 0)}});
     maker.addCollision(link, {{box, at(1, 0, 0)}});
   }
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(1.5, 0, 0)});
   const PairProximity found = scene.proximity(kFirstTwo);
   EXPECT_NEAR(found.result.distance, 0.3, kTolerance);
@@ -174,7 +175,7 @@ TEST(Scene, DepthOfLinksIsThatOfTheirDeepestPieces) {
   maker.addCollision(0, {{Sphere{1.0}, at(0, 3, 0)}});
   maker.addCollision(0, {{Sphere{1.0}, at(0, 0, 0)}});
   maker.addBodyOf(Sphere{1.0});
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(0, 1.2, 0)});
   const PairProximity found = scene.proximity(kFirstTwo);
   EXPECT_NEAR(found.result.distance, -0.8, kTolerance);
@@ -187,7 +188,7 @@ TEST(Scene, OneCollisionIsMeasuredWithoutTheOthersOfItsLink) {
   maker.addCollision(0, {{Sphere{0.5}, at(0, 0, 0)}});
   maker.addCollision(0, {{Sphere{0.5}, at(-4, 0, 0)}});
   maker.addBodyOf(Sphere{0.5});
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(2, 0, 0)});
   const PairProximity found = scene.proximity({{0, 2}, {1, 0}});
   EXPECT_NEAR(found.result.distance, 5.0, kTolerance);
@@ -204,7 +205,7 @@ TEST(Scene, WholeLinkIsMeasuredByThePiecesOfItsBody) {
   maker.addCollision(0, {{Sphere{0.5}, at(0, 0, -1)}});
   maker.robot().bodies[0].pieces = {maker.addPiece({Capsule{0.5, 2.0}, at(0, 0, 0)}, 0)};
   maker.addBodyOf(Sphere{0.5});
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(0, 0, 3)});
   EXPECT_NEAR(scene.proximity(kFirstTwo).result.distance, 1.0, kTolerance);
   EXPECT_EQ(scene.proximity(kFirstTwo).collision_a, 1);
@@ -218,7 +219,7 @@ TEST(Scene, ShapesOfOneBodyKeepTheirDistance) {
   maker.addLink(0);
   maker.addCollision(0, {{Box{{1, 1, 1}}, at(0, 0, 0)}});
   maker.addCollision(1, {{Box{{1, 1, 1}}, at(2.5, 0.3, 0)}});
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   std::mt19937 random(1);
   for (int i = 0; i < 100; ++i) {
     scene.update({randomPose(random, 10.0)});
@@ -232,7 +233,7 @@ TEST(Scene, RepresentationIsTheLessExactOfTheTwo) {
   maker.addBody();
   maker.addCollision(1, {{Sphere{1.0}, at(9, 0, 0)}});
   maker.addCollision(1, {{Sphere{1.0}, at(0, 0, 0)}}, Representation::ConvexHull);
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_EQ(scene.proximity(kFirstTwo).representation, Representation::ConvexHull);
   EXPECT_EQ(scene.proximity({{0, 0}, {1, 1}}).representation, Representation::Exact);
@@ -243,7 +244,7 @@ TEST(Scene, CandidatesAreTheCheckedPairsOfTheFilter) {
   for (int i = 0; i < 3; ++i) maker.addBodyOf(Sphere{1.0});
   SceneModel model = *maker.withAllPairs();
   model.pairs.checked = {0, 2};
-  const Scene scene(std::make_shared<SceneModel>(model));
+  const PosedScene scene(std::make_shared<SceneModel>(model));
   ASSERT_EQ(scene.candidates().size(), 2u);
   EXPECT_EQ(scene.candidates()[0].b.link(), 1);
   EXPECT_EQ(scene.candidates()[1].a.link(), 1);
@@ -271,7 +272,7 @@ class UnknownPose : public testing::TestWithParam<const char*> {
 TEST_P(UnknownPose, MakesThePairUnknownAndCounted) {
   RobotMaker maker;
   for (int i = 0; i < 3; ++i) maker.addBodyOf(Sphere{1.0});
-  Scene scene(maker.withAllPairs());
+  PosedScene scene(maker.withAllPairs());
   scene.update({at(0, 0, 0), at(3, 0, 0), pose()});
 
   const std::vector<PairProximity> all = scene.all(scene.candidates());
@@ -292,7 +293,7 @@ TEST_P(UnknownPose, MakesThePairUnknownAndCounted) {
 }
 
 TEST_P(UnknownPose, IsForgottenWithTheNextPoses) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), pose()});
   scene.update({at(0, 0, 0), at(3, 0, 0)});
   EXPECT_NEAR(scene.proximity(kFirstTwo).result.distance, 1.0, kTolerance);
@@ -304,7 +305,7 @@ INSTANTIATE_TEST_SUITE_P(Scene, UnknownPose,
                          [](const auto& kind) { return std::string(kind.param); });
 
 TEST(Scene, EveryPairIsUnknownBeforeTheFirstPoses) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   EXPECT_EQ(scene.proximity(kFirstTwo).result.status, Status::Unknown);
   EXPECT_EQ(scene.minimum(scene.candidates()), nullptr);
   EXPECT_EQ(scene.counts().unknown, 1);
@@ -314,7 +315,7 @@ TEST(Scene, LinkWithoutGeometryIsUnknown) {
   RobotMaker maker;
   maker.addBodyOf(Sphere{1.0});
   maker.addBody();
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_EQ(scene.proximity(kFirstTwo).result.status, Status::Unknown);
   EXPECT_EQ(scene.counts().unknown, 1);
@@ -325,7 +326,7 @@ TEST(Scene, PairThatIsTooFarToComputeIsUnknown) {
   RobotMaker maker;
   maker.addBodyOf(Sphere{1.0});
   maker.addBodyOf(Sphere{1.0});
-  Scene scene(maker.withAllPairs());
+  PosedScene scene(maker.withAllPairs());
   for (const double far : {1e31, 1e160}) {
     scene.update({at(0, 0, 0), at(far, 0, 0)});
     EXPECT_EQ(scene.all(scene.candidates()).at(0).result.status, Status::Unknown) << far;
@@ -337,7 +338,7 @@ TEST(Scene, PairThatIsTooFarToComputeIsUnknown) {
 }
 
 TEST(Scene, RefusesShapesThatDoNotExist) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_THROW(scene.proximity({{0, 0}, {2, 0}}), std::invalid_argument);
   EXPECT_THROW(scene.proximity({{-1, 0}, {1, 0}}), std::invalid_argument);
@@ -347,7 +348,7 @@ TEST(Scene, RefusesShapesThatDoNotExist) {
 }
 
 TEST(Scene, RefusesPosesOfAnotherNumberOfBodies) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   EXPECT_THROW(scene.update({at(0, 0, 0)}), std::invalid_argument);
 }
 
@@ -363,7 +364,7 @@ Isometry3d inSinglePrecision(Isometry3d pose) {
 }
 
 TEST(Scene, MatrixInSinglePrecisionIsTakenForItsNearestRotation) {
-  Scene scene = sceneOf(Box{{0.9, 0.7, 0.5}}, Box{{0.4, 0.8, 1.0}});
+  PosedScene scene = sceneOf(Box{{0.9, 0.7, 0.5}}, Box{{0.4, 0.8, 1.0}});
   std::mt19937 random(2);
   double largest_difference = 0.0;
   for (int i = 0; i < 200; ++i) {
@@ -391,7 +392,7 @@ TEST(Scene, MatrixInSinglePrecisionIsTakenForItsNearestRotation) {
 TEST(Scene, ToleranceThatIsNotANumberCountsAsZero) {
   RobotMaker maker;
   const int a = maker.addBodyOf(Ellipsoid{{0.3, 0.2, 0.1}}), b = maker.addBodyOf(Cylinder{0.2, 0.5});
-  Scene scene(maker.withAllPairs());
+  PosedScene scene(maker.withAllPairs());
   BodyPoses poses(2, Isometry3d::Identity());
   poses[1] = at(0.6, 0.3, 0.2);
   scene.update(poses);
@@ -404,7 +405,7 @@ TEST(Scene, ToleranceThatIsNotANumberCountsAsZero) {
 }
 
 TEST(Scene, PairPaddingMovesBothSurfacesByHalf) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0}, 0.4);
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0}, 0.4);
   scene.update({at(0, 0, 0), at(0, 3, 0)});
   const SignedDistance result = scene.proximity(kFirstTwo).result;
   EXPECT_NEAR(result.distance, 0.6, 1e-14);
@@ -416,14 +417,14 @@ TEST(Scene, PairPaddingMovesBothSurfacesByHalf) {
 }
 
 TEST(Scene, PairPaddingCountsInEitherOrderAndForSingleCollisions) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0}, 0.4);
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0}, 0.4);
   scene.update({at(0, 0, 0), at(0, 3, 0)});
   EXPECT_NEAR(scene.proximity({{1, 0}, {0, 0}}).result.distance, 0.6, 1e-14);
   EXPECT_NEAR(scene.proximity({{0, 1}, {1, 1}}).result.distance, 0.6, 1e-14);
 }
 
 TEST(Scene, ThresholdIsComparedWithThePaddedDistance) {
-  Scene scene = sceneOf(Box{{1, 1, 1}}, Box{{1, 1, 1}}, 0.4);
+  PosedScene scene = sceneOf(Box{{1, 1, 1}}, Box{{1, 1, 1}}, 0.4);
   scene.update({at(0, 0, 0), at(2, 0, 0)});
   Question question;
   question.threshold = 0.61;
@@ -440,8 +441,8 @@ TEST(Scene, PairPaddingIsTheMarginOfBothShapes) {
   int overlaps = 0, total = 0;
   for (const NamedShape& a : shapes)
     for (const NamedShape& b : shapes) {
-      Scene padded_pair = sceneOf(a.shape, b.shape, 0.1),
-            padded_shapes = sceneOf(a.shape.padded(0.05), b.shape.padded(0.05));
+      PosedScene padded_pair = sceneOf(a.shape, b.shape, 0.1),
+                 padded_shapes = sceneOf(a.shape.padded(0.05), b.shape.padded(0.05));
       for (int i = 0; i < 20; ++i) {
         const BodyPoses poses{randomPose(random, 0.9), randomPose(random, 0.9)};
         padded_pair.update(poses);
@@ -459,7 +460,7 @@ TEST(Scene, PairPaddingIsTheMarginOfBothShapes) {
 // --- thresholds
 
 TEST(Scene, BeyondTheThresholdOnlyTheProofIsLeft) {
-  Scene scene = sceneOf(Box{{1, 1, 1}}, Cylinder{0.5, 1.0});
+  PosedScene scene = sceneOf(Box{{1, 1, 1}}, Cylinder{0.5, 1.0});
   for (const double x : {1.2, 1.5, 40.0}) {
     scene.update({at(0, 0, 0), at(x, 0, 0)});
     Question question;
@@ -476,7 +477,7 @@ TEST(Scene, BeyondTheThresholdOnlyTheProofIsLeft) {
 
 // Boxes 1 m apart, thresholds within rounding of that: the status may be either, but has to be what the bounds say.
 TEST(Scene, ThresholdWithinRoundingOfTheDistanceIsDecidedByTheBounds) {
-  Scene scene = sceneOf(Box{{1, 1, 1}}, Box{{1, 1, 1}});
+  PosedScene scene = sceneOf(Box{{1, 1, 1}}, Box{{1, 1, 1}});
   scene.update({at(0, 0, 0), at(2, 0.3, 0.2)});
   int beyond = 0, near = 0;
   for (int ulps = -1000; ulps <= 1000; ulps += 10) {
@@ -492,7 +493,7 @@ TEST(Scene, ThresholdWithinRoundingOfTheDistanceIsDecidedByTheBounds) {
 }
 
 TEST(Scene, OverlapWithoutDepthIsReportedAsSuch) {
-  Scene scene = sceneOf(Box{{1, 1, 1}}, Cylinder{0.5, 1.0});
+  PosedScene scene = sceneOf(Box{{1, 1, 1}}, Cylinder{0.5, 1.0});
   scene.update({at(0, 0, 0), at(0.4, 0.1, 0)});
   Question question;
   question.depth = Question::Depth::NotWanted;
@@ -507,7 +508,7 @@ TEST(Scene, OverlapWithoutDepthIsReportedAsSuch) {
 TEST(Scene, EqualDistancesComeInTheOrderOfThePairs) {
   RobotMaker maker;
   for (int i = 0; i < 7; ++i) maker.addBodyOf(Sphere{0.25});
-  Scene scene(maker.finish());
+  PosedScene scene(maker.finish());
   scene.update({at(0, 0, 0), at(1, 0, 0), at(-1, 0, 0), at(0, 1, 0), at(0, -1, 0), at(0, 0, 1), at(0, 0, -1)});
   std::vector<ShapeRefPair> pairs;
   for (const int other : {4, 2, 6, 1, 5, 3}) pairs.push_back({{0, 0}, {other, 0}});
@@ -522,7 +523,7 @@ TEST(Scene, EqualDistancesComeInTheOrderOfThePairs) {
 }
 
 TEST(Scene, NoPairsHaveNoMinimum) {
-  Scene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
+  PosedScene scene = sceneOf(Sphere{1.0}, Sphere{1.0});
   scene.update({at(0, 0, 0), at(5, 0, 0)});
   EXPECT_EQ(scene.minimum(std::vector<ShapeRefPair>{}), nullptr);
   EXPECT_EQ(scene.counts().total, 0);
@@ -591,7 +592,7 @@ void expectCountsAddUp(const PairCounts& counts, std::size_t total) {
 }
 
 TEST_P(RandomScene, SkippingNeverChangesAnAnswer) {
-  Scene scene(model_), reference(model_, Skipping::Off);
+  PosedScene scene(model_), reference(model_, Skipping::Off);
   long skipped = 0, overlapping = 0;
   for (int state = 0; state < kStates; ++state) {
     const BodyPoses poses = nextPoses();
@@ -619,7 +620,7 @@ TEST_P(RandomScene, SkippingNeverChangesAnAnswer) {
 }
 
 TEST_P(RandomScene, ThresholdsDivideThePairsAsBruteForceDoes) {
-  Scene scene(model_), reference(model_, Skipping::Off);
+  PosedScene scene(model_), reference(model_, Skipping::Off);
   std::uniform_real_distribution<double> threshold(-0.3, 2.0);
   long near = 0, far = 0;
   for (int state = 0; state < kStates; ++state) {
@@ -674,7 +675,7 @@ TEST_P(RandomScene, ThresholdsDivideThePairsAsBruteForceDoes) {
 }
 
 TEST_P(RandomScene, StatusFitsTheBoundsAtLooseTolerances) {
-  Scene scene(model_), reference(model_, Skipping::Off);
+  PosedScene scene(model_), reference(model_, Skipping::Off);
   std::uniform_real_distribution<double> threshold(-0.3, 2.0);
   Question question;
   question.tolerance = 0.05;
@@ -701,7 +702,7 @@ TEST_P(RandomScene, StatusFitsTheBoundsAtLooseTolerances) {
 }
 
 TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
-  Scene scene(model_), reference(model_, Skipping::Off);
+  PosedScene scene(model_), reference(model_, Skipping::Off);
   Question question;
   question.depth = Question::Depth::NotWanted;
   int overlaps = 0;
@@ -728,7 +729,7 @@ TEST_P(RandomScene, WithoutDepthAnyOverlapIsTheMinimum) {
 
 // Regression: without depth, every overlap was below the negative threshold of its pair.
 TEST_P(RandomScene, WithoutDepthPairsBelowTheirOwnThresholdsAreFound) {
-  Scene scene(model_), reference(model_, Skipping::Off);
+  PosedScene scene(model_), reference(model_, Skipping::Off);
   std::uniform_real_distribution<double> own(-0.5, 0.1);
   PairDistances thresholds(-0.1, 0.0);
   for (const ShapeRefPair& pair : pairs_)
@@ -756,7 +757,7 @@ TEST_P(RandomScene, WithoutDepthPairsBelowTheirOwnThresholdsAreFound) {
 }
 
 TEST_P(RandomScene, SwappingTheShapesFlipsTheNormalAndKeepsTheDistance) {
-  Scene scene(model_), mirror(model_);
+  PosedScene scene(model_), mirror(model_);
   for (int state = 0; state < 20; ++state) {
     const BodyPoses poses = nextPoses();
     scene.update(poses);
@@ -790,7 +791,7 @@ BodyPoses shifted(BodyPoses poses, const Vector3d& shift) {
 
 TEST_P(RandomScene, AShiftThatDoublesCanHoldChangesNoBit) {
   const double million = std::ldexp(1.0, 20);
-  Scene near(model_), far(model_);
+  PosedScene near(model_), far(model_);
   for (int state = 0; state < 20; ++state) {
     const BodyPoses poses = onGrid(nextPoses());
     near.update(poses);
@@ -809,7 +810,7 @@ TEST_P(RandomScene, AShiftThatDoublesCanHoldChangesNoBit) {
 
 std::vector<PairProximity> everyAnswer(const std::shared_ptr<const SceneModel>& model,
                                        const std::vector<ShapeRefPair>& pairs, const std::vector<BodyPoses>& states) {
-  Scene scene(model);
+  PosedScene scene(model);
   std::vector<PairProximity> answers;
   for (const BodyPoses& poses : states) {
     scene.update(poses);
@@ -835,7 +836,7 @@ TEST_P(RandomScene, ScenesInParallelGiveTheSameBits) {
                            }));
 }
 
-void askEverything(Scene& scene, const std::vector<ShapeRefPair>& pairs, const BodyPoses& poses) {
+void askEverything(PosedScene& scene, const std::vector<ShapeRefPair>& pairs, const BodyPoses& poses) {
   Question near;
   near.threshold = 0.3;
   scene.update(poses);
@@ -851,7 +852,7 @@ TEST_P(RandomScene, NothingAllocatesAfterTheFirstQuestionOfAKind) {
   std::vector<BodyPoses> states;
   for (int state = 0; state < 50; ++state) states.push_back(nextPoses());
   const long before_first = allocations();
-  Scene scene(model_);
+  PosedScene scene(model_);
   askEverything(scene, pairs_, states.front());
   EXPECT_GT(allocations(), before_first);
   const long after_first = allocations();

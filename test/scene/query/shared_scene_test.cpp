@@ -2,9 +2,9 @@
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ constexpr int kStates = 6;  // of each thread
 struct SharedRobot {
   explicit SharedRobot(const std::shared_ptr<const SceneModel>& model) : scene(model), moving_scene(model) {}
 
-  const Scene scene;
+  const PosedScene scene;
   const MovingScene moving_scene;
 };
 
@@ -39,7 +39,7 @@ std::vector<double> randomPositions(const RobotModel& robot, std::mt19937& rando
 /// All numbers of the answers to all questions, of scenes that share the data of the given ones, in states that depend
 /// on the seed.
 std::vector<double> answers(const SharedRobot& shared, unsigned seed) {
-  Scene scene = shared.scene.forAnotherThread();
+  PosedScene scene = shared.scene.forAnotherThread();
   MovingScene moving_scene = shared.moving_scene.forAnotherThread();
   const RobotModel& robot = scene.model().robot;
   const Candidates& pairs = scene.candidates();

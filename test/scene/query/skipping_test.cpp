@@ -1,8 +1,8 @@
 // Skipping changes no answer: 100,000 states of a robot that moves in every way, with skipping and without.
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/query/scene.h"
 #include "sanitized.h"
+#include "scene/posed_scene.h"
 #include "scene/query/all_pairs.h"
 #include "scene/two_arms.h"
 
@@ -109,7 +109,7 @@ class MovingRobot : public testing::TestWithParam<Case> {};
 
 TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
   const auto model = modelOf(urdfOf(GetParam().links()));
-  Scene scene(model), everything(model, Skipping::Off);
+  PosedScene scene(model), everything(model, Skipping::Off);
   Mover mover(model->robot, GetParam().motion);
   const Candidates& pairs = scene.candidates();
   Question question, below;
@@ -156,7 +156,7 @@ TEST_P(MovingRobot, SkippingNeverChangesAnAnswer) {
 TEST_P(MovingRobot, PairsBeyondTheListAreCountedAsIfTheyWereComputed) {
   constexpr int kListed = 2;
   const auto model = modelOf(urdfOf(GetParam().links()));
-  Scene scene(model), everything(model, Skipping::Off);
+  PosedScene scene(model), everything(model, Skipping::Off);
   Mover mover(model->robot, GetParam().motion);
   Question question, below;
   question.tolerance = below.tolerance = kTolerance;
@@ -193,7 +193,7 @@ PairDistances someThresholds(const Candidates& pairs) {
 
 TEST_P(MovingRobot, SkippingNeverChangesWhichPairsAreNearestToTheirThresholds) {
   const auto model = modelOf(urdfOf(GetParam().links()));
-  Scene scene(model), everything(model, Skipping::Off);
+  PosedScene scene(model), everything(model, Skipping::Off);
   Mover mover(model->robot, GetParam().motion);
   const Candidates& pairs = scene.candidates();
   const PairDistances thresholds = someThresholds(pairs);
@@ -243,7 +243,7 @@ class Shortcuts : public testing::Test {
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(urdfOf(twoArms()));
-  Scene scene_{model_};
+  PosedScene scene_{model_};
 };
 
 TEST_F(Shortcuts, AnAnswerAtRestIsTheSameToTheLastBit) {
@@ -280,7 +280,7 @@ TEST_F(Shortcuts, AnAnswerAtRestDoesNotServeANarrowerTolerance) {
   narrow.tolerance = 1e-12;
   scene_.update(posesAt(0.3));
   scene_.all(scene_.candidates(), loose);
-  Scene fresh(model_);
+  PosedScene fresh(model_);
   fresh.update(posesAt(0.3));
   const std::vector<PairProximity>& expected = fresh.all(fresh.candidates(), narrow);
   const std::vector<PairProximity>& found = scene_.all(scene_.candidates(), narrow);
@@ -304,7 +304,7 @@ TEST_F(Shortcuts, BoundsOfBeforeAreNotThoseOfWhatHasComeNearer) {
   const double before = scene_.minimum(scene_.candidates())->result.distance;
   int nearer = 0;
   for (const double position : {0.2, 0.4}) {
-    Scene fresh(model_);
+    PosedScene fresh(model_);
     fresh.update(posesAt(position));
     Question below;
     below.threshold = fresh.minimum(fresh.candidates())->result.distance + 1e-6;
@@ -332,7 +332,7 @@ TEST_F(Shortcuts, BoundsOfBeforePlusTheMotionAreEnoughToCountWhatIsNearButNotLis
 }
 
 TEST_F(Shortcuts, WithoutSkippingAllIsComputed) {
-  Scene everything(model_, Skipping::Off);
+  PosedScene everything(model_, Skipping::Off);
   for (int repeat = 0; repeat < 2; ++repeat) {
     everything.update(posesAt(0.3));
     everything.minimum(everything.candidates());

@@ -6,6 +6,7 @@
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "sanitized.h"
 #include "scene/derivative/moved_robot.h"
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 #include "scene/uncertainty/uncertain_states.h"
 
@@ -33,11 +34,10 @@ struct LinksAtZero {
               const char* b)
       : scene(model), distances(model), poses(forwardKinematics(model->robot, {})) {
     scene.update(poses);
-    distances.update(poses);
     distances.assume(uncertainty);
     pair = scene.proximity(pairOf(*model, a, b));
   }
-  Scene scene;
+  PosedScene scene;
   GuaranteedDistances distances;
   BodyPoses poses;
   PairProximity pair;
@@ -46,7 +46,7 @@ struct LinksAtZero {
 double guaranteed(const std::shared_ptr<const SceneModel>& model, const Uncertainty& uncertainty, const char* a,
                   const char* b) {
   LinksAtZero links(model, uncertainty, a, b);
-  return links.distances.of(links.pair);
+  return links.distances.of(links.scene.state, links.pair);
 }
 
 TEST(GuaranteedDistances, LosesTheWayAlongTheNormal) {
@@ -75,14 +75,12 @@ TEST(GuaranteedDistances, HalfSpacesThatTurnLoseTheDistanceOfTheOther) {
   const auto model = modelOf(kCrane);
   const Object wall = makeObject("wall", {{HalfSpace{{1, 0, 0}, -2.0}}}, Moving{"mast"});
   const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{wall}}));
-  Scene scene(model);
-  scene.use(objects);
+  PosedScene scene(model);
+  scene.use(objects, carriersOnLinks(*objects));
   GuaranteedDistances distances(model);
-  distances.use(objects, carriersOnLinks(*objects));
   const BodyPoses poses = forwardKinematics(model->robot, {});
   const FramePoses frames = framePoses(*objects, poses);
   scene.update(poses, frames);
-  distances.update(poses, frames);
   Uncertainty uncertainty(model->robot);
   uncertainty.positions = {0.1, 0.0};
   distances.assume(uncertainty);
@@ -90,9 +88,9 @@ TEST(GuaranteedDistances, HalfSpacesThatTurnLoseTheDistanceOfTheOther) {
       scene.proximity({ShapeRef(model->robot.findLink("post")), ShapeRef::ofObject(objects->find("wall"))});
   ASSERT_NEAR(pair.result.distance, 1.5, 1e-9);
   const double nearest = 2.0 - 0.5 - 3.0 * std::sin(0.1);
-  EXPECT_LE(distances.of(pair, 1.3), nearest);
-  EXPECT_LE(distances.of(pair), nearest);
-  EXPECT_GE(distances.of(pair), nearest - 0.05);
+  EXPECT_LE(distances.of(scene.state, pair, 1.3), nearest);
+  EXPECT_LE(distances.of(scene.state, pair), nearest);
+  EXPECT_GE(distances.of(scene.state, pair), nearest - 0.05);
 }
 
 TEST(GuaranteedDistances, SurfacesLoseTheirSwelling) {
@@ -176,12 +174,12 @@ TEST(GuaranteedDistances, DirectionsOfPartsTurnWithTheBoards) {
   uncertainty.positions[scene::findNamed(model->robot.joints, "turn")] = kAngle;
   LinksAtZero boards(model, uncertainty, "left", "right");
   ASSERT_NEAR(boards.pair.result.distance, 0.48, 1e-9);
-  const double bound = boards.distances.of(boards.pair);
+  const double bound = boards.distances.of(boards.scene.state, boards.pair);
   EXPECT_LE(bound, 0.5 * std::cos(kAngle) - 0.02);
   EXPECT_GT(bound, 0.48 - 0.4 * kAngle / 8.0);
   boards.distances.forget();
   boards.distances.divideInto(0);
-  EXPECT_LT(boards.distances.of(boards.pair), 0.48 - 0.4 * kAngle * 0.9);
+  EXPECT_LT(boards.distances.of(boards.scene.state, boards.pair), 0.48 - 0.4 * kAngle * 0.9);
 }
 
 // Neither end of the swing is as close to the post as a state between them.
@@ -193,7 +191,7 @@ TEST(GuaranteedDistances, ReachedStateMayBeBetweenTheEnds) {
   LinksAtZero links(model, uncertainty, "post", "arm");
   const double closest = std::hypot(std::hypot(1.0, 0.05) - 1.0, 0.5) - 0.2;
   const double threshold = 0.5 * (closest + links.pair.result.distance);
-  const ReachedState* const reached = links.distances.reached(links.pair, threshold);
+  const ReachedState* const reached = links.distances.reached(links.scene.state, links.pair, threshold);
   ASSERT_NE(reached, nullptr);
   EXPECT_LT(reached->upper_bound, threshold);
   EXPECT_GE(reached->upper_bound, closest - 1e-12);
@@ -203,18 +201,17 @@ TEST(GuaranteedDistances, ReachedStateMayBeBetweenTheEnds) {
 TEST(GuaranteedDistances, RobotsOnOtherBasesLoseBothUncertainties) {
   const std::string arm = urdfOf(link("base") + link("arm", ball("0.1", "1 0 0")) + hinge("j", "base", "arm", "0 0 1"));
   const auto model = modelOf(joined({{"left", robotOf(arm)}, {"right", robotOf(arm)}}));
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
   const BodyPoses poses = placedAt(model->robot, forwardKinematics(model->robot, {}), {at(0, 0, 0), at(4, 0, 0)});
   scene.update(poses);
-  distances.update(poses);
   Uncertainty uncertainty(model->robot);
   uncertainty.bases = {{0.001, 0.0}, {0.002, 0.0}};
   distances.assume(uncertainty);
-  EXPECT_NEAR(distances.of(scene.proximity(pairOf(*model, "left/arm", "right/arm"))), 3.8 - 0.003, 1e-9);
+  EXPECT_NEAR(distances.of(scene.state, scene.proximity(pairOf(*model, "left/arm", "right/arm"))), 3.8 - 0.003, 1e-9);
   uncertainty.bases = {{0.0, 0.001}, {0.0, 0.002}};  // along the normal nothing turns to first order
   distances.assume(uncertainty);
-  EXPECT_NEAR(distances.of(scene.proximity(pairOf(*model, "left/arm", "right/arm"))), 3.8, 2e-5);
+  EXPECT_NEAR(distances.of(scene.state, scene.proximity(pairOf(*model, "left/arm", "right/arm"))), 3.8, 2e-5);
 }
 
 TEST(GuaranteedDistances, WrongValuesAreRefusedByName) {
@@ -245,17 +242,16 @@ TEST(GuaranteedDistances, WrongValuesAreRefusedByName) {
 
 TEST(GuaranteedDistances, NothingIsKnownWhileAPoseBetweenIsMissing) {
   const auto model = modelOf(kCrane);
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
   BodyPoses poses = forwardKinematics(model->robot, {});
   poses[bodyOf(model->robot, "mast")] = std::nullopt;
   scene.update(poses);
-  distances.update(poses);
   Uncertainty uncertainty(model->robot);
   uncertainty.positions = {1e-3, 0.0};
   distances.assume(uncertainty);
-  EXPECT_TRUE(std::isnan(distances.of(scene.proximity(pairOf(*model, "post", "hook")))));
-  EXPECT_EQ(distances.find(scene, {}).unknown, 1);
+  EXPECT_TRUE(std::isnan(distances.of(scene.state, scene.proximity(pairOf(*model, "post", "hook")))));
+  EXPECT_EQ(distances.find(scene.scene, scene.state, {}).unknown, 1);
 }
 
 // --- random robots with objects
@@ -275,9 +271,7 @@ class SomeCell {
     frames = {chance.pose(0.3)};
     poses = somePoses(model->robot, DegreesOfFreedom(model->robot), chance);
     scene.use(objects);
-    distances.use(objects);
     scene.update(poses, frames);
-    distances.update(poses, frames);
   }
 
   /// The distance of a pair in a state, with swollen surfaces.
@@ -290,7 +284,7 @@ class SomeCell {
   }
 
   const std::shared_ptr<const SceneModel> model;
-  Scene scene, displaced;
+  PosedScene scene, displaced;
   GuaranteedDistances distances;
   std::shared_ptr<const Objects> objects;
   BodyPoses poses;
@@ -321,9 +315,7 @@ class CrowdedCell : public SomeCell {
       if (frame == "unknown") frames.back() = std::nullopt;
     }
     scene.use(objects);
-    distances.use(objects);
     scene.update(poses, frames);
-    distances.update(poses, frames);
   }
 };
 
@@ -340,7 +332,8 @@ TEST(GuaranteedDistances, NoStateWithinIsCloser) {
       if (pair.result.status == narrowphase::Status::Unknown) continue;
       // Coarse bounds, which may be enough for a question, hold as well.
       const double enough = pair.result.lower_bound - limits.decades(-4, 0);
-      const double coarse = cell.distances.of(pair, enough), bound = cell.distances.of(pair);
+      const double coarse = cell.distances.of(cell.scene.state, pair, enough),
+                   bound = cell.distances.of(cell.scene.state, pair);
       ASSERT_LE(bound, pair.result.lower_bound);
       const auto in = [&](const StateWithin& state) {
         ++states;
@@ -369,7 +362,7 @@ TEST(GuaranteedDistances, WithoutUncertaintyTheyAreTheLowerBoundsOfTheScene) {
   for (int i = 0; i < repeats(20); ++i) {
     SomeCell cell(chance);
     for (const PairProximity& pair : cell.scene.all(cell.scene.candidates()))
-      EXPECT_EQ(cell.distances.of(pair), pair.result.lower_bound);
+      EXPECT_EQ(cell.distances.of(cell.scene.state, pair), pair.result.lower_bound);
   }
 }
 
@@ -383,10 +376,10 @@ TEST(GuaranteedDistances, ReachedStatesAreWithinTheUncertaintyAndAsClose) {
     cell.distances.assume(uncertainty);
     const RobotModel& robot = cell.model->robot;
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
-      const double bound = cell.distances.of(pair);
+      const double bound = cell.distances.of(cell.scene.state, pair);
       const double threshold = bound + 0.5 * (pair.result.lower_bound - bound);
-      EXPECT_EQ(cell.distances.reached(pair, bound), nullptr);
-      const ReachedState* state = cell.distances.reached(pair, threshold);
+      EXPECT_EQ(cell.distances.reached(cell.scene.state, pair, bound), nullptr);
+      const ReachedState* state = cell.distances.reached(cell.scene.state, pair, threshold);
       if (pair.result.lower_bound - bound > 1e-5) ++(state ? reached : missed);
       if (!state) continue;
       EXPECT_LT(state->upper_bound, threshold);
@@ -411,20 +404,19 @@ TEST(GuaranteedDistances, ReachedStatesAreWithinTheUncertaintyAndAsClose) {
 
 TEST(GuaranteedDistances, ReachedStateOfTheCraneIsThatOfTheWorstCorner) {
   const auto model = modelOf(kCrane);
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
   const BodyPoses poses = forwardKinematics(model->robot, {});
   scene.update(poses);
-  distances.update(poses);
   Uncertainty uncertainty(model->robot);
   uncertainty.positions = {1e-3, 2e-3};
   distances.assume(uncertainty);
   const PairProximity pair = scene.proximity(pairOf(*model, "post", "hook"));
-  const ReachedState* state = distances.reached(pair, kCraneDistance - 2.5e-3);
+  const ReachedState* state = distances.reached(scene.state, pair, kCraneDistance - 2.5e-3);
   ASSERT_NE(state, nullptr);
   EXPECT_EQ(state->displacements, (std::vector<double>{1e-3, -2e-3}));
   EXPECT_NEAR(state->upper_bound, kCraneDistance - (2e-3 * 3.0 + 2e-3 * 2.0) / std::sqrt(13.0), 1e-5);
-  EXPECT_EQ(distances.reached(pair, kCraneDistance - 2.9e-3), nullptr);
+  EXPECT_EQ(distances.reached(scene.state, pair, kCraneDistance - 2.9e-3), nullptr);
 }
 
 TEST(GuaranteedDistances, MinimumOfASceneIsThatOfAllItsPairs) {
@@ -434,10 +426,10 @@ TEST(GuaranteedDistances, MinimumOfASceneIsThatOfAllItsPairs) {
     const double size = chance.decades(-4, -1);
     cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
     PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
-    const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
+    const GuaranteedMinimum found = cell.distances.find(cell.scene.scene, cell.scene.state, thresholds);
     double lowest = std::numeric_limits<double>::infinity();
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates())))
-      lowest = std::min(lowest, cell.distances.of(pair) - thresholds.of(pair.asked));
+      lowest = std::min(lowest, cell.distances.of(cell.scene.state, pair) - thresholds.of(pair.asked));
     EXPECT_NEAR(found.excess, lowest, 1e-8);
     EXPECT_EQ(found.unknown, 0);
   }
@@ -453,10 +445,10 @@ TEST(GuaranteedDistances, MinimumOfACrowdedSceneIsThatOfAllItsPairs) {
     const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
     double lowest = std::numeric_limits<double>::infinity();
     for (const PairProximity& pair : all) {
-      const double bound = cell.distances.of(pair);
+      const double bound = cell.distances.of(cell.scene.state, pair);
       if (!std::isnan(bound)) lowest = std::min(lowest, bound - thresholds.of(pair.asked));
     }
-    const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
+    const GuaranteedMinimum found = cell.distances.find(cell.scene.scene, cell.scene.state, thresholds);
     EXPECT_NEAR(found.excess, lowest, 1e-8);
     EXPECT_GT(found.unknown, 0);
     of_free_objects += found.pair.asked.a.isObject() && found.pair.asked.b.isObject();
@@ -465,10 +457,8 @@ TEST(GuaranteedDistances, MinimumOfACrowdedSceneIsThatOfAllItsPairs) {
     for (const PairProximity& pair : all) list.push_back(pair.asked);
     const auto unchecked = std::make_shared<const Objects>(cell.objects->withRules({}));
     cell.scene.use(unchecked);
-    cell.distances.use(unchecked);
     cell.scene.update(cell.poses, cell.frames);
-    cell.distances.update(cell.poses, cell.frames);
-    EXPECT_NEAR(cell.distances.find(cell.scene, Pairs(list), thresholds).excess, lowest, 1e-8);
+    EXPECT_NEAR(cell.distances.find(cell.scene.scene, cell.scene.state, Pairs(list), thresholds).excess, lowest, 1e-8);
   }
   if (!kIsSanitized) {
     EXPECT_GT(of_free_objects, 10);
@@ -483,40 +473,18 @@ TEST(GuaranteedDistances, MinimumIsThatOfASceneWhereItIsNotEnough) {
     const double size = chance.decades(-4, -1);
     cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
     const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
-    const GuaranteedMinimum best = cell.distances.find(cell.scene, thresholds);
+    const GuaranteedMinimum best = cell.distances.find(cell.scene.scene, cell.scene.state, thresholds);
     const double enough = best.excess + chance.between(-0.1, 0.1);
     cell.distances.forget();
     const Pairs pairs(cell.scene.candidates());
-    const GuaranteedMinimum found = cell.distances.find(cell.scene, pairs, thresholds, {}, enough);
+    const GuaranteedMinimum found =
+        cell.distances.find(cell.scene.scene, cell.scene.state, pairs, thresholds, {}, enough);
     EXPECT_NEAR(std::min(found.excess, enough), std::min(best.excess, enough), 1e-12);
     EXPECT_LE(found.excess, best.excess + 1e-12);
     improved += best.excess < enough;
   }
   if (!kIsSanitized) {
     EXPECT_GT(improved, 20);
-  }
-}
-
-TEST(GuaranteedDistances, TakeThePosesOfTheScene) {
-  Chance chance(49);
-  for (int i = 0; i < repeats(30); ++i) {
-    SomeCell cell(chance);
-    cell.distances.assume(someUncertainty(cell.model->robot, 1e-2, 3e-3, chance));
-    for (std::optional<Eigen::Isometry3d>& pose : cell.poses) {
-      if (chance.below(20) == 0) pose = std::nullopt;
-      if (pose) pose->linear() *= 1.0 + 1e-7;  // the scene takes the nearest rotation
-    }
-    cell.scene.update(cell.poses, cell.frames);
-    const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
-    std::vector<double> bounds;
-    cell.distances.update(cell.poses, cell.frames);
-    for (const PairProximity& pair : all) bounds.push_back(cell.distances.of(pair));
-    cell.distances.forget();
-    cell.distances.update(cell.poses, cell.scene);
-    for (std::size_t k = 0; k < all.size(); ++k) {
-      const double bound = cell.distances.of(all[k]);
-      EXPECT_TRUE(bound == bounds[k] || (std::isnan(bound) && std::isnan(bounds[k]))) << bound << ", " << bounds[k];
-    }
   }
 }
 
@@ -533,12 +501,13 @@ TEST(GuaranteedDistances, MinimumOfListedPairsIsThatOfTheScene) {
     const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
     const PairKind kind = chance.oneOf(std::vector<PairKind>{PairKind::Any, PairKind::OfLinks, PairKind::WithObject});
     const Pairs pairs(cell.scene.candidates(), kind);
-    const double excess = cell.distances.find(cell.scene, pairs, thresholds).excess;
+    const double excess = cell.distances.find(cell.scene.scene, cell.scene.state, pairs, thresholds).excess;
     for (const int most : {1, 3, 10}) {
       const std::vector<PairProximity>& closest = cell.scene.closest(cell.scene.candidates(), most);
       const double others = closest.empty() ? std::numeric_limits<double>::infinity()
                                             : closest.back().result.lower_bound - Question().tolerance;
-      const double found = cell.distances.find(cell.scene, pairs, thresholds, listOf(closest, others)).excess;
+      const double found =
+          cell.distances.find(cell.scene.scene, cell.scene.state, pairs, thresholds, listOf(closest, others)).excess;
       if (std::isfinite(excess)) {
         EXPECT_NEAR(found, excess, 1e-12);
       } else {
@@ -548,7 +517,7 @@ TEST(GuaranteedDistances, MinimumOfListedPairsIsThatOfTheScene) {
     Question question;
     question.threshold = chance.between(0.0, 0.5);
     const ListedPairs below = listOf(cell.scene.below(cell.scene.candidates(), question), question.threshold);
-    const double found = cell.distances.find(cell.scene, pairs, thresholds, below).excess;
+    const double found = cell.distances.find(cell.scene.scene, cell.scene.state, pairs, thresholds, below).excess;
     if (std::isfinite(excess)) {
       EXPECT_NEAR(found, excess, 1e-12);
     }
@@ -564,13 +533,11 @@ TEST(GuaranteedDistances, MinimumDoesNotDependOnStatesThatAreForgotten) {
     for (int k = 0; k < 5; ++k) {
       const BodyPoses poses = somePoses(cell.model->robot, DegreesOfFreedom(cell.model->robot), chance);
       cell.scene.update(poses, cell.frames);
-      cell.distances.update(poses, cell.frames);
       GuaranteedDistances fresh(cell.model);
-      fresh.use(cell.objects);
       fresh.assume(cell.distances.uncertainty());
-      fresh.update(poses, cell.frames);
       cell.distances.forget();
-      EXPECT_EQ(cell.distances.find(cell.scene, {}).excess, fresh.find(cell.scene, {}).excess);
+      EXPECT_EQ(cell.distances.find(cell.scene.scene, cell.scene.state, {}).excess,
+                fresh.find(cell.scene.scene, cell.scene.state, {}).excess);
     }
   }
 }
@@ -583,13 +550,13 @@ TEST(GuaranteedDistances, BoundIsTheSameUpToWhatIsEnough) {
     const double size = chance.decades(-3, -1);
     cell.distances.assume(someUncertainty(cell.model->robot, size, 0.3 * size, chance));
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
-      const double bound = cell.distances.of(pair);
+      const double bound = cell.distances.of(cell.scene.state, pair);
       const double enough = bound + chance.between(-1.0, 1.0) * (pair.result.lower_bound - bound);
       cell.distances.forget();
-      const double sufficient = cell.distances.of(pair, enough);
+      const double sufficient = cell.distances.of(cell.scene.state, pair, enough);
       EXPECT_NEAR(std::min(sufficient, enough), std::min(bound, enough), 1e-12);
       EXPECT_LE(sufficient, pair.result.lower_bound);
-      EXPECT_EQ(cell.distances.of(pair), std::max(bound, sufficient));
+      EXPECT_EQ(cell.distances.of(cell.scene.state, pair), std::max(bound, sufficient));
       improved += enough > bound;
     }
   }
@@ -604,15 +571,16 @@ TEST(GuaranteedDistances, LargestLossIsThatOfTheTwoArmsThatLoseTheMost) {
                      link("right", ball("0.1", "0 1 0")) + link("head", ball("0.1", "0 0 1")) +
                      slider("a", "base", "left", "1 0 0") + slider("b", "left", "tip", "1 0 0") +
                      slider("c", "base", "right", "0 1 0") + slider("d", "base", "head", "0 0 1")));
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
-  distances.update(forwardKinematics(model->robot, {}));
+  scene.update(forwardKinematics(model->robot, {}));
   Uncertainty uncertainty(model->robot);
   uncertainty.positions = {0.01, 0.02, 0.04, 0.005};
   distances.assume(uncertainty);
-  EXPECT_NEAR(distances.largestLoss(), 0.07, 1e-9);
+  EXPECT_NEAR(distances.largestLoss(scene.state), 0.07, 1e-9);
   uncertainty.positions = {0.01, 0.02, 0.04, 0.05};
   distances.assume(uncertainty);
-  EXPECT_NEAR(distances.largestLoss(), 0.09, 1e-9);
+  EXPECT_NEAR(distances.largestLoss(scene.state), 0.09, 1e-9);
 }
 
 TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
@@ -620,9 +588,9 @@ TEST(GuaranteedDistances, NoPairLosesMoreThanTheLargestLoss) {
   for (int i = 0; i < repeats(60); ++i) {
     SomeCell cell(chance);
     cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
-    const double largest = cell.distances.largestLoss();
+    const double largest = cell.distances.largestLoss(cell.scene.state);
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates())))
-      EXPECT_GE(cell.distances.of(pair), pair.result.lower_bound - largest);
+      EXPECT_GE(cell.distances.of(cell.scene.state, pair), pair.result.lower_bound - largest);
   }
 }
 
@@ -632,7 +600,7 @@ TEST(GuaranteedDistances, NoPairOfAnyKindLosesMoreThanTheLargestLoss) {
   for (int i = 0; i < repeats(60); ++i) {
     CrowdedCell cell(chance);
     cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
-    const double largest = cell.distances.largestLoss();
+    const double largest = cell.distances.largestLoss(cell.scene.state);
     double most = 0.0;
     for (const PairProximity& pair : std::vector<PairProximity>(cell.scene.all(cell.scene.candidates()))) {
       if (pair.result.status == narrowphase::Status::Unknown) continue;
@@ -641,8 +609,8 @@ TEST(GuaranteedDistances, NoPairOfAnyKindLosesMoreThanTheLargestLoss) {
       EXPECT_GE(worst, pair.result.lower_bound - largest)
           << nameOf(pair.asked.a, cell.model->robot, cell.objects.get()) << ", "
           << nameOf(pair.asked.b, cell.model->robot, cell.objects.get());
-      EXPECT_GE(cell.distances.of(pair), pair.result.lower_bound - largest);
-      most = std::max(most, pair.result.lower_bound - cell.distances.of(pair));
+      EXPECT_GE(cell.distances.of(cell.scene.state, pair), pair.result.lower_bound - largest);
+      most = std::max(most, pair.result.lower_bound - cell.distances.of(cell.scene.state, pair));
       ++(pair.asked.a.isLink() ? of_links : of_free_objects);
     }
     close += most > 0.3 * largest;
@@ -660,16 +628,17 @@ TEST(GuaranteedDistances, LargestLossOfAMotionLeavesOutWhatNoJointMoves) {
   const Object trolley = makeObject("trolley", {{narrowphase::Shape(narrowphase::Sphere{0.5})}}, Moving{"wheels"});
   ObjectRules rules;
   rules.free_objects = ObjectRules::FreeObjects::Checked;
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
-  distances.use(
+  scene.use(
       std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}, AddObject{trolley}}).withRules(rules)));
-  distances.update(forwardKinematics(model->robot, {}), {at(30, 0, 0)});
+  scene.update(forwardKinematics(model->robot, {}), {at(30, 0, 0)});
   Uncertainty uncertainty(model->robot);
   uncertainty.own_objects["floor"] = {0.0, 0.1};
   distances.assume(uncertainty);
-  EXPECT_NEAR(distances.largestLoss(), 0.1 * 30.5, 1e-9);
+  EXPECT_NEAR(distances.largestLoss(scene.state), 0.1 * 30.5, 1e-9);
   const double farthest = std::hypot(3.0, 0.5) + 0.5;  // of the post; nothing moves the hook that far
-  EXPECT_NEAR(distances.largestLoss({0.0, 0.0}), 0.1 * farthest, 1e-9);
+  EXPECT_NEAR(distances.largestLoss(scene.state, {0.0, 0.0}), 0.1 * farthest, 1e-9);
 }
 
 // The mast turns the hook away from where the chain of known poses ends.
@@ -677,45 +646,45 @@ TEST(GuaranteedDistances, LargestLossOfAMotionIsNotKnownWhileAPoseBetweenIsMissi
   const auto model =
       modelOf(urdfOf(link("post", ball("0.5", "0 3 0.5")) + link("mast") + link("hook", ball("0.1")) +
                      hinge("swing", "post", "mast", "0 0 1") + hinge("reach", "mast", "hook", "0 0 1", "2 0 0.5")));
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
   BodyPoses poses = forwardKinematics(model->robot, {});
   poses[bodyOf(model->robot, "mast")] = std::nullopt;
-  distances.update(poses);
+  scene.update(poses);
   Uncertainty uncertainty(model->robot);
   uncertainty.bases[0].angle = 0.1;
   distances.assume(uncertainty);
-  EXPECT_TRUE(std::isfinite(distances.largestLoss()));
-  EXPECT_TRUE(std::isfinite(distances.largestLoss({0.0, 1.0})));
-  EXPECT_EQ(distances.largestLoss({1.0, 0.0}), std::numeric_limits<double>::infinity());
+  EXPECT_TRUE(std::isfinite(distances.largestLoss(scene.state)));
+  EXPECT_TRUE(std::isfinite(distances.largestLoss(scene.state, {0.0, 1.0})));
+  EXPECT_EQ(distances.largestLoss(scene.state, {1.0, 0.0}), std::numeric_limits<double>::infinity());
   // What is only shifted loses the same wherever the others are.
   const Object floor = makeObject("floor", {{HalfSpace{{0, 0, 1}, -1.0}}}, Fixed{at(0, 0, 0)});
-  distances.use(std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}})));
+  scene.use(std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}})));
   uncertainty.bases[0].angle = 0.0;
   uncertainty.own_objects["floor"] = {0.02, 0.0};
   distances.assume(uncertainty);
-  EXPECT_NEAR(distances.largestLoss({1.0, 0.0}), 0.02, 1e-9);
+  EXPECT_NEAR(distances.largestLoss(scene.state, {1.0, 0.0}), 0.02, 1e-9);
 }
 
 TEST(GuaranteedDistances, NoPairLosesMoreDuringAMotionThanTheLargestLossOfIt) {
   Chance chance(44);
   const auto model = modelOf(kCrane);
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
   for (int i = 0; i < 100; ++i) {
     distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
     const std::vector<double> start{chance.between(-3, 3), chance.between(-1, 1)};
     const std::vector<double> travel{chance.between(0, 2), chance.between(0, 1)};
-    distances.update(forwardKinematics(model->robot, start));
-    const double largest = distances.largestLoss(travel);
-    EXPECT_GE(largest, distances.largestLoss());
+    scene.update(forwardKinematics(model->robot, start));
+    const double largest = distances.largestLoss(scene.state, travel);
+    EXPECT_GE(largest, distances.largestLoss(scene.state));
     for (int k = 0; k < 10; ++k) {
       const BodyPoses later =
           forwardKinematics(model->robot, std::vector<double>{start[0] + chance.between(-1, 1) * travel[0],
                                                               start[1] + (k % 2 ? 1.0 : -1.0) * travel[1]});
       scene.update(later);
-      distances.update(later);
       const PairProximity pair = scene.proximity(pairOf(*model, "post", "hook"));
-      const double bound = distances.of(pair);
+      const double bound = distances.of(scene.state, pair);
       if (bound > 0.0) {
         EXPECT_GE(bound, pair.result.lower_bound - largest);
       }
@@ -735,10 +704,9 @@ TEST(GuaranteedDistances, NoPairOfAnObjectInTheFrameOfALinkLosesMoreThanTheLarge
   const auto objects =
       std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}, AddObject{box}}).withRules(rules));
   const int hook = model->robot.links[model->robot.findLink("hook")].body;
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
-  scene.use(objects);
-  distances.use(objects, {-1, {hook}});
+  scene.use(objects, {-1, {hook}});
   int pairs = 0;
   for (int i = 0; i < 200; ++i) {
     distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
@@ -746,15 +714,13 @@ TEST(GuaranteedDistances, NoPairOfAnObjectInTheFrameOfALinkLosesMoreThanTheLarge
     const std::vector<double> travel{chance.between(0, 1), chance.between(0, 1)};
     const BodyPoses poses = forwardKinematics(model->robot, start);
     scene.update(poses, {*poses[hook] * at(1, 0, 0.5)});
-    distances.update(poses, scene);
-    const double largest = distances.largestLoss(travel);
+    const double largest = distances.largestLoss(scene.state, travel);
     ASSERT_TRUE(std::isfinite(largest));
     const BodyPoses later = forwardKinematics(
         model->robot, std::vector<double>{start[0] + chance.between(-1, 1) * travel[0], start[1] + travel[1]});
     scene.update(later, {*later[hook] * at(1, 0, 0.5)});
-    distances.update(later, scene);
     for (const PairProximity& pair : scene.closest(scene.candidates(), 4)) {
-      const double bound = distances.of(pair);
+      const double bound = distances.of(scene.state, pair);
       if (!(bound > 0.0)) continue;
       EXPECT_GE(bound, pair.result.lower_bound - largest);
       ++pairs;
@@ -770,13 +736,14 @@ TEST(GuaranteedDistances, LargestLossIsThatOfThePresentPlaceOfAFrame) {
   const Object tool = makeObject("tool", {{narrowphase::Shape(narrowphase::Sphere{0.1})}}, Moving{"gripper"});
   const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}}));
   const int hook = model->robot.links[model->robot.findLink("hook")].body;
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
-  distances.use(objects, {-1, {hook}});
+  scene.use(objects, {-1, {hook}});
   distances.assume(someUncertainty(model->robot, 0.1, 0.03, chance));
   const BodyPoses poses = forwardKinematics(model->robot, std::vector<double>{0.5, 0.2});
   const auto lossAt = [&](double x) {
-    distances.update(poses, {*poses[hook] * at(x, 0, 0.5)});
-    return distances.largestLoss();
+    scene.update(poses, {*poses[hook] * at(x, 0, 0.5)});
+    return distances.largestLoss(scene.state);
   };
   const double near = lossAt(1.0);
   EXPECT_GT(lossAt(30.0), 2.0 * near);
@@ -799,17 +766,17 @@ TEST(GuaranteedDistances, HoldWhereverALimitEndsThem) {
     cell.distances.assume(someUncertainty(cell.model->robot, 0.1, 0.03, chance));
     const std::vector<PairProximity> all = cell.scene.all(cell.scene.candidates());
     std::vector<double> whole;
-    for (const PairProximity& pair : all) whole.push_back(cell.distances.of(pair));
+    for (const PairProximity& pair : all) whole.push_back(cell.distances.of(cell.scene.state, pair));
     const PairDistances thresholds(chance.between(0, 0.1), chance.between(0, 0.1));
     cell.distances.forget();
-    const double excess = cell.distances.find(cell.scene, thresholds).excess;
+    const double excess = cell.distances.find(cell.scene.scene, cell.scene.state, thresholds).excess;
     const auto most = static_cast<std::int64_t>(chance.decades(1.0, 6.0));
     for (const GuaranteeEnd by : {GuaranteeEnd::Steps, GuaranteeEnd::Time}) {
       cell.distances.forget();
       limitSteps(most, by, cell.distances);
       for (std::size_t k = 0; k < all.size(); ++k) {
         if (std::isnan(whole[k])) continue;
-        const double bound = cell.distances.of(all[k]);
+        const double bound = cell.distances.of(cell.scene.state, all[k]);
         EXPECT_LE(bound, whole[k]);
         if (cell.distances.end() == GuaranteeEnd::None) {
           EXPECT_EQ(bound, whole[k]);
@@ -822,7 +789,7 @@ TEST(GuaranteedDistances, HoldWhereverALimitEndsThem) {
       }
       cell.distances.forget();
       limitSteps(most, by, cell.distances);
-      const GuaranteedMinimum found = cell.distances.find(cell.scene, thresholds);
+      const GuaranteedMinimum found = cell.distances.find(cell.scene.scene, cell.scene.state, thresholds);
       EXPECT_LE(found.excess, excess + 1e-12);
       EXPECT_EQ(std::isinf(found.excess), std::isinf(excess)) << "a limit does not make a bound of none";
       EXPECT_NEAR(found.guaranteed - thresholds.of(found.pair.asked), found.excess, 1e-12);
@@ -830,7 +797,7 @@ TEST(GuaranteedDistances, HoldWhereverALimitEndsThem) {
       // The same once more, as in a replay.
       cell.distances.forget();
       limitSteps(cell.distances.end() == GuaranteeEnd::Time ? cell.distances.steps() : most, by, cell.distances);
-      const GuaranteedMinimum again = cell.distances.find(cell.scene, thresholds);
+      const GuaranteedMinimum again = cell.distances.find(cell.scene.scene, cell.scene.state, thresholds);
       EXPECT_EQ(again.excess, found.excess);
       EXPECT_TRUE(again.pair.asked.isSameAs(found.pair.asked));
     }
@@ -851,23 +818,22 @@ TEST(GuaranteedDistances, MinimumThatALimitEndsHoldsForPairsThatWereNotLookedAt)
   rules.free_objects = ObjectRules::FreeObjects::Checked;
   const auto objects =
       std::make_shared<const Objects>(Objects(model).changed({AddObject{floor}, AddObject{trolley}}).withRules(rules));
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
   scene.use(objects);
-  distances.use(objects);
   scene.update(forwardKinematics(model->robot, {}), {at(30, 0, 2)});
   Uncertainty uncertainty(model->robot);
   uncertainty.own_objects["floor"] = {0.0, 0.09};
   distances.assume(uncertainty);
-  distances.update(forwardKinematics(model->robot, {}), scene);
-  const double excess = distances.find(scene, {}).excess;
+  const double excess = distances.find(scene.scene, scene.state, {}).excess;
   EXPECT_NEAR(excess, 2.1 - 0.09 * 30.1, 0.1);
   const std::vector<PairProximity> closest = scene.closest(scene.candidates(), 2);
   for (const GuaranteeEnd by : {GuaranteeEnd::Steps, GuaranteeEnd::Time}) {
     limitSteps(0, by, distances);
     distances.forget();
-    EXPECT_LE(distances.find(scene, {}).excess, excess);
-    const GuaranteedMinimum found = distances.find(scene, scene.candidates(), {}, listOf(closest, 1.0));
+    EXPECT_LE(distances.find(scene.scene, scene.state, {}).excess, excess);
+    const GuaranteedMinimum found =
+        distances.find(scene.scene, scene.state, scene.candidates(), {}, listOf(closest, 1.0));
     EXPECT_LE(found.excess, excess);
     EXPECT_NEAR(found.guaranteed, found.excess, 1e-12);
     EXPECT_EQ(distances.end(), by);
@@ -879,19 +845,17 @@ TEST(GuaranteedDistances, MinimumThatALimitEndsIsFiniteBesideAHalfSpaceThatALink
   const auto model = modelOf(kCrane);
   const Object tool = makeObject("tool", {{HalfSpace{{0, 0, 1}, -10.0}}}, Moving{"gripper"});
   const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{tool}}));
-  Scene scene(model);
+  PosedScene scene(model);
   GuaranteedDistances distances(model);
-  scene.use(objects);
-  distances.use(objects, {-1, {model->robot.links[model->robot.findLink("hook")].body}});
+  scene.use(objects, {-1, {model->robot.links[model->robot.findLink("hook")].body}});
   scene.update(forwardKinematics(model->robot, {}), {at(2, 0, 1.5)});
   distances.assume(uncertaintyOfJoints(model->robot, 1e-3));
-  distances.update(forwardKinematics(model->robot, {}), scene);
-  EXPECT_EQ(distances.largestLoss(), std::numeric_limits<double>::infinity());
-  const double excess = distances.find(scene, {}).excess;
+  EXPECT_EQ(distances.largestLoss(scene.state), std::numeric_limits<double>::infinity());
+  const double excess = distances.find(scene.scene, scene.state, {}).excess;
   for (const GuaranteeEnd by : {GuaranteeEnd::Steps, GuaranteeEnd::Time}) {
     limitSteps(0, by, distances);
     distances.forget();
-    const double coarse = distances.find(scene, {}).excess;
+    const double coarse = distances.find(scene.scene, scene.state, {}).excess;
     EXPECT_LE(coarse, excess);
     EXPECT_GT(coarse, excess - 0.1);
   }
@@ -899,14 +863,14 @@ TEST(GuaranteedDistances, MinimumThatALimitEndsIsFiniteBesideAHalfSpaceThatALink
 
 TEST(GuaranteedDistances, ADeadlineThatHasPassedLeavesTheCoarsestBounds) {
   LinksAtZero links(modelOf(kCrane), uncertaintyOfJoints(modelOf(kCrane)->robot, 0.1), "post", "hook");
-  const double whole = links.distances.of(links.pair);
+  const double whole = links.distances.of(links.scene.state, links.pair);
   links.distances.forget();
   GuaranteeLimits limits;
   limits.deadline = std::chrono::steady_clock::now();
   links.distances.limit(limits);
   // The hook moves by 0.1 m along x, and by 0.1 rad with a radius of 2.1 m at most.
-  EXPECT_NEAR(links.distances.of(links.pair), links.pair.result.lower_bound - 0.1 - 0.21, 1e-9);
-  EXPECT_LT(links.distances.of(links.pair), whole);
+  EXPECT_NEAR(links.distances.of(links.scene.state, links.pair), links.pair.result.lower_bound - 0.1 - 0.21, 1e-9);
+  EXPECT_LT(links.distances.of(links.scene.state, links.pair), whole);
   EXPECT_EQ(links.distances.end(), GuaranteeEnd::Time);
 }
 
@@ -921,8 +885,7 @@ TEST(GuaranteedDistances, AllocateNothingOnceTheyHaveTheirRoom) {
     double sum = 0.0;
     for (const BodyPoses& poses : states) {
       cell.scene.update(poses, cell.frames);
-      cell.distances.update(poses, cell.frames);
-      sum += cell.distances.find(cell.scene, {}).excess;
+      sum += cell.distances.find(cell.scene.scene, cell.scene.state, {}).excess;
     }
     return sum;
   };

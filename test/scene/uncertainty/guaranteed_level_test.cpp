@@ -1,5 +1,6 @@
 #include "proximity_server/scene/uncertainty/guaranteed_level.h"
 
+#include "scene/posed_scene.h"
 #include "scene/random_objects.h"
 #include "scene/uncertainty/uncertain_states.h"
 
@@ -20,7 +21,6 @@ class GuaranteedLevel : public testing::Test {
   GuaranteedLevel() {
     const BodyPoses poses = forwardKinematics(model_->robot, std::vector<double>{-1.0, 0.0, 0.5});
     scene_.update(poses);
-    distances_.update(poses);
   }
   /// With an uncertainty of the left joint only.
   GuaranteedDecidingPair deciding(double uncertainty) {
@@ -30,14 +30,14 @@ class GuaranteedLevel : public testing::Test {
     const Pairs pairs(scene_.candidates());
     const PairProximity closest = *scene_.minimum(pairs);
     const ListedPairs listed{&closest, &closest + 1, closest.result.lower_bound};
-    return decidingPair(scene_, distances_, pairs, closest, listed, thresholds_);
+    return decidingPair(scene_.scene, distances_, scene_.state, pairs, closest, listed, thresholds_);
   }
   std::string nameOfA(const GuaranteedDecidingPair& deciding) const {
     return nameOf(deciding.pair.asked.a, model_->robot);
   }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kRail);
-  Scene scene_{model_};
+  PosedScene scene_{model_};
   GuaranteedDistances distances_{model_};
   LevelThresholds thresholds_;
 };
@@ -65,7 +65,6 @@ TEST_F(GuaranteedLevel, HeedsTheThresholdsOfEachPair) {
 TEST_F(GuaranteedLevel, IsACollisionOnlyInContact) {
   const BodyPoses poses = forwardKinematics(model_->robot, std::vector<double>{-1.0, 0.0, 0.15});
   scene_.update(poses);
-  distances_.update(poses);
   const GuaranteedDecidingPair contact = deciding(0.9);
   EXPECT_EQ(contact.level.level, ClearanceLevel::Collision);
   EXPECT_EQ(nameOfA(contact), "middle");

@@ -1,6 +1,7 @@
 // Real robots whose joints are not where they are said to be. With PROXIMITY_REPEATS many more states are searched.
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "scene/example_robots.h"
+#include "scene/posed_scene.h"
 #include "scene/random_states.h"
 #include "scene/uncertainty/uncertain_states.h"
 
@@ -26,17 +27,16 @@ Uncertainty uncertaintyOf(const RobotModel& robot, double size, Chance& chance) 
 
 /// No state within the uncertainty of some states is closer than the guaranteed distances of the closest pairs.
 void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int count, Chance& chance) {
-  Scene scene(model), within(model);
+  PosedScene scene(model), within(model);
   GuaranteedDistances distances(model);
   int close = 0, pairs = 0, states = 0;
   for (int i = 0; i < count; ++i) {
     const BodyPoses poses = forwardKinematics(model->robot, randomPositions(model->robot, chance));
     const Uncertainty uncertainty = uncertaintyOf(model->robot, chance.decades(-4, -1), chance);
     scene.update(poses);
-    distances.update(poses);
     distances.assume(uncertainty);
     for (const PairProximity& pair : std::vector<PairProximity>(scene.closest(scene.candidates(), 4))) {
-      const double bound = distances.of(pair);
+      const double bound = distances.of(scene.state, pair);
       const auto in = [&](const StateWithin& state) {
         ++states;
         within.update(posesWithin(model->robot, poses, uncertainty, state));
@@ -81,7 +81,7 @@ double smallestOfSearch(const RobotModel& robot, Chance& chance, const Distance&
 /// that a search finds. The quotients are sorted. A micrometre is added to both losses.
 std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, double size, int count, Chance& chance) {
   constexpr double kLittle = 1e-6;  // [m]
-  Scene scene(model), within(model);
+  PosedScene scene(model), within(model);
   GuaranteedDistances distances(model);
   std::vector<double> factors;
   Uncertainty uncertainty(model->robot);
@@ -90,10 +90,9 @@ std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, dou
   while (static_cast<int>(factors.size()) < count) {
     const BodyPoses poses = forwardKinematics(model->robot, randomPositions(model->robot, chance));
     scene.update(poses);
-    distances.update(poses);
     const PairProximity pair = *scene.minimum(scene.candidates());
     if (pair.result.lower_bound <= 0.0) continue;
-    const double bound = distances.of(pair);
+    const double bound = distances.of(scene.state, pair);
     const auto in = [&](const StateWithin& state) {
       within.update(posesWithin(model->robot, poses, uncertainty, state));
       return within.proximity(pair.asked).result.distance;

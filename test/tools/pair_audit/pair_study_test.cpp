@@ -3,6 +3,7 @@
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
+#include "scene/posed_scene.h"
 #include "tools/pair_audit/audit_report.h"
 #include "tools/robot/crossing_sliders.h"
 #include "tools/robot/two_sliders.h"
@@ -43,7 +44,7 @@ class CrossingSliders : public ::testing::Test {
   }
   /// The distance of a pair at given positions, asked of a scene of its own.
   double distanceAt(const PairEvidence& pair, const Positions& positions) const {
-    Scene scene(model_);
+    PosedScene scene(model_);
     scene.update(forwardKinematics(model_->robot, positions));
     return scene.proximity(pair.pair).result.distance;
   }

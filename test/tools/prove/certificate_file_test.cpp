@@ -4,6 +4,7 @@
 #include "proximity_server/scene/proof/certify.h"
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "sanitized.h"
+#include "scene/posed_scene.h"
 #include "scene/proof/random_boxes.h"
 #include "scene/random_objects.h"
 
@@ -111,7 +112,7 @@ TEST_F(CertificateFile, BadTextIsRefusedAtItsPlace) {
 /// A byte that was changed makes the text unreadable, makes the evidence wrong, or leaves a statement that is true.
 TEST_F(CertificateFile, AChangedByteNeverMakesAWrongStatement) {
   Chance chance(48);
-  Scene scene(model_);
+  PosedScene scene(model_);
   scene.use(objects_);
   int unreadable = 0, wrong = 0, accepted = 0;
   for (int i = 0; i < repeats(2500); ++i) {

@@ -1,4 +1,4 @@
-#include "scene/parts/link_groups.h"
+#include "scene/state/link_groups.h"
 
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "scene/model/numbers.h"
@@ -26,7 +26,7 @@ struct Grouped {
   }
   PlacedRobot placedBodies(const BodyPoses& poses) const {
     PlacedRobot robot(model.robot, std::make_shared<const Volumes>(model.robot));
-    robot.update(poses);
+    robot.update(poses, {});
     return robot;
   }
   PlacedRobot placed(const std::vector<Isometry3d>& poses) const { return placedBodies(posesOf(model.robot, poses)); }

@@ -1,4 +1,4 @@
-#include "scene/parts/pair_memory.h"
+#include "scene/state/pair_memory.h"
 
 #include <gtest/gtest.h>
 

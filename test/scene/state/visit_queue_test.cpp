@@ -1,4 +1,4 @@
-#include "scene/parts/visit_queue.h"
+#include "scene/state/visit_queue.h"
 
 #include "scene/model/numbers.h"
 

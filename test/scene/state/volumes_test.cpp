@@ -1,4 +1,4 @@
-#include "scene/parts/volumes.h"
+#include "scene/state/volumes.h"
 
 #include "scene/files.h"
 #include "scene/small_robots.h"
