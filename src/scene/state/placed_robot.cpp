@@ -105,10 +105,8 @@ void PlacedRobot::occupy(int number, const PlacedObject& object) {
 }
 
 ShapeRef PlacedRobot::refOf(int part) const {
-  PROXIMITY_ASSERT(narrowphase::isPlace(part, parts_.size()),
-                   "No part has this number: it may be that of an object before use() was told of it.");
-  const int links = static_cast<int>(model_.links.size());
   if (isObject(part)) return ShapeRef::ofObject(part - volumes_->rootCount());
+  const int links = static_cast<int>(model_.links.size());
   if (part < links) return ShapeRef(part);
   const Collision& collision = model_.collisions[part - links];
   return {collision.link, collision.number};

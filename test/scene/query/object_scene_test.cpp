@@ -418,6 +418,31 @@ TEST(ASceneWithObjects, GivesItsObjectsToThatOfAnotherThread) {
   EXPECT_NEAR(other.minimum(other.candidates())->result.distance, 4.0, 1e-12);
 }
 
+// The objects of one state have numbers that the other does not know.
+TEST(ASceneWithObjects, AnswersAboutStatesInTurn) {
+  const auto model = modelOf(floatingLinks({ball("1"), ball("1")}));
+  std::vector<ObjectChange> boxes;
+  for (int i = 0; i < 5; ++i)
+    boxes.push_back(add("box" + std::to_string(i), {{Shape(Box{{2, 2, 2}})}}, Fixed{at(0, 3.5 + i, 0)}));
+  State few(model), many(model);
+  few.set(posesOf(model->robot, {at(0, 0, 0), at(4, 0, 0)}));
+  many.set(std::make_shared<const Objects>(Objects(model).changed(boxes)));
+  many.set(posesOf(model->robot, {at(0, 0, 0), at(5, 0, 0)}));
+  Scene scene(model);
+  for (int round = 0; round < 3; ++round)
+    for (const State* state : {&many, &few}) {
+      Scene fresh(model);
+      const auto expected = fresh.closest(*state, fresh.candidates(), 3);
+      const auto& found = scene.closest(*state, scene.candidates(), 3);
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        EXPECT_TRUE(found[i].asked.isSameAs(expected[i].asked));
+        EXPECT_NEAR(found[i].result.distance, expected[i].result.distance, 1e-12);
+      }
+      EXPECT_EQ(scene.counts().total, fresh.counts().total);
+    }
+}
+
 TEST(ASceneWithObjects, AnswersAboutEachKindOfPair) {
   Cell cell({ball("1"), ball("1")});
   cell.change({add("box", {{Shape(Box{{2, 2, 2}})}}, Fixed{at(0, 9, 0)})});
