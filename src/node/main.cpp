@@ -7,7 +7,7 @@
 #include <ros/ros.h>
 
 #include <atomic>
-#include <optional>
+#include <memory>
 
 int main(int argc, char** argv) {
   if (proximity_server::system::tellsVersion(argc, argv, "proximity_server_node")) return 0;
@@ -20,9 +20,9 @@ int main(int argc, char** argv) {
   proximity_server::system::leaveCtrlCToOtherThreads();
   std::atomic<bool> ends{false};  // true after a signal, also while meshes are loaded, which takes long
   try {
-    std::optional<proximity_server::node::ProximityNode> node;
-    proximity_server::system::runWatched([&] { node.emplace(nh, private_nh, ends); },
-                                         [&] { ends = ros::isShuttingDown(); });
+    std::unique_ptr<proximity_server::node::ProximityNode> node;
+    const auto start = [&] { node = std::make_unique<proximity_server::node::ProximityNode>(nh, private_nh, ends); };
+    proximity_server::system::runWatched(start, [&] { ends = ros::isShuttingDown(); });
     ros::spin();  // runs the short callbacks; requests and the monitor have threads of their own
     ends = true;
   } catch (const std::exception& error) {
