@@ -88,7 +88,8 @@ void askAt(const BodyPoses& poses, const QueryPairsRequest& request, std::size_t
   const ScenePool::Lease scenes = pairs.borrowScenes();
   scenes->state.set(poses);
   const QueryStatus status;
-  GuaranteedDistances* const guaranteed = guaranteedOf(arm(), *scenes, request.uncertainty, question);
+  GuaranteedDistances* const guaranteed =
+      guaranteedWithin(uncertaintyOf(arm(), request.uncertainty), *scenes, question);
   checkAnswer(askPairs(arm(), *scenes, {poses, status}, pairs, request, question, guaranteed));
 }
 

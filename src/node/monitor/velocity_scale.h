@@ -39,10 +39,9 @@ bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q);
 /// the decelerations in the parameters. Motions away from a near pair are not slowed, see scene::velocityScale(). The
 /// robot begins to brake after stopLatency(). With PoseLatency the uncertainty contains the motion during the age,
 /// which does not count as latency then. `age` is that of the poses, and `joints` are those that move a checked pair.
-/// The state of `scenes` must have the poses of the start. `guaranteed` is given if they are not known exactly: then all
-/// pairs stay above their stop distances in every state
-/// within the uncertainty. If searchDeadline() ends the search, the scale is smaller than the largest one, which is
-/// safe, and is_complete is false.
+/// The state of `scenes` must have the poses of the start. `guaranteed` is given if they are not known exactly: then
+/// all pairs stay above their stop distances in every state within the uncertainty. If searchDeadline() ends the
+/// search, the scale is smaller than the largest one, which is safe, and is_complete is false.
 StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
                             const VelocitySnapshot& velocities, const std::vector<int>& joints,
                             const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,

@@ -119,8 +119,8 @@ class Robot {
   /// The candidate pairs in which a link of this SRDF group moves. Throws std::invalid_argument for an unknown group.
   std::vector<scene::ShapeRefPair> pairsOfGroup(const std::string& group) const;
 
-  /// Lends a state and scenes to one request. They may still have the poses and objects of an earlier request. The lease
-  /// must end before the robot is destroyed.
+  /// Lends a state and scenes to one request. They may still have the poses and objects of an earlier request. The
+  /// lease must end before the robot is destroyed.
   ScenePool::Lease borrowScenes() const { return scenes_->borrow(); }
 
  private:

@@ -1,5 +1,4 @@
 #include "node/answers/gradients.h"
-#include "node/objects/object_needs.h"
 #include "node/services/answered.h"
 #include "node/services/joint_requests.h"
 #include "node/services/pair_questions.h"
@@ -46,10 +45,10 @@ std::vector<JointValues> statesOf(const scene::RobotModel& robot, const QueryCon
 /// Computes the free motions of a response.
 class FreeMotions {
  public:
-  /// Throws RequestError if the request is not about all checked pairs, and for a wrong motion.
-  FreeMotions(const Robot& robot, const RequestedPairs& pairs, const QueryConfigurationRequest& request,
-              const scene::Deadline& deadline)
-      : free_(robot.sharedModel()), degrees_(robot.robotModel()) {
+  /// The state must outlive it. Throws RequestError if the request is not about all checked pairs, and for a wrong motion.
+  FreeMotions(const Robot& robot, const scene::State& state, const RequestedPairs& pairs,
+              const QueryConfigurationRequest& request, const scene::Deadline& deadline)
+      : free_(robot.sharedModel()), degrees_(state.degreesOfFreedom()) {
     if (pairs.list()) refuse("want_free_motion is about all checked pairs: a, b and group must be empty");
     const double distance = finite(request.free_motion_distance, "free_motion_distance");
     question_.thresholds = {distance, distance};
@@ -72,7 +71,7 @@ class FreeMotions {
 
  private:
   scene::FreeMotion free_;
-  const scene::DegreesOfFreedom degrees_;
+  const scene::DegreesOfFreedom& degrees_;
   scene::FreeMotionQuestion question_;
   Eigen::VectorXd motion_;  ///< empty if the request has none
 };
@@ -106,9 +105,10 @@ QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryCo
     FrameSnapshot frames = framesFromTf(robot, tf, asked_frames, from_tf, request.stamp);
     const QueryStatus& status = from_tf.status.code == QueryStatus::OK ? frames.status : from_tf.status;
     const ScenePool::Lease scenes = pairs.borrowScenes();
-    scene::GuaranteedDistances* const guaranteed = guaranteedOf(robot, *scenes, request.uncertainty, question);
+    scene::GuaranteedDistances* const guaranteed =
+        guaranteedWithin(uncertaintyOf(robot, request.uncertainty), *scenes, question);
     std::optional<FreeMotions> free_motions;
-    if (request.want_free_motion) free_motions.emplace(robot, pairs, request, question.deadline);
+    if (request.want_free_motion) free_motions.emplace(robot, scenes->state, pairs, request, question.deadline);
     for (const JointValues& state : states) {
       const scene::BodyPoses poses = inReference(robot, posesInRoot(robot, state, from_tf), from_tf.roots);
       placeFramesOfLinks(robot, asked_frames, poses, frames.poses);

@@ -70,19 +70,18 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
   return question;
 }
 
-scene::GuaranteedDistances* guaranteedOf(const Robot& robot, PosedScenes& scenes, const std::string& uncertainty,
-                                         const scene::Question& question) {
-  try {
-    const scene::Uncertainty wanted = uncertainty.empty()
-                                          ? robot.uncertainty()
-                                          : scene::uncertaintyFrom(uncertainty, "uncertainty", robot.robotModel());
-    if (wanted.isZero()) return nullptr;
-    scenes.guaranteed().assume(wanted);
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  }
+scene::Uncertainty uncertaintyOf(const Robot& robot, const std::string& text) try {
+  return text.empty() ? robot.uncertainty() : scene::uncertaintyFrom(text, "uncertainty", robot.robotModel());
+} catch (const std::invalid_argument& error) {
+  refuse(error.what());
+}
+
+scene::GuaranteedDistances* guaranteedWithin(const scene::Uncertainty& uncertainty, PosedScenes& scenes,
+                                             const scene::Question& question) {
+  if (uncertainty.isZero()) return nullptr;
   scene::GuaranteeLimits limits;
   limits.deadline = question.deadline;
+  scenes.guaranteed().assume(uncertainty);
   scenes.guaranteed().limit(limits);
   return &scenes.guaranteed();
 }

@@ -20,11 +20,14 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
 /// number is not finite.
 double thresholdOrNone(double threshold);
 
-/// The guaranteed distances of the requested pairs within an uncertainty: the text of a request, or if it is empty that
-/// of the parameters. They end at the deadline of the question. nullptr if nothing is uncertain. Throws RequestError
-/// naming the field of the text that is wrong.
-scene::GuaranteedDistances* guaranteedOf(const Robot& robot, PosedScenes& scenes, const std::string& uncertainty,
-                                         const scene::Question& question);
+/// The uncertainty of a text of a request, or if it is empty that of the parameters. Throws RequestError naming the field
+/// of the text that is wrong.
+scene::Uncertainty uncertaintyOf(const Robot& robot, const std::string& text);
+
+/// The guaranteed distances within an uncertainty; nullptr if nothing is uncertain. They end at the deadline of the
+/// question.
+scene::GuaranteedDistances* guaranteedWithin(const scene::Uncertainty& uncertainty, PosedScenes& scenes,
+                                             const scene::Question& question);
 
 /// OVER_BUDGET if the time for guaranteed distances was over, so that they are coarse; otherwise OK.
 QueryStatus statusOf(const Robot& robot, const scene::GuaranteedDistances& guaranteed);

@@ -9,21 +9,20 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <utility>
 
 namespace proximity_server::node {
 namespace {
 
-/// The poses that a request needs, and the header of the answer. The scenes get the poses.
-struct AwaitedPoses {
-  AwaitedPoses(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp,
-               PosedScenes& scenes)
+/// The state that a request is about with its scenes, borrowed when its poses are known, and the header of the answer.
+struct AwaitedState {
+  AwaitedState(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
       : model(asked_robot.robotModel(), &pairs.objects()),
         snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
-        frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)) {
+        frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)),
+        scenes(pairs.borrowScenes()) {
     if (snapshot.status.code == QueryStatus::OK) snapshot.status = frames.status;
-    scenes.state.set(snapshot.poses, frames.poses);
+    scenes->state.set(snapshot.poses, frames.poses);
     header.stamp = snapshot.stamp;
     header.frame_id = asked_robot.referenceFrame();
   }
@@ -35,6 +34,7 @@ struct AwaitedPoses {
   RobotAndObjects model;
   PoseSnapshot snapshot;
   FrameSnapshot frames;
+  ScenePool::Lease scenes;
   std_msgs::Header header;
 };
 
@@ -43,25 +43,26 @@ template <class Response, class Request>
 void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
                    Response& response) {
   const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
-  const ScenePool::Lease scenes = pairs.borrowScenes();
-  scene::GuaranteedDistances* const guaranteed = guaranteedOf(robot, *scenes, request.uncertainty, question);
-  const AwaitedPoses posed(robot, tf, pairs, request.stamp, *scenes);
-  scene::Scene& scene = scenes->scene;
+  const scene::Uncertainty uncertainty = uncertaintyOf(robot, request.uncertainty);
+  const AwaitedState posed(robot, tf, pairs, request.stamp);
+  const scene::State& state = posed.scenes->state;
+  scene::Scene& scene = posed.scenes->scene;
   response.header = posed.header;
   require(posed.snapshot.status);
   scene::PairProximity only;
   const scene::PairProximity* closest = nullptr;
   if (pairs.list() && pairs.size() == 1) {
-    only = scene.proximity(scenes->state, pairs.list()->front(), question);
+    only = scene.proximity(state, pairs.list()->front(), question);
     closest = &only;
   } else {
-    closest = scene.minimum(scenes->state, pairs.asked(), question);
+    closest = scene.minimum(state, pairs.asked(), question);
   }
   if (scene.counts().unknown > 0) throw RequestError(incompleteness(robot, scene.counts(), question));
   response.pair = closest ? posed.message(*closest, question) : beyondThreshold(question.threshold);
   if (closest) response.status.code = statusCode(closest->result);
+  scene::GuaranteedDistances* const guaranteed = guaranteedWithin(uncertainty, *posed.scenes, question);
   if (!guaranteed) return;
-  response.pair.guaranteed = closest ? guaranteed->of(scenes->state, *closest) : kNaN;
+  response.pair.guaranteed = closest ? guaranteed->of(state, *closest) : kNaN;
   if (response.status.code == QueryStatus::OK) response.status = statusOf(robot, *guaranteed);
 }
 
@@ -148,17 +149,18 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     const scene::Question question = questionOf(robot, request);
     const auto pairs = pairsOf(robot, request);
     requireAnswersWithinBatch(robot, request, pairs.size());
-    const ScenePool::Lease scenes = pairs.borrowScenes();
-    const AwaitedPoses posed(robot, tf, pairs, request.stamp, *scenes);
+    const AwaitedState posed(robot, tf, pairs, request.stamp);
     response.header = posed.header;
-    scene::GuaranteedDistances* const guaranteed = guaranteedOf(robot, *scenes, request.uncertainty, question);
+    PosedScenes& scenes = *posed.scenes;
+    scene::GuaranteedDistances* const guaranteed =
+        guaranteedWithin(uncertaintyOf(robot, request.uncertainty), scenes, question);
     StateProximity found =
-        askPairs(robot, *scenes, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, guaranteed);
-    if (request.want_gradient) assignColumns(response.joint_names, scenes->state.degreesOfFreedom());
+        askPairs(robot, scenes, {posed.snapshot.poses, posed.snapshot.status}, pairs, request, question, guaranteed);
+    if (request.want_gradient) assignColumns(response.joint_names, scenes.state.degreesOfFreedom());
     response.status = std::move(found.status);
     response.pairs = std::move(found.pairs);
     response.minimum = std::move(found.minimum);
-    assignCounts(response, scenes->scene.counts());
+    assignCounts(response, scenes.scene.counts());
   });
 }
 

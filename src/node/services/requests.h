@@ -55,7 +55,6 @@ class RequestedPairs {
   RequestedPairs(const Robot& robot, RobotObjects objects) : robot_(&robot), objects_(std::move(objects)) {}
 
   const scene::Objects& objects() const { return *objects_.all; }
-  const std::shared_ptr<const scene::Objects>& sharedObjects() const { return objects_.all; }
 
   /// The list of pairs; nullptr if all checked pairs are requested.
   const std::vector<scene::ShapeRefPair>* list() const { return own_ ? &*own_ : nullptr; }
