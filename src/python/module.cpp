@@ -331,8 +331,8 @@ constexpr char kRobotDoc[] = R"(A robot with the pairs of its links, and of obje
 Only its `threads` can be changed: with_object(), moved(), attached() and the like return another robot, which shares
 all unchanged data. So the numbers of pairs in existing rows keep their meaning, a question of another thread is not
 disturbed, and the robot without objects stays as it is. Many threads of Python may use a robot at once: the GIL is
-released while a question is computed. Ctrl-C ends a question, and a load. A robot can be pickled; it is loaded again from the texts
-of its files, and its meshes are read again from their files.
+released while a question is computed. Ctrl-C ends a question, and a load. A robot can be pickled; it is loaded again
+from the texts of its files, and its meshes are read again from their files.
 
 The argument q of each question holds joint positions [rad] or [m]: shape (..., joints), or (joints,) for one state, in
 the order of Robot.joints, which need not be that of the URDF. The answer has the leading shape. The columns of mimic

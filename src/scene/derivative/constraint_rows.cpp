@@ -125,7 +125,7 @@ ConstraintRows::ConstraintRows(std::shared_ptr<const SceneModel> model, int capa
 void ConstraintRows::find(Scene& scene, const State& state, const VelocityDamper& damper) {
   requireUsable(damper);
   if (&scene.model() != model_.get()) throw std::invalid_argument("the scene is of another robot");
-  if (&state.model() != model_.get()) throw std::invalid_argument("the state is of another robot");
+  state.requireModel(*model_);
   offers_.clear();
   stuck_.clear();
   left_out_ = unneeded_ = stuck_count_ = unknown_ = 0;

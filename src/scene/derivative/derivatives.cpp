@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {
@@ -40,14 +41,17 @@ bool gradient(const State& state, const PairProximity& pair, Eigen::Ref<Eigen::V
   return true;
 }
 
-Derivatives::Derivatives(const std::shared_ptr<const SceneModel>& model)
-    : features_(std::make_unique<ContactFeatures>(given(model))), row_(DegreesOfFreedom(model->robot).size()) {}
+Derivatives::Derivatives(std::shared_ptr<const SceneModel> model)
+    : model_(std::move(model)),
+      features_(std::make_unique<ContactFeatures>(given(model_))),
+      row_(DegreesOfFreedom(model_->robot).size()) {}
 Derivatives::~Derivatives() = default;
 Derivatives::Derivatives(Derivatives&&) noexcept = default;
 Derivatives& Derivatives::operator=(Derivatives&&) noexcept = default;
 
 double Derivatives::rate(const State& state, const PairProximity& pair,
                          const Eigen::Ref<const Eigen::VectorXd>& velocity) {
+  state.requireModel(*model_);
   requireSize(velocity.size(), state.degreesOfFreedom());
   if (!gradient(state, pair, row_)) return std::numeric_limits<double>::quiet_NaN();
   const double at_points = row_.dot(velocity);

@@ -28,16 +28,16 @@ void requireFinite(const FreeMotionQuestion& question) {
 
 }  // namespace
 
-FreeMotion::FreeMotion(const std::shared_ptr<const SceneModel>& model) {
-  const DegreesOfFreedom columns(given(model).robot);
+FreeMotion::FreeMotion(std::shared_ptr<const SceneModel> model) : model_(std::move(model)) {
+  const DegreesOfFreedom columns(given(model_).robot);
   scratch_.setZero(columns.size());
   sides_.setZero(columns.size());
-  for (std::size_t joint = 0; joint < model->robot.joints.size(); ++joint)
+  for (std::size_t joint = 0; joint < model_->robot.joints.size(); ++joint)
     sides_.segment(columns.columnsOf(static_cast<int>(joint)).first, columns.columnsOf(static_cast<int>(joint)).count)
         .array() += 1.0;
   sides_ = sides_.cwiseMin(2.0);
-  is_checked_.assign(model->robot.links.size(), false);
-  for (const LinkPair& pair : model->pairs.pairs)
+  is_checked_.assign(model_->robot.links.size(), false);
+  for (const LinkPair& pair : model_->pairs.pairs)
     if (pair.reason == PairReason::Checked) is_checked_[pair.link_a] = is_checked_[pair.link_b] = true;
 }
 // --- weights
@@ -68,6 +68,7 @@ bool FreeMotion::addWeights(const State& state, const ShapeRef& moved, int body,
 }
 
 bool FreeMotion::weights(const State& state, const ShapeRefPair& pair, Eigen::Ref<VectorXd> weights) const {
+  state.requireModel(*model_);
   if (weights.size() != state.degreesOfFreedom().size())
     throw std::invalid_argument("the robot has " + std::to_string(state.degreesOfFreedom().size()) +
                                 " degrees of freedom, but there is room for " + std::to_string(weights.size()));
@@ -138,6 +139,7 @@ void FreeMotion::find(const State& state, const PairProximity* begin, const Pair
                       const FreeMotionQuestion& question) {
   is_known_ = false;
   size_ = 0;
+  state.requireModel(*model_);
   requireFinite(question);
   bool is_known = true;
   for (const PairProximity* pair = begin; pair != end; ++pair) {

@@ -55,7 +55,7 @@ PairRanking::PairRanking(const SceneModel& model, Skipping skipping)
 /// Takes the poses and the objects of a state, unless they are those that were seen last.
 void PairRanking::see(const State& state) {
   if (state.revision() == seen_) return;
-  if (&state.model() != &model_) throw std::invalid_argument("the state is of another robot");
+  state.requireModel(model_);
   measurement_.see(state.placed());
   groups_fit_ = groups_ && groups_->refit(measurement_.robot());
   object_visits_.fit(measurement_.robot());

@@ -51,17 +51,6 @@ ProvenPairs::ProvenPairs(const SceneModel& model) : model_(model.robot), reading
     if (const int joint = model_.bodies[body].joint; joint >= 0) readings_[joint].body = body;
 }
 
-std::vector<int> ProvenPairs::bodies() const {
-  std::set<int> bodies;
-  for (const Pair& pair : pairs_) {
-    for (const int joint : pair.joints) {
-      const int body = readings_[joint].body;
-      bodies.insert({body, model_.bodies[body].parent});
-    }
-  }
-  return {bodies.begin(), bodies.end()};
-}
-
 double ProvenPairs::boundAbove(double least, const PartPair& parts, const PlacedRobot& robot) {
   if (update_ == 0) return -kInfinity;
   const auto place = [](const PartPair& pair) { return std::make_pair(pair.a, pair.b); };

@@ -19,9 +19,6 @@ class ProvenPairs {
 
   bool empty() const { return pairs_.empty(); }
 
-  /// The bodies whose poses are needed.
-  std::vector<int> bodies() const;
-
   /// To be called when the poses change. Before the first call no bound is known.
   void forgetPositions() { ++update_; }
 

@@ -43,8 +43,8 @@ class PlacedRobot {
  public:
   PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes);
 
-  /// Takes the next objects of the robot. A fixed object stands in its place at once, and an attached object has the pose
-  /// of its body; a moving object has none until the next update.
+  /// Takes the next objects of the robot. A fixed object stands in its place at once, and an attached object has the
+  /// pose of its body; a moving object has none until the next update.
   void use(std::shared_ptr<const Objects> objects);
 
   /// nullptr before the first use().
@@ -54,8 +54,8 @@ class PlacedRobot {
   void update(const BodyPoses& poses, const FramePoses& frames);
 
   /// The steps of update(), for a caller who needs only a few bodies, with any poses. First place() all bodies that are
-  /// needed; then takeOriginOf() the first body with geometry whose pose is known; then placeSphere() for each part that
-  /// is needed. Parts that are not placed anew stay where they were.
+  /// needed; then takeOriginOf() the first body with geometry whose pose is known; then placeSphere() for each part
+  /// that is needed. Parts that are not placed anew stay where they were.
   void place(int body, const Eigen::Isometry3d& pose);
   void placeFrames(const FramePoses& frames);
   bool hasGeometry(int body) const { return bodies_[body].has_geometry; }

@@ -54,23 +54,27 @@ ObjectCarriers carriersOnLinks(const Objects& objects) {
 }
 
 State::State(std::shared_ptr<const SceneModel> model)
-    : State(model, std::make_shared<const Volumes>(given(model).robot)) {}
+    : State(model, std::make_shared<const DegreesOfFreedom>(given(model).robot),
+            std::make_shared<const Volumes>(given(model).robot), std::make_shared<const Objects>(model), {}) {}
 
-State::State(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes)
+State::State(std::shared_ptr<const SceneModel> model, std::shared_ptr<const DegreesOfFreedom> degrees_of_freedom,
+             std::shared_ptr<const Volumes> volumes, std::shared_ptr<const Objects> objects, ObjectCarriers carriers)
     : model_(std::move(model)),
-      objects_(std::make_shared<const Objects>(model_)),
-      degrees_of_freedom_(model_->robot),
+      objects_(std::move(objects)),
+      carriers_(std::move(carriers)),
+      degrees_of_freedom_(std::move(degrees_of_freedom)),
       poses_(robot().bodies.size()),
+      frames_(objects_->frames().size()),
       revision_(nextRevision()),
       placed_(std::make_unique<PlacedRobot>(model_->robot, std::move(volumes))) {}
 State::~State() = default;
 State::State(State&&) noexcept = default;
 State& State::operator=(State&&) noexcept = default;
 
-State State::forAnotherThread() const {
-  State other(model_, volumes());
-  other.set(objects_, carriers_);
-  return other;
+State State::forAnotherThread() const { return {model_, degrees_of_freedom_, volumes(), objects_, carriers_}; }
+
+void State::requireModel(const SceneModel& model) const {
+  if (&model != model_.get()) throw std::invalid_argument("the state is of another robot");
 }
 
 const std::shared_ptr<const Volumes>& State::volumes() const { return placed_->volumes(); }
@@ -109,8 +113,9 @@ void State::set(std::shared_ptr<const Objects> objects, ObjectCarriers carriers)
 
 std::optional<Eigen::Isometry3d> State::poseOfFrame(const std::string& frame) const {
   const std::vector<std::string>& known = objects_->frames();
-  const auto found = std::find(known.begin(), known.end(), frame);
-  return found == known.end() ? std::nullopt : frames_[static_cast<std::size_t>(found - known.begin())];
+  const auto place = std::lower_bound(known.begin(), known.end(), frame);
+  const bool is_known = place != known.end() && *place == frame;
+  return is_known ? frames_[static_cast<std::size_t>(place - known.begin())] : std::nullopt;
 }
 
 void State::set(const BodyPoses& poses) {
@@ -197,7 +202,7 @@ Vector3d State::relativeTurn(int a, int b, const Eigen::Ref<const Eigen::VectorX
   Vector3d turn = Vector3d::Zero();
   forEachBetween(a, b, [&](int body, Side side) {
     const JointTwists twists = twistsOf(body);
-    const auto& own = degrees_of_freedom_.columnsOf(robot().bodies[body].joint);
+    const auto& own = degrees_of_freedom_->columnsOf(robot().bodies[body].joint);
     const double sign = side == Side::B ? own.multiplier : -own.multiplier;
     for (int i = 0; i < twists.count; ++i) turn += sign * velocity[own.first + i] * twists.twists[i].angular;
   });

@@ -105,7 +105,7 @@ void PairBounds::forgetState() {
 void PairBounds::see(const State& state) {
   state_ = &state;
   if (state.revision() == revision_) return;
-  if (&state.model() != model_.get()) throw std::invalid_argument("the state is of another robot");
+  state.requireModel(*model_);
   const bool has_other_objects = state.objects() != objects_;
   if (has_other_objects) likely_ = {};
   objects_ = state.objects();

@@ -12,7 +12,9 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::scene::derivatives_test {
@@ -170,6 +172,22 @@ TEST_F(TwoBalls, AnotherNumberOfColumnsThrows) {
   VectorXd short_one(11);
   EXPECT_THROW(scene::gradient(asked.scene.state, answer, short_one), std::invalid_argument);
   EXPECT_THROW(asked.derivatives.rate(asked.scene.state, answer, short_one), std::invalid_argument);
+}
+
+TEST_F(TwoBalls, AStateOfAnotherRobotThrows) {
+  asked.update(poses);
+  const PairProximity answer = asked.scene.proximity(pair);
+  const auto other = std::make_shared<const SceneModel>(*model);
+  State state(other);
+  state.set(poses);
+  EXPECT_THROW(asked.derivatives.rate(state, answer, VectorXd::Zero(12)), std::invalid_argument);
+}
+
+TEST(Derivatives, KeepTheirModel) {
+  auto model = modelOf(floatingLinks({ball("1")}));
+  const std::weak_ptr<const SceneModel> kept = model;
+  const Derivatives derivatives(std::exchange(model, nullptr));
+  EXPECT_FALSE(kept.expired());
 }
 
 TEST_F(TwoBalls, AnObjectThatDoesNotExistThrows) {

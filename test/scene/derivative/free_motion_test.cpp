@@ -266,9 +266,15 @@ TEST_F(CraneInAScene, NothingIsKnownAfterAFailure) {
   EXPECT_EQ(free_.alone(0), 0.0);
 }
 
-TEST_F(CraneInAScene, SceneOfAnotherRobotIsRefused) {
+TEST_F(CraneInAScene, AnotherRobotIsRefused) {
   PosedScene other(modelOf(kCrane));
+  other.update(forwardKinematics(model_->robot, {}));
+  VectorXd weights(2);
   EXPECT_THROW(free_.find(other.scene, scene_.state, {}), std::invalid_argument);
+  EXPECT_THROW(free_.find(scene_.scene, other.state, {}), std::invalid_argument);
+  EXPECT_THROW(free_.find(other.scene, other.state, {}), std::invalid_argument);
+  EXPECT_THROW(free_.find(other.state, nullptr, nullptr, {}), std::invalid_argument);
+  EXPECT_THROW(free_.weights(other.state, pairOf(*model_, "post", "hook"), weights), std::invalid_argument);
   EXPECT_FALSE(free_.isKnown());
 }
 

@@ -99,8 +99,8 @@ class ConstraintRows {
   };
 
   /// Makes the rows of the candidate pairs in a state, including those with objects. It asks the scene.
-  /// Failure: throws std::invalid_argument for a scene or a state of another robot, and for a field of the damper that is
-  ///          not finite or out of range, with its name; then nothing changes.
+  /// Failure: throws std::invalid_argument for a scene or a state of another robot, and for a field of the damper that
+  ///          is not finite or out of range, with its name; then nothing changes.
   void find(Scene& scene, const State& state, const VelocityDamper& damper);
 
   int capacity() const { return static_cast<int>(rows_.size()); }

@@ -15,7 +15,8 @@ class ContactFeatures;
 /// The derivative of a pair's signed distance by each degree of freedom. `pair` is the answer of a Scene about this
 /// state.
 ///
-/// Units:   [m/rad] and [m/m], one entry for each of State::degreesOfFreedom(); 0 for joints that are not between the two.
+/// Units:   [m/rad] and [m/m], one entry for each of State::degreesOfFreedom(); 0 for joints that are not between the
+///          two.
 /// Sign:    positive if the distance grows, or if the depth of an overlap shrinks.
 /// Formula: n . (v_b - v_a), where v is the velocity of each body at its own witness point. The distance is the
 ///          smallest one of two points, so it does not matter how these two move on the surfaces (Danskin, The Theory
@@ -23,8 +24,8 @@ class ContactFeatures;
 /// Error:   that of the normal and the points, and the rounding of the poses. The normal of two convex pieces that
 ///          are apart is off by no more than acos(lower_bound / upper_bound) [rad]; test/README.md has results for
 ///          random states. If PairProximity::result.unique is false, the distance has a kink, and this is the
-///          derivative for one choice of points; rate() computes that of a direction. If two pairs of pieces are
-///          equally close, the distance has a kink, too, but this is not detected.
+///          derivative for one choice of points; Derivatives::rate() computes that of a direction. If two pairs of
+///          pieces are equally close, the distance has a kink, too, but this is not detected.
 /// Failure: returns false, with NaN, if the pair is Unknown or has no points, or if a pose between the two is
 ///          missing.
 ///          Throws std::invalid_argument for a wrong size of `gradient`, and for an object that does not exist.
@@ -35,7 +36,7 @@ bool gradient(const State& state, const PairProximity& pair, Eigen::Ref<Eigen::V
 class Derivatives {
  public:
   /// Throws std::invalid_argument without a model.
-  explicit Derivatives(const std::shared_ptr<const SceneModel>& model);
+  explicit Derivatives(std::shared_ptr<const SceneModel> model);
   ~Derivatives();
   Derivatives(Derivatives&&) noexcept;
   Derivatives& operator=(Derivatives&&) noexcept;
@@ -56,10 +57,12 @@ class Derivatives {
   ///          the same plane are part of the feature. Other pieces that are equally close, such as two balls over a
   ///          floor, are not detected.
   /// Failure: NaN if gradient() fails, or if the result is not unique and the pose of a moving object is not known.
-  ///          Throws std::invalid_argument for a wrong size of `velocity`, and for an object that does not exist.
+  ///          Throws std::invalid_argument for a state of another robot, for a wrong size of `velocity`, and for an object
+  ///          that does not exist.
   double rate(const State& state, const PairProximity& pair, const Eigen::Ref<const Eigen::VectorXd>& velocity);
 
  private:
+  std::shared_ptr<const SceneModel> model_;
   std::unique_ptr<ContactFeatures> features_;
   Eigen::VectorXd row_;  ///< working memory
 };

@@ -48,7 +48,8 @@ struct FreeMotionQuestion {
 ///    each motion that is part of it because joints stop earlier.
 ///
 /// To find how far one straight motion is free at all, ask MovingScene::timeOfContact() with RobotMotion::ofTravel():
-/// `t_free` is the largest s that is proven for s dq. That is a search, and as exact as its tolerance. scale() costs a few products, and finds less: a random motion to the
+/// `t_free` is the largest s that is proven for s dq. That is a search, and as exact as its tolerance. scale() costs a
+/// few products, and finds less: a random motion to the
 /// border of the bubble of a pair is free for at least 4 times that way in the median (./dev stress free-motions).
 ///
 /// Source: Quinlan, Real-Time Modification of Collision-Free Paths, 1994 (bubbles of free configurations).
@@ -57,15 +58,15 @@ struct FreeMotionQuestion {
 class FreeMotion {
  public:
   /// Throws std::invalid_argument without a model.
-  explicit FreeMotion(const std::shared_ptr<const SceneModel>& model);
+  explicit FreeMotion(std::shared_ptr<const SceneModel> model);
 
   /// The weights of a pair. Its distance changes by at most sum weights_j |dq_j|, whatever the distance is.
   ///
   /// Units:   [m/rad] and [m/m]; 0 for joints that are not between the two.
   /// Error:   rounded up. Bounding volumes stand for the geometry, so a weight may be larger than needed.
   /// Failure: returns false, with NaN, if a pose between the two or the pose of one of them is missing. Throws
-  ///          std::invalid_argument for a wrong size of `weights`, and for a link, <collision> or object that does not
-  ///          exist.
+  ///          std::invalid_argument for a state of another robot, for a wrong size of `weights`, and for a link,
+  ///          <collision> or object that does not exist.
   bool weights(const State& state, const ShapeRefPair& pair, Eigen::Ref<Eigen::VectorXd> weights) const;
 
   /// Makes the bubbles of all checked pairs in a state. It asks the scene for the pairs below the influence distance.
@@ -75,12 +76,15 @@ class FreeMotion {
   ///          state of another robot; then no motion is known to be free.
   void find(Scene& scene, const State& state, const FreeMotionQuestion& question);
 
-  /// Makes the bubbles from pairs that were found before in this state: all checked pairs that are at or below the influence distance, see SceneBatch::below(). The deadline is ignored.
-  /// Failure: throws std::invalid_argument for an influence distance or a threshold that is not finite.
+  /// Makes the bubbles from pairs that were found before in this state: all checked pairs that are at or below the
+  /// influence distance, see SceneBatch::below(). The deadline is ignored.
+  /// Failure: throws std::invalid_argument for an influence distance or a threshold that is not finite, and for a state of
+  ///          another robot.
   void find(const State& state, const PairProximity* begin, const PairProximity* end,
             const FreeMotionQuestion& question);
 
-  /// True if the last find() has made bubbles of all pairs. Otherwise contains() is false, and scale() and alone() are 0.
+  /// True if the last find() has made bubbles of all pairs, for its state. Otherwise contains() is false, and scale() and
+  /// alone() are 0.
   bool isKnown() const { return is_known_; }
 
   /// The bubbles: first those of the near pairs, the closest first, then the one of all other pairs.
@@ -108,6 +112,7 @@ class FreeMotion {
   template <class Visit>
   void forEachBounded(const State& state, const Visit& visit) const;
 
+  std::shared_ptr<const SceneModel> model_;
   bool is_known_ = false;
   int size_ = 0;
   std::vector<Bubble> bubbles_;   ///< only the first size_ are used

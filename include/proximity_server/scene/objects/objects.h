@@ -80,7 +80,7 @@ class Objects {
   /// nullptr if no object has the number.
   const Object* object(int number) const;
 
-  /// The frames of moving objects, each once. An update gives their poses in this order.
+  /// The frames of moving objects, each once, ascending. Their poses are given in this order.
   const std::vector<std::string>& frames() const { return frames_; }
 
   /// The index of the frame of a moving object in frames(); -1 for any other object.

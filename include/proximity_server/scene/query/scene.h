@@ -29,8 +29,8 @@ class Scene {
 
   const SceneModel& model() const { return *model_; }
 
-  // Every question throws std::invalid_argument for a state of another model, for a link, <collision> or object that does
-  // not exist, and for two objects with half-spaces. Its answer is in the frame of the state.
+  // Every question throws std::invalid_argument for a state of another robot, for a link, <collision> or object that
+  // does not exist, and for two objects with half-spaces. Its answer is in the frame of the state.
 
   /// The distance of one pair, whether the filter checks it or not. Two shapes of one body are legal.
   PairProximity proximity(const State& state, const ShapeRefPair& pair, const Question& question = {});

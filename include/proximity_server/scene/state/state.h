@@ -35,13 +35,13 @@ struct JointTwists {
   std::array<UnitTwist, 6> twists;
 };
 
-/// Where a robot and its objects are: one consistent set of poses, all in one frame. Scene, Derivatives, FreeMotion and
-/// GuaranteedDistances answer questions about it, in its frame. The roots of the robots are at rest, and so are objects
-/// that nothing carries.
+/// Where a robot and its objects are: one consistent set of poses. All poses are in one frame, and so are the answers of
+/// Scene, Derivatives, FreeMotion and GuaranteedDistances about this state. The roots of the robots are at rest, and so
+/// are objects that nothing carries.
 ///
-/// What is given is checked once, when it is set; if that throws, nothing has changed. What follows from it is computed
-/// when it is first asked for: so a State belongs to one thread, const or not. Setting and asking allocate nothing,
-/// except for objects with more numbers than ever before.
+/// Objects and poses are checked when they are set. If set() throws, nothing has changed. The places of volumes are
+/// computed by the first question after set(), and kept. Therefore only one thread at a time may use a State, even a
+/// const one. New poses allocate nothing; new objects do.
 class State {
  public:
   /// Without objects and without poses. Throws std::invalid_argument without a model.
@@ -57,8 +57,11 @@ class State {
   const RobotModel& robot() const { return model_->robot; }
   const std::shared_ptr<const SceneModel>& sharedModel() const { return model_; }
 
-  /// Takes the next objects of the robot. All that no link holds are at rest like the roots. Those in frames that had no
-  /// objects before have no pose until the next poses are set.
+  /// Throws std::invalid_argument if this is a state of another robot.
+  void requireModel(const SceneModel& model) const;
+
+  /// Takes the next objects of the robot. All that no link holds are at rest like the roots. Those in frames that had
+  /// no objects before have no pose until the next poses are set.
   /// Failure: throws std::invalid_argument without objects, and for those of another model.
   void set(std::shared_ptr<const Objects> objects);
 
@@ -95,7 +98,7 @@ class State {
   /// an object that does not exist.
   int bodyOf(const ShapeRef& ref) const;
 
-  const DegreesOfFreedom& degreesOfFreedom() const { return degrees_of_freedom_; }
+  const DegreesOfFreedom& degreesOfFreedom() const { return *degrees_of_freedom_; }
 
   enum class Side : unsigned char { A, B };  ///< tells which of the two bodies a joint carries
 
@@ -131,14 +134,15 @@ class State {
   const std::shared_ptr<const Volumes>& volumes() const;
 
  private:
-  State(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
+  State(std::shared_ptr<const SceneModel> model, std::shared_ptr<const DegreesOfFreedom> degrees_of_freedom,
+        std::shared_ptr<const Volumes> volumes, std::shared_ptr<const Objects> objects, ObjectCarriers carriers);
   void take(const BodyPoses& poses);
   std::optional<Eigen::Isometry3d> poseOfFrame(const std::string& frame) const;
 
   std::shared_ptr<const SceneModel> model_;
   std::shared_ptr<const Objects> objects_;
   ObjectCarriers carriers_;
-  DegreesOfFreedom degrees_of_freedom_;
+  std::shared_ptr<const DegreesOfFreedom> degrees_of_freedom_;
   BodyPoses poses_;
   FramePoses frames_;
   std::uint64_t revision_;
