@@ -1,10 +1,9 @@
 #include "node/answers/gradients.h"
 
 #include "node/answers/conversions.h"
-#include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/motion/limited_motion.h"
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <cstddef>
 #include <optional>
@@ -16,12 +15,6 @@ double jointPositionAt(const scene::RobotModel& robot, const scene::Joint& joint
   const std::optional<Eigen::Isometry3d>& child = poses[robot.links[joint.child_link].body];
   if (!scene::hasOnePosition(joint) || !parent || !child) return kNaN;
   return scene::jointPosition(robot, joint, parent->inverse() * *child);
-}
-
-void assignGradient(Proximity& message, const scene::State& state, const scene::PairProximity& pair) {
-  message.gradient.resize(static_cast<std::size_t>(state.degreesOfFreedom().size()));
-  Eigen::Map<Eigen::VectorXd> gradient(message.gradient.data(), state.degreesOfFreedom().size());
-  if (!scene::gradient(state, pair, gradient) || !gradient.allFinite()) message.gradient.clear();
 }
 
 void assignColumns(std::vector<std::string>& names, const scene::DegreesOfFreedom& columns) {

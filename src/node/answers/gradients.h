@@ -1,6 +1,5 @@
 #pragma once
 
-#include "proximity_server/Proximity.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/state/state.h"
@@ -15,9 +14,6 @@ namespace proximity_server::node {
 double jointPositionAt(const scene::RobotModel& robot, const scene::Joint& joint, const scene::BodyPoses& poses);
 
 // Messages that have held as many numbers before allocate no memory in the following functions.
-
-/// Writes the gradient of a pair's distance into its message; it is empty if it is not known.
-void assignGradient(Proximity& message, const scene::State& state, const scene::PairProximity& pair);
 
 /// Writes the names of the columns of a gradient.
 void assignColumns(std::vector<std::string>& names, const scene::DegreesOfFreedom& columns);

@@ -3,7 +3,6 @@
 #include "node/answers/conversions.h"
 #include "node/answers/statuses.h"
 #include "node/answers/timed_motion.h"
-#include "node/objects/object_needs.h"
 #include "node/robot/query_status.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/durations.h"
@@ -12,11 +11,8 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <limits>
-#include <map>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -27,45 +23,6 @@ namespace {
 /// So many ways in which joints may follow commands are searched within the time of one: those of five controllers that
 /// may follow their trajectories or not.
 constexpr std::size_t kMostChoices = 32;
-
-/// The joints from a body to its root, in ascending order; none for the body -1, which is the frame of the poses.
-std::vector<int> chainOf(const scene::RobotModel& robot, int body) {
-  std::vector<int> joints;
-  for (; body >= 0 && robot.bodies[body].joint >= 0; body = robot.bodies[body].parent)
-    joints.push_back(robot.bodies[body].joint);
-  std::sort(joints.begin(), joints.end());
-  return joints;
-}
-
-/// The robot of a body, or TfPoses::kReferenceFrame for the body -1.
-int rootOf(const scene::RobotModel& robot, int body) {
-  return body < 0 ? TfPoses::kReferenceFrame : robot.bodies[body].robot;
-}
-
-/// The two bodies of each checked pair. Pairs with the same bodies are one entry.
-std::set<std::pair<int, int>> checkedBodies(const Robot& robot, const scene::Objects& objects) {
-  const scene::RobotModel& model = robot.robotModel();
-  std::set<std::pair<int, int>> bodies;
-  for (const scene::ShapeRefPair& pair : robot.candidates())
-    bodies.emplace(model.links[pair.a.link()].body, model.links[pair.b.link()].body);
-
-  std::map<int, std::vector<int>> carried;  // the objects that each body carries
-  for (const int number : objects.numbers()) carried[carrierOf(robot, *objects.object(number))].push_back(number);
-  const auto add = [&](int body, const auto& reason_with) {
-    for (const auto& [carrier, numbers] : carried) {
-      const auto is_checked = [&](int number) { return reason_with(number) == scene::PairReason::Checked; };
-      if (std::any_of(numbers.begin(), numbers.end(), is_checked)) bodies.emplace(body, carrier);
-    }
-  };
-  for (std::size_t link = 0; link < model.links.size(); ++link)
-    add(model.links[link].body,
-        [&](int number) { return objects.reason(static_cast<int>(link), scene::ShapeRef::ofObject(number)); });
-  for (const int searcher : objects.searchers())
-    add(carrierOf(robot, *objects.object(searcher)), [&](int number) {
-      return objects.reason(scene::ShapeRef::ofObject(searcher), scene::ShapeRef::ofObject(number));
-    });
-  return bodies;
-}
 
 /// Tells that moving objects are assumed to rest, unless it is known that they do, which inequality the motion breaks,
 /// and which turns are assumed.
@@ -291,22 +248,6 @@ CommandedMotion withOnly(std::vector<FollowedSplines> followed, CommandedMotion 
 }
 
 }  // namespace
-
-MotionSources motionSourcesOf(const Robot& robot, const scene::Objects& objects) {
-  const scene::RobotModel& model = robot.robotModel();
-  std::set<int> joints, roots;
-  for (const auto& [body_a, body_b] : checkedBodies(robot, objects)) {
-    const std::vector<int> a = chainOf(model, body_a), b = chainOf(model, body_b);
-    std::vector<int> between;
-    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(between));
-    for (const int joint : between) joints.insert(model.leaderOf(joint).joint);
-    const int root_a = rootOf(model, body_a), root_b = rootOf(model, body_b);
-    if (root_a != root_b) roots.insert({root_a, root_b});
-  }
-  for (const scene::JointInequality& inequality : model.inequalities)
-    for (const scene::JointInequality::Term& term : inequality.terms) joints.insert(term.joint);
-  return {{joints.begin(), joints.end()}, {roots.begin(), roots.end()}};
-}
 
 Lookahead noLookahead(const MonitorSettings& settings) {
   Lookahead result;

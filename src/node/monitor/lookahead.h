@@ -14,14 +14,6 @@
 
 namespace proximity_server::node {
 
-/// The joints and roots that can move the two parts of a checked pair relative to each other, and the joints of
-/// RobotModel::inequalities. The parts are links and objects; an object moves with the link or frame that carries it.
-struct MotionSources {
-  std::vector<int> joints;  ///< indices into RobotModel::joints, ascending; a mimic joint is replaced by its leader
-  std::vector<int> roots;   ///< an argument for TfPoses::standingStill(); only tf tells how roots move
-};
-MotionSources motionSourcesOf(const Robot& robot, const scene::Objects& objects);
-
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {
@@ -76,7 +77,7 @@ double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
   return settings.stop_latency + std::max(0.0, age.toSec());
 }
 
-bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q) {
+bool StoppingScales::differInLatencyOnly(const Input& p, const Input& q) {
   return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.stated == q.stated &&
          areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
 }
@@ -97,6 +98,24 @@ StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const Looka
     result.status = statusOf(QueryStatus::NO_VELOCITY, error.what());
     return result;
   }
+}
+
+StoppingScale StoppingScales::find(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                                   const VelocitySnapshot& velocities, const std::vector<int>& joints,
+                                   const scene::PairDistances& stop, const ros::Duration& age,
+                                   const MonitorSettings& settings, scene::GuaranteedDistances* guaranteed) {
+  StoppingScale found = stoppingScale(robot, scenes, start, velocities, joints, stop, age, settings, guaranteed);
+  if (found.status.code != QueryStatus::OK) return found;
+  Input input{start.poses, start.frame_poses.poses,   velocities.velocities, start.stated, scenes.state.objects(),
+              stop,        stopLatency(age, settings)};
+  const double period = settings.rate > 0.0 ? 1.0 / settings.rate : 0.0;
+  if (found.is_complete) {
+    input_ = std::move(input);
+    scale_ = found.scale;
+  } else if (input.latency <= input_.latency + period && differInLatencyOnly(input, input_)) {
+    found.scale = std::max(found.scale, scale_);
+  }
+  return found;
 }
 
 }  // namespace proximity_server::node

@@ -21,20 +21,6 @@ struct StoppingScale {
   bool is_complete = false;  ///< false if the search ended before it found the largest scale
 };
 
-/// The state of a robot for which a scale was found.
-struct ScaleInput {
-  scene::BodyPoses poses;
-  scene::FramePoses frames;
-  std::vector<double> velocities;
-  JointValues stated;
-  std::shared_ptr<const scene::Objects> objects;
-  scene::PairDistances stop;
-  double latency = 0.0;  ///< [s] including the age of the poses
-};
-
-/// Returns whether two states are equal except for the latency.
-bool differInLatencyOnly(const ScaleInput& p, const ScaleInput& q);
-
 /// Searches for the largest scale of the joint velocities from which the robot can stop above the stop distances, with
 /// the decelerations in the parameters. Motions away from a near pair are not slowed, see scene::velocityScale(). The
 /// robot begins to brake after stopLatency(). With PoseLatency the uncertainty contains the motion during the age,
@@ -46,6 +32,33 @@ StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const Looka
                             const VelocitySnapshot& velocities, const std::vector<int>& joints,
                             const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
                             scene::GuaranteedDistances* guaranteed = nullptr);
+
+/// The scales of one robot, cycle after cycle.
+class StoppingScales {
+ public:
+  /// Calls stoppingScale(). If that ran out of time, a larger scale that was found before in the same state is returned,
+  /// unless the latency has grown by more than a period of the cycles since then.
+  StoppingScale find(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                     const VelocitySnapshot& velocities, const std::vector<int>& joints,
+                     const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
+                     scene::GuaranteedDistances* guaranteed);
+
+ private:
+  /// The state of a robot for which a scale was found.
+  struct Input {
+    scene::BodyPoses poses;
+    scene::FramePoses frames;
+    std::vector<double> velocities;
+    JointValues stated;
+    std::shared_ptr<const scene::Objects> objects;
+    scene::PairDistances stop;
+    double latency = 0.0;  ///< [s] including the age of the poses
+  };
+  static bool differInLatencyOnly(const Input& p, const Input& q);
+
+  Input input_;         ///< of the latest search that was complete
+  double scale_ = 0.0;  ///< its result
+};
 
 /// The time [s] until the robot begins to brake: `age` of the poses and MonitorSettings::stop_latency.
 double stopLatency(const ros::Duration& age, const MonitorSettings& settings);

@@ -1,9 +1,9 @@
 #include "node/services/pair_questions.h"
 
 #include "node/answers/conversions.h"
-#include "node/answers/gradients.h"
 #include "node/answers/statuses.h"
 #include "node/services/requests.h"
+#include "proximity_server/scene/derivative/derivatives.h"
 #include "system/durations.h"
 
 #include <boost/range/iterator_range.hpp>
@@ -105,7 +105,7 @@ StateProximity askPairs(const Robot& robot, PosedScenes& scenes, const FoundPose
   for (const scene::PairProximity& pair : answers) {
     Proximity& message = answer.pairs.emplace_back();
     assign(message, {state.robot(), state.objects().get()}, found.poses, pair, question);
-    if (request.want_gradient) assignGradient(message, state, pair);
+    if (request.want_gradient) scene::gradient(state, pair, message.gradient);
     if (guaranteed) message.guaranteed = guaranteed->of(state, pair);
     if (pair.result.status != narrowphase::Status::Unknown)
       answer.status.code = std::min(answer.status.code, statusCode(pair.result));

@@ -3,6 +3,7 @@
 #include "scene/derivative/contact_feature.h"
 #include "scene/scene_model/given_model.h"
 
+#include <cstddef>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -39,6 +40,12 @@ bool gradient(const State& state, const PairProximity& pair, Eigen::Ref<Eigen::V
       gradient[own.first + i] += own.multiplier * away.dot(twists.twists[i].velocityAt(point));
   });
   return true;
+}
+
+void gradient(const State& state, const PairProximity& pair, std::vector<double>& gradient) {
+  gradient.resize(static_cast<std::size_t>(state.degreesOfFreedom().size()));
+  Eigen::Map<Eigen::VectorXd> columns(gradient.data(), state.degreesOfFreedom().size());
+  if (!scene::gradient(state, pair, columns) || !columns.allFinite()) gradient.clear();
 }
 
 Derivatives::Derivatives(std::shared_ptr<const SceneModel> model)

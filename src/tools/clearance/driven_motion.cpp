@@ -15,6 +15,8 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <variant>
 
 namespace proximity_server::tools {
@@ -52,9 +54,10 @@ const FileValue* find(const FileValue& map, const std::string& name) {
   return nullptr;
 }
 
-const FileValue::Map& mapIn(const FileValue& value, const std::string& what) {
+// Not a std::string&: g++ 14 takes the result for a part of that.
+const FileValue::Map& mapIn(const FileValue& value, std::string_view what) {
   if (const auto* const map = std::get_if<FileValue::Map>(&value.content)) return *map;
-  refuse(value, what + " is not a map");
+  refuse(value, std::string(what) + " is not a map");
 }
 
 /// The constraints of a controller, in its namespace or not; nullptr if the file has none.

@@ -1,5 +1,6 @@
 #include "tools/clearance/state_sweep.h"
 
+#include "proximity_server/scene/answers/deciding_pair.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -383,7 +384,7 @@ class StateSweep {
     }
     std::vector<scene::PairProximity> closest = listOf(scene.minimum(state, pairs));
     if (thresholds() && !closest.empty())
-      closest = {scene::decidingPair(scene, state, pairs, closest.front(), *thresholds()).pair};
+      closest = {scene::decidingPair(scene, state, pairs, closest.front(), {*thresholds()}).pair};
     return closest;
   }
 

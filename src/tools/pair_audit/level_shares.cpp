@@ -1,5 +1,6 @@
 #include "tools/pair_audit/level_shares.h"
 
+#include "proximity_server/scene/answers/deciding_pair.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -41,8 +42,9 @@ std::vector<scene::ClearanceLevel> levelsIn(const Eigen::MatrixXd& states,
     scene::State state(model);
     state.set(scene::forwardKinematics(model->robot, scene::Positions()));
     const scene::PairProximity* closest = scene.minimum(state, scene.candidates());
-    const auto level = closest ? scene::decidingPair(scene, state, scene.candidates(), *closest, thresholds).level.level
-                               : scene::ClearanceLevel::Clear;
+    const auto level = closest
+                           ? scene::decidingPair(scene, state, scene.candidates(), *closest, {thresholds}).level.level
+                           : scene::ClearanceLevel::Clear;
     return std::vector<scene::ClearanceLevel>(static_cast<std::size_t>(states.rows()), level);
   }
   scene::SceneBatch batch(model);

@@ -105,9 +105,9 @@ TEST_F(UncertainMonitor, SaysWhereALimitEndsTheGuaranteedDistances) {
 }
 
 TEST_F(UncertainMonitor, HasConstraintRowsOfGuaranteedDistances) {
-  cycleWith(0.03);
   settings_.influence_distance = 0.25;  // 0.3 m apart, guaranteed 0.24
   settings_.stop_distance = 0.1;
+  cycleWith(0.03);
   const ConstraintRows& rows = monitor_.constraints(snapshot(), settings_);
   ASSERT_EQ(rows.status.code, QueryStatus::OK) << rows.status.message;
   EXPECT_EQ(rows.a[0].link, "middle");

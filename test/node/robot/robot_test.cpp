@@ -1,7 +1,7 @@
 #include "node/robot/robot.h"
 
 #include "node/answers/conversions.h"
-#include "node/monitor/lookahead.h"
+#include "node/monitor/monitored_objects.h"
 #include "node/robot/load_config.h"
 #include "node/tf/joint_frames.h"
 #include "proximity_server/scene/model/names.h"

@@ -173,8 +173,7 @@ TEST_F(Startup, EndsAtSigintWhileItLoadsAMesh) {
   // What it writes says where it is; /rosout loses what a node says before it has subscribers.
   const std::string output = files.write("output", "");
   ChildProcess node({"sh", "-c", "ROSCONSOLE_STDOUT_LINE_BUFFERED=1 exec " NODE_EXECUTABLE " __name:=slow >" + output});
-  ASSERT_TRUE(
-      holdsWithin(kPatience, [&] { return scene::readFile(output).find("decomposing") != std::string::npos; }));
+  ASSERT_TRUE(holdsWithin(kPatience, [&] { return scene::readFile(output).find("decomposing") != std::string::npos; }));
   node.signal(SIGINT);
   EXPECT_TRUE(node.hasEndedWithin(kPatience));
   EXPECT_EQ(node.exitCode(), 0);

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/levels/clearance_level.h"
 
+#include "proximity_server/scene/answers/deciding_pair.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -82,7 +83,7 @@ class Balls : public testing::Test {
   std::string decide(const LevelThresholds& thresholds, const LevelBefore& before = {}) {
     scene_.update(forwardKinematics(model_->robot, {}));
     const PairProximity closest = *scene_.minimum(scene_.candidates());
-    decided_ = decidingPair(scene_.scene, scene_.state, scene_.candidates(), closest, thresholds, {}, before);
+    decided_ = decidingPair(scene_.scene, scene_.state, scene_.candidates(), closest, {thresholds, before});
     const ShapeRefPair& pair = decided_.pair.asked;
     return model_->robot.links[pair.a.link()].name + " - " + model_->robot.links[pair.b.link()].name;
   }
@@ -329,7 +330,7 @@ TEST(DecidingPair, IsTheWorstOfAllPairsWithObjectsToo) {
       worst = std::max(worst, level.level);
     }
     const PairProximity closest = *scene.minimum(scene.candidates());
-    const DecidingPair decided = decidingPair(scene.scene, scene.state, scene.candidates(), closest, thresholds);
+    const DecidingPair decided = decidingPair(scene.scene, scene.state, scene.candidates(), closest, {thresholds});
     ASSERT_EQ(decided.level.level, worst);
     ASSERT_NEAR(decided.pair.result.lower_bound - decided.level.threshold, smallest, 2e-9);
     ++of_level[static_cast<int>(worst)];

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include <memory>
+#include <vector>
 
 namespace proximity_server::scene {
 
@@ -30,6 +31,9 @@ class ContactFeatures;
 ///          missing.
 ///          Throws std::invalid_argument for a wrong size of `gradient`, and for an object that does not exist.
 bool gradient(const State& state, const PairProximity& pair, Eigen::Ref<Eigen::VectorXd> gradient);
+
+/// The same in memory that may be there; empty where it fails, or where a number is not finite.
+void gradient(const State& state, const PairProximity& pair, std::vector<double>& gradient);
 
 /// The rates of change of the distances of one robot, and the working memory of one caller. Not thread-safe. After the
 /// first question about a set of objects nothing is allocated.

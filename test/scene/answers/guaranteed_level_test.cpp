@@ -1,4 +1,4 @@
-#include "proximity_server/scene/uncertainty/guaranteed_level.h"
+#include "proximity_server/scene/answers/deciding_pair.h"
 
 #include "scene/posed_scene.h"
 #include "scene/random_objects.h"
@@ -23,18 +23,16 @@ class GuaranteedLevel : public testing::Test {
     scene_.update(poses);
   }
   /// With an uncertainty of the left joint only.
-  GuaranteedDecidingPair deciding(double uncertainty) {
+  DecidingPair deciding(double uncertainty) {
     Uncertainty within(model_->robot);
     within.positions[0] = uncertainty;
     distances_.assume(within);
     const Pairs pairs(scene_.candidates());
     const PairProximity closest = *scene_.minimum(pairs);
     const ListedPairs listed{&closest, &closest + 1, closest.result.lower_bound};
-    return decidingPair(scene_.scene, distances_, scene_.state, pairs, closest, listed, thresholds_);
+    return decidingPair(scene_.scene, scene_.state, pairs, closest, {thresholds_, {}, {}, &distances_, listed});
   }
-  std::string nameOfA(const GuaranteedDecidingPair& deciding) const {
-    return nameOf(deciding.pair.asked.a, model_->robot);
-  }
+  std::string nameOfA(const DecidingPair& deciding) const { return nameOf(deciding.pair.asked.a, model_->robot); }
 
   const std::shared_ptr<const SceneModel> model_ = modelOf(kRail);
   PosedScene scene_{model_};
@@ -45,7 +43,7 @@ class GuaranteedLevel : public testing::Test {
 TEST_F(GuaranteedLevel, IsThatOfThePairWithTheSmallestGuaranteedDistance) {
   EXPECT_EQ(nameOfA(deciding(0.1)), "middle");
   EXPECT_EQ(deciding(0.1).level.level, ClearanceLevel::Clear);
-  const GuaranteedDecidingPair far = deciding(0.76);
+  const DecidingPair far = deciding(0.76);
   EXPECT_EQ(nameOfA(far), "left");
   EXPECT_NEAR(far.guaranteed, 0.04, 1e-9);
   EXPECT_EQ(far.level.level, ClearanceLevel::Warn);
@@ -65,7 +63,7 @@ TEST_F(GuaranteedLevel, HeedsTheThresholdsOfEachPair) {
 TEST_F(GuaranteedLevel, IsACollisionOnlyInContact) {
   const BodyPoses poses = forwardKinematics(model_->robot, std::vector<double>{-1.0, 0.0, 0.15});
   scene_.update(poses);
-  const GuaranteedDecidingPair contact = deciding(0.9);
+  const DecidingPair contact = deciding(0.9);
   EXPECT_EQ(contact.level.level, ClearanceLevel::Collision);
   EXPECT_EQ(nameOfA(contact), "middle");
 }

@@ -1,5 +1,5 @@
 // The line about the pair that sets the level.
-#include "node/monitor/clearance_text.h"
+#include "node/answers/clearance_text.h"
 #include "node/monitor/slider_robot.h"
 
 #include <gtest/gtest.h>

@@ -2,6 +2,7 @@
 
 #include "node/answers/gradients.h"
 #include "proximity_server/Clearance.h"
+#include "proximity_server/scene/answers/assessment.h"
 
 #include <ros/time.h>
 
@@ -9,12 +10,6 @@
 #include <vector>
 
 namespace proximity_server::node {
-
-/// An inequality of a robot that is broken.
-struct BrokenInequality {
-  const scene::JointInequality* inequality;
-  double excess;
-};
 
 /// Writes the sentence of QueryStatus::message about the pair that sets the level: "forearm is 12.3 mm from table,
 /// closing 80 mm/s by elbow; stop below 20 mm".
@@ -37,7 +32,7 @@ class ClearanceText {
   void write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const;
 
   /// Appends: "; '2*j1 - j2 <= 1.7' is broken by 0.2".
-  static void append(std::string& text, const BrokenInequality& broken);
+  static void append(std::string& text, const scene::BrokenInequality& broken);
 
   /// [characters] The longest text about links and objects whose names have at most `longest_name` characters, with
   /// that about a JointBeyond.

@@ -1,4 +1,4 @@
-#include "node/monitor/clearance_text.h"
+#include "node/answers/clearance_text.h"
 
 #include "node/answers/conversions.h"
 #include "node/robot/level_name.h"
@@ -86,7 +86,7 @@ void ClearanceText::write(std::string& text, const Clearance& clearance, const s
   writeThreshold(text, clearance);
 }
 
-void ClearanceText::append(std::string& text, const BrokenInequality& broken) {
+void ClearanceText::append(std::string& text, const scene::BrokenInequality& broken) {
   text += "; '";
   text += broken.inequality->text;
   text += "' is broken by ";
