@@ -304,8 +304,9 @@ TEST_F(Clearance, EndsWithAMessageWhereTheSystemGivesNoMoreThreads) {
   for (int i = 0; i < 400000; ++i) states += "0\n";
   files_.write("s.csv", states);
   // The stacks of three threads are too much, long before there is no memory for anything else.
-  const CommandResult result = runCommandApart("ulimit -v 1000000 -s 400000; MALLOC_ARENA_MAX=1 " CLEARANCE " " +
-                                               urdf_ + " --no-filter --threads 1024 --states " + files_.path("s.csv"));
+  const CommandResult result =
+      runCommandApart("ulimit -v 1000000; ulimit -s 400000; MALLOC_ARENA_MAX=1 " CLEARANCE " " + urdf_ +
+                      " --no-filter --threads 1024 --states " + files_.path("s.csv"));
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_TRUE(says(result.errors, " of 1024 threads could be started (")) << result.errors;
 }
