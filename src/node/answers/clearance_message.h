@@ -14,7 +14,7 @@
 
 namespace proximity_server::node {
 
-/// What a cycle of the monitor has found.
+/// The poses and settings of a cycle of the monitor, with the assessment of its state.
 struct AssessedCycle {
   const PoseSnapshot& snapshot;
   const FrameSnapshot& frames;

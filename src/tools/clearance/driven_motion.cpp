@@ -54,7 +54,7 @@ const FileValue* find(const FileValue& map, const std::string& name) {
   return nullptr;
 }
 
-// Not a std::string&: g++ 14 takes the result for a part of that.
+// With a std::string& g++ 14 warns that the result may refer to a temporary text.
 const FileValue::Map& mapIn(const FileValue& value, std::string_view what) {
   if (const auto* const map = std::get_if<FileValue::Map>(&value.content)) return *map;
   refuse(value, std::string(what) + " is not a map");

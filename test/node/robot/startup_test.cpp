@@ -170,7 +170,7 @@ TEST_F(Startup, EndsAtSigintWhileItLoadsAMesh) {
   const std::string ball = files.write("ball.stl", scene::stlOf(scene::bumpyBall(64, 128)));
   ros::param::set("/robot_description", urdfOf(link("a", collision("<mesh filename='file://" + ball + "'/>"))));
   ros::param::set("/slow/mesh_cache", files.path("cache"));
-  // What it writes says where it is; /rosout loses what a node says before it has subscribers.
+  // Read from the output of the node, because /rosout loses lines that are sent before a subscriber is connected.
   const std::string output = files.write("output", "");
   ChildProcess node({"sh", "-c", "ROSCONSOLE_STDOUT_LINE_BUFFERED=1 exec " NODE_EXECUTABLE " __name:=slow >" + output});
   ASSERT_TRUE(holdsWithin(kPatience, [&] { return scene::readFile(output).find("decomposing") != std::string::npos; }));

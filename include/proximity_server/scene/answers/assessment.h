@@ -13,7 +13,7 @@
 
 namespace proximity_server::scene {
 
-/// What follows from the answer about a pair.
+/// The guaranteed distance, the level and the gradient of a pair.
 struct PairFacts {
   /// [m] A lower bound of the signed distance in all states that may be the true one: that of the answer if the state is
   /// known exactly. NaN if there is none.
@@ -22,6 +22,7 @@ struct PairFacts {
   std::vector<double> gradient;                  ///< see gradient(); empty if it is not asked for or not known
 };
 
+/// The answer of the scene about a pair, with its facts.
 struct AssessedPair : PairFacts {
   PairProximity pair;  ///< Status::Unknown if there is none
 };
@@ -32,12 +33,12 @@ struct BrokenInequality {
   double excess;
 };
 
-/// What an Assessment answers about the checked pairs of a state.
+/// The thresholds, limits and assumptions of an Assessment. It is about the checked pairs of the robot.
 struct AssessmentQuestion {
   const LevelThresholds& thresholds;
   const std::vector<std::optional<double>>& stated;  ///< positions of RobotModel::joints, see excessAt()
   Question question{};                               ///< pairs at or below its threshold are listed
-  int most_listed = 1;                               ///< so many of them have facts
+  int most_listed = 1;                               ///< facts are found for this many of the closest
   double hysteresis = 0.0;                           ///< [m] see LevelBefore
   GuaranteedDistances* guaranteed = nullptr;         ///< nullptr: the state is known exactly
   bool is_bounded = true;        ///< false: nothing bounds where the true state is; nothing is guaranteed, and no level
@@ -53,16 +54,16 @@ struct Assessment {
     std::optional<ClearanceLevel> level;  ///< nullopt: not known
   };
 
-  PairCounts counts;                         ///< of the search for the closest pair
-  int below = 0;                             ///< the number of pairs at or below the threshold
-  std::vector<PairProximity> listed;         ///< the closest of them, sorted by distance
-  std::vector<PairFacts> of_listed;          ///< of the first of `listed`; further ones keep memory
-  AssessedPair minimum;                      ///< the closest pair
-  OfKind of_links, with_object;              ///< of pairs of two links, and of pairs with an object
-  std::optional<DistanceLevel> level;        ///< of all pairs, with the threshold of `deciding`; nullopt: not known
-  AssessedPair deciding;                     ///< sets the level; it has a gradient also where the level is not Clear
-  bool reached = false;                      ///< a state that may be the true one is certainly at Warn or Stop
-  std::optional<BrokenInequality> broken{};  ///< the one that is broken most, in its tolerances
+  PairCounts counts;                   ///< of the search for the closest pair
+  int below = 0;                       ///< the number of pairs at or below the threshold
+  std::vector<PairProximity> listed;   ///< the closest of them, sorted by distance
+  std::vector<PairFacts> of_listed;    ///< of the first of `listed`; further ones keep memory
+  AssessedPair minimum;                ///< the closest pair
+  OfKind of_links, with_object;        ///< of pairs of two links, and of pairs with an object
+  std::optional<DistanceLevel> level;  ///< of all pairs, with the threshold of `deciding`; nullopt: not known
+  AssessedPair deciding;  ///< the pair that sets `level`; its gradient is asked for, too, unless the level is Clear
+  bool reached = false;   ///< a state that may be the true one is certainly at Warn or Stop
+  std::optional<BrokenInequality> broken{};  ///< the one with the largest excess divided by its tolerance
 };
 
 /// Assesses a state. There is no level if a checked pair is Unknown, see Assessment::counts, if no pair is checked, or

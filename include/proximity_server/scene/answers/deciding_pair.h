@@ -14,7 +14,7 @@ struct DecidingPair {
   double guaranteed = 0.0;  ///< [m] of the pair; its lower bound if the state is known exactly
 };
 
-/// What a level is decided by.
+/// The thresholds of a level, the level before, and what is known about the state.
 struct LevelQuestion {
   const LevelThresholds& thresholds;
   LevelBefore before{};

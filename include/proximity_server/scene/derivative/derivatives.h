@@ -32,7 +32,7 @@ class ContactFeatures;
 ///          Throws std::invalid_argument for a wrong size of `gradient`, and for an object that does not exist.
 bool gradient(const State& state, const PairProximity& pair, Eigen::Ref<Eigen::VectorXd> gradient);
 
-/// The same in memory that may be there; empty where it fails, or where a number is not finite.
+/// Writes the same gradient into a vector of any size. It is empty on failure, and if a number is not finite.
 void gradient(const State& state, const PairProximity& pair, std::vector<double>& gradient);
 
 /// The rates of change of the distances of one robot, and the working memory of one caller. Not thread-safe. After the
