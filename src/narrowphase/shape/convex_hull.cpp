@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -132,7 +133,8 @@ Triangles solidTriangles(const Points& points, const AffineFrame& frame) {
   for (const Vector3d& p : points)
     for (std::size_t axis = 0; axis < 3; ++axis) coordinates.push_back(frame.coordinate(p, axis));
 
-  const std::unique_ptr<FILE, int (*)(FILE*)> silent(std::fopen("/dev/null", "w"), &std::fclose);
+  std::array<char, 256> messages;  // which nobody reads; what does not fit is lost
+  const std::unique_ptr<FILE, int (*)(FILE*)> silent(fmemopen(messages.data(), messages.size(), "w"), &std::fclose);
   qhT state;
   qh_zero(&state, silent.get());
   qhT* qh = &state;
@@ -197,26 +199,23 @@ ConvexHull::ConvexHull(const std::vector<Vector3d>& input) {
 }
 
 void ConvexHull::connectNeighbours() {
-  std::vector<std::pair<int, int>> edges;
-  const auto connect = [&](int a, int b) {
-    edges.emplace_back(a, b);
-    edges.emplace_back(b, a);
-  };
-  for (const auto& t : triangles_) {
-    connect(t[0], t[1]);
-    connect(t[1], t[2]);
-    connect(t[2], t[0]);
-  }
+  std::vector<std::array<int, 2>> edges;
+  for (const auto& [a, b, c] : triangles_) edges.insert(edges.end(), {{a, b}, {b, c}, {c, a}});
   if (triangles_.empty())
     for (int a = 0; a < size(); ++a)
-      for (int b = 0; b < a; ++b) connect(a, b);
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+      for (int b = 0; b < a; ++b) edges.push_back({a, b});
 
-  offsets_.assign(vertices_.size() + 1, 0);
-  for (const auto& edge : edges) ++offsets_[static_cast<std::size_t>(edge.first) + 1];
-  std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
-  for (const auto& edge : edges) neighbours_.push_back(edge.second);
+  std::vector<int> ends(vertices_.size() + 1, 0);  // of the neighbours of each vertex, which most edges name twice
+  for (const auto& [a, b] : edges) ++ends[a + 1], ++ends[b + 1];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<int> named(2 * edges.size()), begins = ends;
+  for (const auto& [a, b] : edges) named[ends[a]++] = b, named[ends[b]++] = a;
+  offsets_.assign(1, 0);
+  for (std::size_t v = 0; v < vertices_.size(); ++v) {
+    std::sort(named.begin() + begins[v], named.begin() + ends[v]);
+    std::unique_copy(named.begin() + begins[v], named.begin() + ends[v], std::back_inserter(neighbours_));
+    offsets_.push_back(static_cast<int>(neighbours_.size()));
+  }
 }
 
 ConvexHull ConvexHull::movedBy(const Vector3d& offset) const {

@@ -207,15 +207,17 @@ TEST(ConvexHull, LocalMaximaOverTheAdjacencyAreGlobal) {
   }
 }
 
-TEST(ConvexHull, AdjacencyIsSymmetricAndWithoutLoops) {
+TEST(ConvexHull, AdjacencyIsSymmetricAscendingAndWithoutLoops) {
   for (const Cloud& cloud : allClouds()) {
     const ConvexHull hull(cloud.points);
     std::set<std::pair<int, int>> edges;
-    for (int vertex = 0; vertex < hull.size(); ++vertex)
+    for (int vertex = 0; vertex < hull.size(); ++vertex) {
+      EXPECT_TRUE(std::is_sorted(hull.neighbours(vertex).begin(), hull.neighbours(vertex).end())) << cloud.name;
       for (const int neighbour : hull.neighbours(vertex)) {
         EXPECT_NE(vertex, neighbour) << cloud.name;
         EXPECT_TRUE(edges.insert({vertex, neighbour}).second) << "edge twice: " << cloud.name;
       }
+    }
     for (const auto& [from, to] : edges) EXPECT_TRUE(edges.count({to, from})) << cloud.name;
   }
 }
