@@ -189,8 +189,10 @@ bool isOneByOne(const Partition& partition) {
 }
 
 std::vector<narrowphase::ConvexHull> hullsOf(const TriangleMesh& mesh, const Partition& partition) {
+  const std::vector<std::vector<Vector3d>> clusters = clusterPoints(mesh, partition);
   std::vector<narrowphase::ConvexHull> hulls;
-  for (const std::vector<Vector3d>& points : clusterPoints(mesh, partition)) hulls.emplace_back(points);
+  hulls.reserve(clusters.size());
+  for (const std::vector<Vector3d>& points : clusters) hulls.emplace_back(points);
   return hulls;
 }
 

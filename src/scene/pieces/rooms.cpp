@@ -42,6 +42,11 @@ class Planes {
     return smallest;
   }
 
+  /// True if all of a box is outside of the plane that is the nearest to its centre.
+  bool isOutside(const Eigen::AlignedBox3d& box, const Depth& of_centre) const {
+    return of_centre.depth < 0.0 && of_centre.depth < -0.5 * normals_[of_centre.plane].cwiseAbs().dot(box.sizes());
+  }
+
   /// Returns a point of the box that is inside of all planes. Tries the centre, and then the point below the plane that
   /// the centre is outside of. Returns nullopt if neither is such a point; the box may hold others.
   std::optional<Vector3d> pointIn(const Eigen::AlignedBox3d& box, const Depth& of_centre) const {
@@ -72,6 +77,16 @@ class Planes {
   std::vector<double> offsets_;  // [m]
   mutable std::size_t last_ = 0;
 };
+
+/// [m] The largest distance of a point of the box from a triangle. The distance from a convex set is a convex function.
+double farthestCorner(const Eigen::AlignedBox3d& box, const Triangle& triangle) {
+  double farthest = 0.0;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d corner = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    farthest = std::max(farthest, (nearestPoint(triangle, corner) - corner).norm());
+  }
+  return farthest;
+}
 
 /// The unit normal of a triangle. Zero if the triangle is so thin that rounding may turn its normal.
 Vector3d reliableNormal(const Triangle& t) {
@@ -213,11 +228,14 @@ class RoomSearch {
     const double reach = 0.5 * cell.box.diagonal().norm();
     effort_.spend(planes_.size() / 2);
     const Planes::Depth depth = planes_.depthOf(centre);
-    if (depth.depth < -reach) return;
+    if (planes_.isOutside(cell.box, depth)) return;
     const double harmless = floor() - reach;
     const TriangleTree::Nearest nearest = rooms_.surface_->nearest(centre, effort_, cell.near, {harmless});
     const double distance = nearest.distance;
     if (distance <= harmless) return;
+    constexpr std::size_t kStepsPerBox = 8 * 20;  // as many as TriangleTree spends on eight triangles
+    effort_.spend(kStepsPerBox);
+    if (farthestCorner(cell.box, *nearest.triangle) <= floor()) return;
     cell.near = nearest.triangle;
     if (const auto inside = planes_.pointIn(cell.box, depth)) {
       const auto isSettled = [&](std::size_t i) {

@@ -34,7 +34,8 @@ struct NearestOffered {
   double squared;  ///< [m^2] its squared distance from p
 };
 
-Vector3d centroid(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
+/// The place of a triangle among others: three times its centroid.
+Vector3d placeOf(const Triangle& t) { return t[0] + t[1] + t[2]; }
 
 /// True if planes perpendicular to `axis` keep both triangles apart in spite of rounding. The rounding of a scalar
 /// product of three terms is at most 3/2 eps of the sum of their sizes, and that of the coordinates 1/2 eps; there are
@@ -112,12 +113,12 @@ double visitsOf(const Eigen::AlignedBox3d& box, TriangleBoxes::SplitAxes axes) {
   return axes == TriangleBoxes::SplitAxes::XY ? seen_along_z : seen_along_z + size.z() * (size.x() + size.y());
 }
 
-/// Bins of equal width along one axis, into which triangles are sorted by their centroids.
+/// Bins of equal width along one axis, into which triangles are sorted by their places.
 struct Bins {
   static constexpr int kCount = 16;
 
   int of(const Triangle& triangle) const {
-    return std::clamp(static_cast<int>((centroid(triangle)[axis] - low) * kCount / length), 0, kCount - 1);
+    return std::clamp(static_cast<int>((placeOf(triangle)[axis] - low) * bins_per_length), 0, kCount - 1);
   }
 
   /// Returns the first bin above the boundary between bins where the sum of triangles times visits is smallest, or 0 if one
@@ -152,7 +153,7 @@ struct Bins {
   }
 
   Eigen::Index axis;
-  double low, length;  // [m] of all bins
+  double low, bins_per_length;  // of all bins
 };
 
 }  // namespace
@@ -171,25 +172,25 @@ TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triang
 void TriangleBoxes::split(int index, SplitAxes axes, int level) {
   constexpr int kLeafSize = 2;
   Node& node = nodes[index];
-  Eigen::AlignedBox3d centroids;
+  Eigen::AlignedBox3d places;
   for (int i = node.begin; i < node.end; ++i) {
     for (const Vector3d& corner : triangles[i]) node.box.extend(corner);
-    centroids.extend(centroid(triangles[i]));
+    places.extend(placeOf(triangles[i]));
   }
   if (node.end - node.begin <= kLeafSize) return;
 
   constexpr double kShortest = 1e-12;  // [m]; below it rounding decides on the bins
   Eigen::Index axis;
-  const double length = centroids.sizes().head(static_cast<Eigen::Index>(axes)).maxCoeff(&axis);
+  const double length = places.sizes().head(static_cast<Eigen::Index>(axes)).maxCoeff(&axis);
   Triangle *const begin = triangles.data() + node.begin, *const end = triangles.data() + node.end;
   Triangle* middle = begin + (end - begin) / 2;
-  const Bins bins{axis, centroids.min()[axis], length};
+  const Bins bins{axis, places.min()[axis], Bins::kCount / length};
   const int boundary = level < kMostUnequal && length > kShortest ? bins.cheapestBoundary(begin, end, axes) : 0;
   if (boundary > 0) {
     middle = std::partition(begin, end, [&](const Triangle& t) { return bins.of(t) < boundary; });
   } else {
     std::nth_element(begin, middle, end,
-                     [axis](const Triangle& s, const Triangle& t) { return centroid(s)[axis] < centroid(t)[axis]; });
+                     [axis](const Triangle& s, const Triangle& t) { return placeOf(s)[axis] < placeOf(t)[axis]; });
   }
   const int first = node.begin, second = static_cast<int>(middle - triangles.data()), last = node.end;
   node.left = static_cast<int>(nodes.size());

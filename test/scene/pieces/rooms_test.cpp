@@ -96,6 +96,14 @@ TEST(Rooms, AreExcludedInFewBoxesAlongALargeSurface) {
   EXPECT_EQ(found.at_most, 0.005);
 }
 
+// The hull of the bracket is open to its notch, where no point is farther from a wall than 0.5. Balls around the boxes are
+// larger than the boxes and need more than twice this effort.
+TEST(Rooms, AreExcludedByTheCornersOfBoxes) {
+  const TriangleMesh notched = welded(bracket());
+  Effort effort(2e-4);  // seconds, as steps
+  EXPECT_EQ(Rooms({notched}).largestIn(ConvexHull(notched.vertices), {0.0, 1.0, 0.5, 100000}, effort).at_most, 0.5);
+}
+
 // All that is near the gap between the two blocks faces upwards, and yet no ball in it can grow: the winding number is 1
 // below it and -1 above.
 TEST(Rooms, AreFoundBetweenFacesThatFaceTheSameWay) {
