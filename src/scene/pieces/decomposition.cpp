@@ -218,8 +218,9 @@ class Fusion {
     join(std::move(pairs));
   }
 
-  /// Makes neighbours of nodes whose boxes are no farther apart than the tolerance.
+  /// Makes neighbours of nodes whose boxes are no farther apart than twice the tolerance.
   void joinNearBoxes() {
+    const double farthest = 2.0 * tolerance_;
     std::vector<int> alive;
     for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
       if (nodes_[i].whole < 0) alive.push_back(i);
@@ -231,8 +232,8 @@ class Fusion {
       for (std::size_t j = i + 1; j < alive.size(); ++j) {
         const Eigen::AlignedBox3d& other = nodes_[alive[j]].box;
         solid_.effort().spend(2);
-        if (other.min().x() > box.max().x() + tolerance_) break;
-        if (box.squaredExteriorDistance(other) > tolerance_ * tolerance_) continue;
+        if (other.min().x() > box.max().x() + farthest) break;
+        if (box.squaredExteriorDistance(other) > farthest * farthest) continue;
         solid_.effort().spend(100);
         pairs.emplace_back(std::minmax(alive[i], alive[j]));
       }

@@ -27,7 +27,8 @@ struct Decomposition {
 ///    tolerance, at the latest as a single triangle.
 /// 2. Two clusters that share a vertex are merged if the hull of both lies within tolerance; the pair with the smallest
 ///    common box comes first.
-/// 3. Clusters of any components whose boxes are no farther apart than the tolerance are merged in the same way.
+/// 3. Clusters of any components whose boxes are no farther apart than twice the tolerance are merged in the same way.
+///    Halfway between clusters that are farther apart, their hull is farther than the tolerance from both.
 ///
 /// A hull that deviates too much also does so as a part of a larger hull. So a pair that cannot be merged is not tried
 /// again after one of the two has grown, and there are at most as many tries as pairs of neighbours at the start.
