@@ -31,56 +31,65 @@ Config configOf(const ros::NodeHandle& private_nh, const std::atomic<bool>& ends
 
 ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
                              const std::atomic<bool>& ends)
+    : ProximityNode(nh, private_nh, ends, std::make_shared<const Robot>(nh, configOf(private_nh, ends))) {}
+
+ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh,
+                             const std::atomic<bool>& ends, const std::shared_ptr<const Robot>& robot)
     : nh_(nh),
       private_nh_(private_nh),
       ends_(ends),
-      robot_(std::make_shared<const Robot>(nh_, configOf(private_nh_, ends_))),
-      tf_listener_(tf_, *robot_),
-      recorder_(robot_->config(), private_nh_.getNamespace()),
+      robot_(robot),
+      tf_listener_(tf_, *robot),
+      recorder_(robot->config(), private_nh.getNamespace()),
       objects_(
-          robot_, ros::WallTime::now().toNSec(), frameFinder(tf_),
-          [this](const Robot& robot) {
+          robot, ros::WallTime::now().toNSec(), frameFinder(tf_),
+          [this](const Robot& changed) {
             recorder_.know(objects_.current());
-            monitor_.takeObjects(robot);
+            monitor_.takeObjects(changed);
           },
-          ObjectLimits(), objectsAtStart(robot_->config())),
-      object_keeper_(robot_->config().objects_file, objects_),
-      monitor_(nh_, private_nh_, tf_, robot_, recorder_),
+          ObjectLimits(), objectsAtStart(robot->config())),
+      object_keeper_(robot->config().objects_file, objects_),
+      monitor_(nh, private_nh, tf_, robot->config(), recorder_),
       diagnostics_(
-          nh_, [this] { return monitor_.health(); }, [this] { return robot(); }, [this] { return tf_.jumps(); },
+          nh, [this] { return monitor_.health(); }, [this] { return this->robot(); }, [this] { return tf_.jumps(); },
           [this] { return recorder_.outcome(); }, [this] { return object_keeper_.problem(); }),
-      model_info_pub_(private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true)),
-      objects_pub_(private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true)),
-      object_markers_pub_(private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true)),
-      objects_timer_(private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
-                                                 [this](const ros::WallTimerEvent&) { publishChangedObjects(); })),
-      change_stream_(objects_,
-                     [](const std::string& reason) {
-                       ROS_WARN_STREAM_THROTTLE(
-                           1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
-                     }),
-      minimum_distance_srv_(advertise<MinimumDistance>("minimum_distance", requests_)),
-      separation_axis_srv_(advertise<SeparationAxis>("separation_axis", requests_)),
-      penetration_depth_srv_(advertise<PenetrationDepth>("penetration_depth", requests_)),
-      query_pairs_srv_(advertise<QueryPairs>("query_pairs", long_requests_)),
-      query_configuration_srv_(advertise<QueryConfiguration>("query_configuration", long_requests_)),
-      time_of_contact_srv_(advertise<FirstContact>("time_of_contact", long_requests_)),
-      query_trajectory_srv_(advertise<QueryTrajectory>("query_trajectory", long_requests_)),
-      prove_joint_box_srv_(advertise<ProveJointBox>("prove_joint_box", long_requests_)),
-      apply_objects_srv_(advertise("apply_objects", changes_, &ProximityNode::onApplyObjects)),
-      apply_objects_sub_(withQueue(private_nh_, arrivals_)
-                             .subscribe("apply_objects", kTopicQueueSize, &ChangeStream::enqueue, &change_stream_,
-                                        ros::TransportHints().tcpNoDelay())),
-      settings_server_(private_nh_, [this](const MonitorSettings& settings) { onSettings(settings); }),
-      reload_srv_(advertise("reload", long_requests_, &ProximityNode::onReload)),
-      enable_monitor_srv_(advertise("enable_monitor", requests_, &ProximityNode::onEnableMonitor)),
-      save_record_srv_(advertise("save_record", long_requests_, &ProximityNode::onSaveRecord)) {
-  if (service_port_.isSeparate()) runPollThreadInRealTime(robot_->config().realtime_priority);
+      change_stream_(objects_, [](const std::string& reason) {
+        ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
+      }) {
+  if (service_port_.isSeparate()) runPollThreadInRealTime(robot->config().realtime_priority);
   recorder_.know(objects_.current());
-  tf_.watch(*robot_);
-  announce(*robot_);
-  publishObjects();
+  tf_.watch(*robot);
+  monitor_.start(robot);
+  model_info_pub_ = private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true);
+  objects_pub_ = private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true);
+  object_markers_pub_ = private_nh_.advertise<visualization_msgs::MarkerArray>("object_markers", 1, /*latch=*/true);
+  // These publish the objects, and a reload needs them.
+  settings_server_ =
+      std::make_unique<SettingsServer>(private_nh_, [this](const MonitorSettings& settings) { onSettings(settings); });
+  advertiseServices();
+  apply_objects_sub_ = withQueue(private_nh_, arrivals_)
+                           .subscribe("apply_objects", kTopicQueueSize, &ChangeStream::enqueue, &change_stream_,
+                                      ros::TransportHints().tcpNoDelay());
+  registration_ = std::make_unique<Registration>(service_port_.address());
+  objects_timer_ = private_nh_.createWallTimer(ros::WallDuration(kObjectsPeriod),
+                                               [this](const ros::WallTimerEvent&) { publishChangedObjects(); });
+  announce(*robot);
   arrivals_spinner_.start();
+}
+
+void ProximityNode::advertiseServices() {
+  advertise<MinimumDistance>("minimum_distance", requests_);
+  advertise<SeparationAxis>("separation_axis", requests_);
+  advertise<PenetrationDepth>("penetration_depth", requests_);
+  advertise<QueryPairs>("query_pairs", long_requests_);
+  advertise<QueryConfiguration>("query_configuration", long_requests_);
+  advertise<FirstContact>("time_of_contact", long_requests_);
+  advertise<QueryTrajectory>("query_trajectory", long_requests_);
+  advertise<ProveJointBox>("prove_joint_box", long_requests_);
+  advertise("apply_objects", changes_, &ProximityNode::onApplyObjects);
+  advertise("reload", long_requests_, &ProximityNode::onReload);
+  advertise("enable_monitor", requests_, &ProximityNode::onEnableMonitor);
+  advertise("save_record", long_requests_, &ProximityNode::onSaveRecord);
 }
 
 bool ProximityNode::onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response) {
@@ -113,12 +122,12 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
   const std::lock_guard<std::mutex> lock(reload_mutex_);
   try {
     Config config = configOf(private_nh_, ends_);
-    const MonitorSettings settings = settings_server_.settings();
+    const MonitorSettings settings = settings_server_->settings();
     const std::string ignored = differences(settings, config.monitor);
     config.monitor = settings;
     const auto loaded = std::make_shared<const Robot>(nh_, config);
     // The settings may have changed while the robot was read, which takes seconds.
-    settings_server_.withSettingsLocked([&](const MonitorSettings& current) {
+    settings_server_->withSettingsLocked([&](const MonitorSettings& current) {
       loaded->useDefaults(current);
       objects_.follow(loaded, [&] {
         std::atomic_store(&robot_, loaded);

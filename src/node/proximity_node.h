@@ -26,6 +26,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 namespace proximity_server::node {
 
@@ -38,6 +39,8 @@ class ProximityNode {
   ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const std::atomic<bool>& ends);
 
  private:
+  ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, const std::atomic<bool>& ends,
+                const std::shared_ptr<const Robot>& robot);
   template <class Request, class Response>
   bool onQuery(Request& request, Response& response) {
     response = answer(*robot(), tf_, request);
@@ -45,18 +48,17 @@ class ProximityNode {
   }
   /// Advertises a service at service_port_. Its requests run in the threads of `queue`.
   template <class Request, class Response>
-  ros::ServiceServer advertise(const std::string& name, RequestQueue& queue,
-                               bool (ProximityNode::*callback)(Request&, Response&)) {
-    ros::ServiceServer server = withQueue(private_nh_, queue).advertiseService(name, callback, this);
+  void advertise(const std::string& name, RequestQueue& queue, bool (ProximityNode::*callback)(Request&, Response&)) {
+    services_.push_back(withQueue(private_nh_, queue).advertiseService(name, callback, this));
     // At once: a client that waits for the service connects as soon as the master knows it, and may stay connected.
-    registerService(server.getService(), service_port_.address());
-    return server;
+    registerService(services_.back().getService(), service_port_.address());
   }
   /// Advertises a service of queries.h.
   template <class Service>
-  ros::ServiceServer advertise(const std::string& name, RequestQueue& queue) {
-    return advertise(name, queue, &ProximityNode::onQuery<typename Service::Request, typename Service::Response>);
+  void advertise(const std::string& name, RequestQueue& queue) {
+    advertise(name, queue, &ProximityNode::onQuery<typename Service::Request, typename Service::Response>);
   }
+  void advertiseServices();
   bool onApplyObjects(ApplyObjects::Request& request, ApplyObjects::Response& response);
   void publishChangedObjects();
   void publishObjects();  // also lets object_keeper_ write them
@@ -94,7 +96,7 @@ class ProximityNode {
   TfPoses tf_;
   TfListener tf_listener_;
   Recorder recorder_;
-  ObjectStore objects_;  // declared before monitor_, so that its first cycle knows the objects at the start
+  ObjectStore objects_;
   ObjectKeeper object_keeper_;
   MonitorLoop monitor_;
   Diagnostics diagnostics_;
@@ -116,22 +118,10 @@ class ProximityNode {
   ChangeStream change_stream_;
   ros::CallbackQueue arrivals_;
   ros::AsyncSpinner arrivals_spinner_{1, &arrivals_};
-  ros::ServiceServer minimum_distance_srv_;
-  ros::ServiceServer separation_axis_srv_;
-  ros::ServiceServer penetration_depth_srv_;
-  ros::ServiceServer query_pairs_srv_;
-  ros::ServiceServer query_configuration_srv_;
-  ros::ServiceServer time_of_contact_srv_;
-  ros::ServiceServer query_trajectory_srv_;
-  ros::ServiceServer prove_joint_box_srv_;
-  ros::ServiceServer apply_objects_srv_;
   ros::Subscriber apply_objects_sub_;
-  SettingsServer settings_server_;
-  ros::ServiceServer reload_srv_;
-  ros::ServiceServer enable_monitor_srv_;
-  ros::ServiceServer save_record_srv_;
-  // The last member, because it registers all services and topics above.
-  Registration registration_{service_port_.address()};
+  std::vector<ros::ServiceServer> services_;
+  std::unique_ptr<SettingsServer> settings_server_;
+  std::unique_ptr<Registration> registration_;
 };
 
 }  // namespace proximity_server::node

@@ -34,19 +34,15 @@ const ros::WallDuration kWarningPeriod(10.0);
 }  // namespace
 
 MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
-                         const std::shared_ptr<const Robot>& robot, Recorder& recorder)
+                         const Config& config, Recorder& recorder)
     : tf_(tf),
       recorder_(recorder),
       public_nh_(nh),
       nh_(withQueue(private_nh, queue_)),
       spinner_(1, &queue_),
-      steady_timer_([priority = robot->config().realtime_priority] { runInRealTime(priority); },
-                    [this] { cycleOfTimer(); }) {
+      steady_timer_([priority = config.realtime_priority] { runInRealTime(priority); }, [this] { cycleOfTimer(); }) {
   health_.enabled = true;
-  health_.settings = robot->config().monitor;
-  next_warning_ = first_scale_until_ = ros::SteadyTime::now() + kFirstTransformsTimeout;
-  monitor_.follow(robot);
-  lookup_.emplace(*robot, edgesTo(*robot, monitor_.bodies()));
+  health_.settings = config.monitor;
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   constraints_pub_ = nh_.advertise<ConstraintRows>("constraints", 1);
   velocity_scale_pub_ = nh_.advertise<std_msgs::Float64>("collision_velocity_scale", 1);
@@ -63,9 +59,14 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
     if (on_tf_) changed_pending_ = false;
     cycle();
   });
-  configure(health_.settings);
+  queue_.addCallback(callbackOf([priority = config.realtime_priority] { runInRealTime(priority); }));
+}
+
+void MonitorLoop::start(const std::shared_ptr<const Robot>& robot) {
+  next_warning_ = first_scale_until_ = ros::SteadyTime::now() + kFirstTransformsTimeout;
+  follow(robot);
+  configure(robot->config().monitor);
   tf_.onChange([this] { onTransform(); });
-  queue_.addCallback(callbackOf([priority = robot->config().realtime_priority] { runInRealTime(priority); }));
   spinner_.start();
 }
 

@@ -42,9 +42,12 @@ struct MonitorHealth {
 class MonitorLoop {
  public:
   /// Subscribes to trajectories in the namespace of `nh`, and publishes in that of `private_nh`.
-  MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
-              const std::shared_ptr<const Robot>& robot, Recorder& recorder);
+  MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf, const Config& config,
+              Recorder& recorder);
   ~MonitorLoop();
+
+  /// Begins with the present objects of the robot. Before it no other function may be called.
+  void start(const std::shared_ptr<const Robot>& robot);
 
   void follow(const std::shared_ptr<const Robot>& robot);
 
