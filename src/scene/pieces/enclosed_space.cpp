@@ -15,13 +15,6 @@ using Eigen::Vector3d;
 
 double cross(const Vector2d& a, const Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-std::vector<Triangle> turned(const std::vector<Triangle>& triangles, const Matrix3d& turn) {
-  std::vector<Triangle> result;
-  result.reserve(triangles.size());
-  for (const auto& [a, b, c] : triangles) result.push_back({turn * a, turn * b, turn * c});
-  return result;
-}
-
 /// True if a ray from `p` upwards may meet a triangle in the box.
 bool mayMeet(const Eigen::AlignedBox3d& box, const Vector3d& p) {
   const Vector3d &low = box.min(), &high = box.max();
@@ -71,7 +64,7 @@ Crossing crossingOf(const Triangle& t, const Vector3d& p) {
 
 }  // namespace
 
-EnclosedSpace::EnclosedSpace(const std::vector<Triangle>& closed)
+EnclosedSpace::EnclosedSpace(const TriangleBoxes& closed)
     : views_{View(AngleAxisd(0.7391, Vector3d(0.317, 0.911, -0.263).normalized()).toRotationMatrix(), closed),
              View(AngleAxisd(2.1731, Vector3d(-0.571, 0.337, 0.749).normalized()).toRotationMatrix(), closed)} {}
 
@@ -90,9 +83,6 @@ bool EnclosedSpace::mayHold(const Vector3d& p) const {
     if (const Winding winding = view.winding(p, unlimited); winding.is_certain) return winding.number != 0;
   return true;
 }
-
-EnclosedSpace::View::View(const Matrix3d& turn, const std::vector<Triangle>& closed)
-    : turn_(turn), tree_(turned(closed, turn), TriangleBoxes::SplitAxes::XY) {}
 
 EnclosedSpace::Winding EnclosedSpace::View::winding(const Vector3d& point, Effort& effort) const {
   constexpr std::size_t kStepsPerNode = 2, kStepsPerTriangle = 5;

@@ -16,7 +16,7 @@ namespace proximity_server::scene {
 ///         unusual in files. A tree of boxes for each direction finds the triangles that the ray may cross.
 class EnclosedSpace {
  public:
-  explicit EnclosedSpace(const std::vector<Triangle>& closed);
+  explicit EnclosedSpace(const TriangleBoxes& closed);
 
   /// True if the winding number of p is not 0. May throw Effort::Exceeded.
   bool holds(const Eigen::Vector3d& p, Effort& effort) const;
@@ -39,12 +39,12 @@ class EnclosedSpace {
   /// The triangles in a frame whose z axis is the direction of the ray.
   class View {
    public:
-    View(const Eigen::Matrix3d& turn, const std::vector<Triangle>& closed);
+    View(const Eigen::Matrix3d& turn, const TriangleBoxes& closed) : turn_(turn), tree_(closed, turn) {}
     Winding winding(const Eigen::Vector3d& p, Effort& effort) const;
 
    private:
     Eigen::Matrix3d turn_;
-    TriangleBoxes tree_;  ///< split along x and y only, which are perpendicular to the ray
+    TriangleBoxes tree_;
   };
 
   std::array<View, 2> views_;

@@ -73,7 +73,7 @@ NearestTriangle nearestOf(const TriangleBoxes& tree, const std::vector<Vector3d>
 }  // namespace
 
 Interior::Interior(const std::vector<Triangle>& closed)
-    : space_(closed), surface_(closed, TriangleBoxes::SplitAxes::XYZ), box_(surface_.nodes.front().box) {
+    : surface_(closed), space_(surface_), box_(surface_.nodes.front().box) {
   for (const Triangle& triangle : surface_.triangles) normals_.push_back(normalOf(triangle));
 }
 

@@ -47,8 +47,8 @@ class Interior {
   bool hasSurfaceWithin(const Eigen::Vector3d& p, double distance) const;
 
  private:
-  EnclosedSpace space_;
   TriangleBoxes surface_;
+  EnclosedSpace space_;
   std::vector<Eigen::Vector3d> normals_;  ///< of the triangles of surface_; unit vectors, or zero
   Eigen::AlignedBox3d box_;
 };

@@ -179,7 +179,7 @@ class DeviationSearch {
 };
 
 MeshSolid::MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort, Rooms rooms)
-    : surface_(std::move(surface)), inside_(closed), rooms_(std::move(rooms)), effort_(effort) {}
+    : surface_(std::move(surface)), inside_(TriangleBoxes(closed)), rooms_(std::move(rooms)), effort_(effort) {}
 
 double MeshSolid::distance(const Vector3d& p) const {
   const double to_surface = surface_.nearest(p, effort_).distance;
@@ -219,7 +219,7 @@ double farthestOutside(const Cover& cover, Effort& effort) {
   const std::vector<Triangle> surface = surfaceOf(cover.hull);
   const TriangleTree tree = treeOf(surface, effort);
   std::optional<EnclosedSpace> inside;
-  if (cover.hull.dimension() == 3) inside.emplace(surface);
+  if (cover.hull.dimension() == 3) inside.emplace(tree.boxes());
   double farthest = 0.0;
   for (const Vector3d& point : below) {
     const double distance = tree.nearest(point, effort).distance;

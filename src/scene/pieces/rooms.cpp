@@ -127,7 +127,7 @@ bool anyBeyond(const Vector3d& normal, double offset, const Triangle& triangle, 
 
 Rooms::Part::Part(const TriangleMesh& mesh)
     : surface(trianglesOf(mesh.vertices, mesh.triangles)),
-      space(trianglesOf(mesh.vertices, mesh.triangles)),
+      space(surface.boxes()),
       facing(enclosedVolume(mesh) < 0.0 ? -1 : 1) {}
 
 Rooms::Rooms(const std::vector<TriangleMesh>& components, const std::atomic<bool>* stop) {

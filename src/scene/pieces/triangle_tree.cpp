@@ -106,11 +106,10 @@ Vector3d nearestCombination(const Triangle& triangle, const Vector3d& p) {
 
 namespace {
 
-/// A measure of the queries that visit a box: its surface, or seen along z the area that a ray can hit.
-double visitsOf(const Eigen::AlignedBox3d& box, TriangleBoxes::SplitAxes axes) {
+/// A measure of the queries that visit a box: half of its surface.
+double visitsOf(const Eigen::AlignedBox3d& box) {
   const Vector3d size = box.sizes();
-  const double seen_along_z = size.x() * size.y();
-  return axes == TriangleBoxes::SplitAxes::XY ? seen_along_z : seen_along_z + size.z() * (size.x() + size.y());
+  return size.x() * size.y() + size.z() * (size.x() + size.y());
 }
 
 /// Bins of equal width along one axis, into which triangles are sorted by their places.
@@ -123,7 +122,7 @@ struct Bins {
 
   /// Returns the first bin above the boundary between bins where the sum of triangles times visits is smallest, or 0 if one
   /// bin has all triangles.
-  int cheapestBoundary(const Triangle* begin, const Triangle* end, TriangleBoxes::SplitAxes axes) const {
+  int cheapestBoundary(const Triangle* begin, const Triangle* end) const {
     std::array<Eigen::AlignedBox3d, kCount> boxes;
     std::array<int, kCount> counts{};
     for (const Triangle* triangle = begin; triangle != end; ++triangle) {
@@ -136,7 +135,7 @@ struct Bins {
     for (int i = kCount - 1, count = 0; i > 0; --i) {
       above.extend(boxes[i]);
       count += counts[i];
-      costs_above[i] = count > 0 ? count * visitsOf(above, axes) : 0.0;
+      costs_above[i] = count > 0 ? count * visitsOf(above) : 0.0;
     }
     int cheapest = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -144,7 +143,7 @@ struct Bins {
       below.extend(boxes[i - 1]);
       count += counts[i - 1];
       if (count == 0 || count == end - begin) continue;
-      const double cost = count * visitsOf(below, axes) + costs_above[i];
+      const double cost = count * visitsOf(below) + costs_above[i];
       if (!(cost < least)) continue;
       least = cost;
       cheapest = i;
@@ -158,18 +157,31 @@ struct Bins {
 
 }  // namespace
 
-TriangleBoxes::TriangleBoxes(std::vector<Triangle> all, SplitAxes axes) : triangles(std::move(all)) {
+TriangleBoxes::TriangleBoxes(std::vector<Triangle> all) : triangles(std::move(all)) {
   nodes.push_back({{}, 0, static_cast<int>(triangles.size())});
   // split() appends the children, which the loop splits later.
   std::vector<int> levels{0};
   for (int node = 0; node < static_cast<int>(nodes.size()); ++node) {
-    split(node, axes, levels[node]);
+    split(node, levels[node]);
     levels.resize(nodes.size(), levels[node] + 1);
   }
 }
 
+TriangleBoxes::TriangleBoxes(const TriangleBoxes& tree, const Eigen::Matrix3d& turn)
+    : triangles(tree.triangles), nodes(tree.nodes) {
+  for (Triangle& triangle : triangles)
+    for (Vector3d& corner : triangle) corner = turn * corner;
+  // A child stands behind its parent.
+  for (auto node = nodes.rbegin(); node != nodes.rend(); ++node) {
+    node->box.setEmpty();
+    if (node->left >= 0) node->box.extend(nodes[node->left].box).extend(nodes[node->left + 1].box);
+    for (int i = node->begin; node->left < 0 && i < node->end; ++i)
+      for (const Vector3d& corner : triangles[i]) node->box.extend(corner);
+  }
+}
+
 /// Fits the box of a node and divides its triangles.
-void TriangleBoxes::split(int index, SplitAxes axes, int level) {
+void TriangleBoxes::split(int index, int level) {
   constexpr int kLeafSize = 2;
   Node& node = nodes[index];
   Eigen::AlignedBox3d places;
@@ -181,11 +193,11 @@ void TriangleBoxes::split(int index, SplitAxes axes, int level) {
 
   constexpr double kShortest = 1e-12;  // [m]; below it rounding decides on the bins
   Eigen::Index axis;
-  const double length = places.sizes().head(static_cast<Eigen::Index>(axes)).maxCoeff(&axis);
+  const double length = places.sizes().maxCoeff(&axis);
   Triangle *const begin = triangles.data() + node.begin, *const end = triangles.data() + node.end;
   Triangle* middle = begin + (end - begin) / 2;
   const Bins bins{axis, places.min()[axis], Bins::kCount / length};
-  const int boundary = level < kMostUnequal && length > kShortest ? bins.cheapestBoundary(begin, end, axes) : 0;
+  const int boundary = level < kMostUnequal && length > kShortest ? bins.cheapestBoundary(begin, end) : 0;
   if (boundary > 0) {
     middle = std::partition(begin, end, [&](const Triangle& t) { return bins.of(t) < boundary; });
   } else {

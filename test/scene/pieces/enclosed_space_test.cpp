@@ -16,7 +16,7 @@ const Vector3d kUnscaled = Vector3d::Ones();
 
 EnclosedSpace spaceOf(const std::vector<TriangleMesh>& meshes) {
   const TriangleMesh all = together(meshes);
-  return EnclosedSpace(trianglesOf(all.vertices, all.triangles));
+  return EnclosedSpace(TriangleBoxes(trianglesOf(all.vertices, all.triangles)));
 }
 
 bool holds(const EnclosedSpace& space, const Vector3d& p) {
@@ -86,7 +86,7 @@ TEST(EnclosedSpace, MayHoldAPointBelowACornerOnEachOfItsRays) {
     mesh.triangles.push_back({0, 2 + i, 2 + (i + 1) % 3});
     mesh.triangles.push_back({1, 2 + (i + 1) % 3, 2 + i});
   }
-  const EnclosedSpace space(trianglesOf(mesh.vertices, mesh.triangles));
+  const EnclosedSpace space(TriangleBoxes(trianglesOf(mesh.vertices, mesh.triangles)));
   int lost = 0;
   for (int i = 0; i < 100; ++i) {
     // The corners are on both rays from the origin only; the points beside it are on one ray, below an edge.
@@ -98,7 +98,7 @@ TEST(EnclosedSpace, MayHoldAPointBelowACornerOnEachOfItsRays) {
   EXPECT_FALSE(space.mayHold(1.01 * rays[0]));
 }
 
-TEST(EnclosedSpace, OfNoTrianglesHoldsNothing) { EXPECT_FALSE(holds(EnclosedSpace({}), {0, 0, 0})); }
+TEST(EnclosedSpace, OfNoTrianglesHoldsNothing) { EXPECT_FALSE(holds(EnclosedSpace(TriangleBoxes({})), {0, 0, 0})); }
 
 TEST(EnclosedSpace, EndsWhenTheEffortIsSpent) {
   const EnclosedSpace space = spaceOf({boxMesh({0, 0, 0}, kUnscaled)});
