@@ -275,13 +275,13 @@ std::vector<Ball> cornersOf(const RobotModel& model, const std::vector<int>& pie
   return corners;
 }
 
-/// Sorts balls so that each one is the farthest from all before it.
-void sortSpread(std::vector<Ball>& balls) {
+/// Puts up to `count` balls first, each of which is the farthest from all before it.
+void putSpreadFirst(std::vector<Ball>& balls, std::size_t count) {
   Vector3d mean = Vector3d::Zero();
   for (const Ball& ball : balls) mean += ball.centre / static_cast<double>(balls.size());
   std::vector<double> distances;
   for (const Ball& ball : balls) distances.push_back((ball.centre - mean).norm());
-  for (std::size_t i = 0; i < balls.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const auto next = static_cast<std::size_t>(
         std::max_element(distances.begin() + static_cast<std::ptrdiff_t>(i), distances.end()) - distances.begin());
     std::swap(balls[i], balls[next]);
@@ -361,9 +361,9 @@ LinkOutline outlineOf(const RobotModel& model, int link, const Bounds& bounds) {
     if (piece.interior) outline.uncovered = std::max(outline.uncovered, model.collisions[piece.collision].uncovered);
   }
   outline.corners = cornersOf(model, pieces);
-  sortSpread(outline.corners);
-  outline.uncovered += kRounding * outline.bounds.reach;
   outline.coarse_corners = std::min<std::size_t>(outline.corners.size(), kCoarseCorners);
+  putSpreadFirst(outline.corners, outline.coarse_corners);
+  outline.uncovered += kRounding * outline.bounds.reach;
   outline.coarse_uncovered = outline.uncovered + uncoveredBy(outline.corners, outline.coarse_corners);
   for (const Ball& corner : outline.corners)
     outline.inside += corner.centre / static_cast<double>(outline.corners.size());
