@@ -38,14 +38,6 @@ PairRule messageOf(const scene::WrittenRule& rule) {
   return message;
 }
 
-/// Returns the objects with these rules for pairs. Their other rules stay.
-scene::Objects withRules(const scene::Objects& objects, const std::vector<scene::WrittenRule>& rules) {
-  scene::ObjectRules next = objects.rules();
-  next.allowed = {};
-  for (const scene::WrittenRule& rule : rules) next.allowed.set(rule.a, rule.b, rule.rule);
-  return objects.withRules(std::move(next));
-}
-
 const scene::Attached* holderOf(const scene::Object& object) { return std::get_if<scene::Attached>(&object.placement); }
 
 /// The operation that adds an object at the next start of the node.

@@ -28,6 +28,12 @@ Isometry3d LinkFrames::seenFrom(const std::string& frame, const std::string& oth
   return poseOf(frame).inverse() * poseOf(other) * pose;
 }
 
+Objects noObjects(const std::shared_ptr<const SceneModel>& model) {
+  ObjectRules rules;
+  rules.base = ObjectRules::Base::StandsStill;
+  return Objects(model).withRules(std::move(rules));
+}
+
 int carryingLink(const RobotModel& robot, const Object& object) {
   if (const auto* moving = std::get_if<Moving>(&object.placement)) return linkOfFrame(robot, moving->frame);
   if (const auto* held = std::get_if<Attached>(&object.placement)) return linkOfFrame(robot, held->link);
@@ -44,6 +50,11 @@ FramePoses framePoses(const Objects& objects, const BodyPoses& poses) {
   for (const std::string& frame : objects.frames())
     frames.emplace_back(poseOfLink(robot, linkOfFrame(robot, frame), poses));
   return frames;
+}
+
+void setPositions(State& state, const Positions& positions) {
+  const BodyPoses poses = forwardKinematics(state.robot(), positions);
+  state.set(poses, framePoses(*state.objects(), poses));
 }
 
 RobotMotion::ObjectFrames framesOnLinks(const Objects& objects) {

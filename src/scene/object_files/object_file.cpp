@@ -318,6 +318,13 @@ void requireOrder(const std::vector<Field>& entries, const std::vector<WrittenCh
 
 }  // namespace
 
+Objects withRules(const Objects& objects, const std::vector<WrittenRule>& rules) {
+  ObjectRules next = objects.rules();
+  next.allowed = {};
+  for (const WrittenRule& rule : rules) next.allowed.set(rule.a, rule.b, rule.rule);
+  return objects.withRules(std::move(next));
+}
+
 const std::array<PrimitiveType, 4>& primitiveTypes() {
   using Sizes = std::vector<double>;
   using narrowphase::Shape;

@@ -15,10 +15,7 @@ BoxMeasures::BoxMeasures(const std::shared_ptr<const SceneModel>& model, const s
   if (objects) state_.set(objects, carriersOnLinks(*objects));
 }
 
-void BoxMeasures::update(const Positions& positions) {
-  const BodyPoses poses = forwardKinematics(state_.robot(), positions);
-  state_.set(poses, framePoses(*state_.objects(), poses));
-}
+void BoxMeasures::update(const Positions& positions) { setPositions(state_, positions); }
 
 bool BoxMeasures::findTravel(const ShapeRefPair& pair) { return travel_.weights(state_, pair, weights_); }
 

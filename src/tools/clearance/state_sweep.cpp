@@ -322,8 +322,7 @@ class StateSweep {
   static void place(const scene::Positions& positions, const std::shared_ptr<const scene::Objects>& objects,
                     QuestionPairs& pairs, scene::State& state) {
     if (pairs.use(objects)) state.set(objects, scene::carriersOnLinks(*objects));
-    const scene::BodyPoses poses = scene::forwardKinematics(state.robot(), positions);
-    state.set(poses, framePoses(*state.objects(), poses));
+    setPositions(state, positions);
   }
 
   /// Asks for all pairs of the states for the report, by a scene of its own, so that the rows keep their bytes.

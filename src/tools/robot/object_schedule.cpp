@@ -19,20 +19,13 @@ bool isDue(const scene::Moment& moment, long row, std::optional<double> time) {
   return time && std::get<scene::AtTime>(moment).time <= *time;
 }
 
-scene::ObjectRules rulesOf(const std::vector<scene::WrittenRule>& rules) {
-  scene::ObjectRules result;
-  result.base = scene::ObjectRules::Base::StandsStill;  // all poses are in the frame of the root link
-  for (const scene::WrittenRule& rule : rules) result.allowed.set(rule.a, rule.b, rule.rule);
-  return result;
-}
-
 }  // namespace
 
 ObjectSchedule::ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& model, const scene::ObjectFile& file,
                                const scene::ObjectOptions& options)
     : model_(model),
       options_(options),
-      now_(std::make_shared<const scene::Objects>(scene::Objects(model).withRules(rulesOf(file.rules)))),
+      now_(std::make_shared<const scene::Objects>(withRules(scene::noObjects(model), file.rules))),
       steps_(file.changes) {
   std::vector<scene::ObjectEdit> objects = file.objects;
   for (scene::ObjectEdit& object : objects) makeGeometry(object);

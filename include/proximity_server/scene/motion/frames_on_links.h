@@ -1,13 +1,15 @@
 #pragma once
 
+#include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "proximity_server/scene/objects/object_editor.h"
 #include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/state/state.h"
 
 #include <Eigen/Geometry>
 
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -34,14 +36,20 @@ class LinkFrames : public ObjectFrames {
   BodyPoses poses_;
 };
 
+/// No objects of a robot; its root link stands still, because it is the frame of all poses.
+Objects noObjects(const std::shared_ptr<const SceneModel>& model);
+
 /// The link in whose frame an object stands or moves, or which holds it.
 int carryingLink(const RobotModel& robot, const Object& object);
 
 /// The pose of a link in the frame of the poses. The poses must contain that of the link's body.
 Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses);
 
-/// The poses of the frames of moving objects, as Scene::update() takes them.
+/// The poses of the frames of moving objects, as State::set() takes them.
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses);
+
+/// Sets the poses of a state, in the frame of the root links, to those at some positions of the joints.
+void setPositions(State& state, const Positions& positions);
 
 /// The frames of moving objects for a motion: each frame is at rest relative to its link.
 RobotMotion::ObjectFrames framesOnLinks(const Objects& objects);

@@ -3,6 +3,7 @@
 #include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/objects/object_editor.h"
 #include "proximity_server/scene/objects/object_rules.h"
+#include "proximity_server/scene/objects/objects.h"
 
 #include <Eigen/Geometry>
 
@@ -23,6 +24,9 @@ struct WrittenRule {
   std::string a, b;
   AllowedPairs::Rule rule = AllowedPairs::Rule::Allowed;
 };
+
+/// The objects with these rules for pairs. Their other rules stay.
+Objects withRules(const Objects& objects, const std::vector<WrittenRule>& rules);
 
 /// The moment of a change: before the state with this number, counted from 0, or at a time [s] of the states.
 struct AtRow {
