@@ -49,16 +49,6 @@ scene::MeshResolver resolverOf(const RobotText& text, const LoadOptions& options
   return scene::packageResolver(options.packages ? *options.packages : scene::rosPackagePath(), text.folder);
 }
 
-/// Returns the result of `make`. Puts `name` in front of its errors.
-template <typename Make>
-auto withNameInErrors(const std::string& name, const Make& make) {
-  try {
-    return make();
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(name + ": " + error.what());
-  }
-}
-
 }  // namespace
 
 std::string readTextFile(const std::filesystem::path& path) {

@@ -10,6 +10,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,16 @@ struct LoadOptions {
   bool allow_broken_mimics;                          ///< see scene::ModelOptions
   std::function<void(const std::string&)> progress;  ///< is called in the thread that loads
 };
+
+/// Returns the result of `act`. Puts `name`, unless it is "", in front of its errors.
+template <typename Act>
+auto withNameInErrors(const std::string& name, const Act& act) {
+  try {
+    return act();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(name + (name.empty() ? "" : ": ") + error.what());
+  }
+}
 
 /// Reads the whole text of a file. Needs the GIL. Throws Python's OSError of the file, such as FileNotFoundError.
 std::string readTextFile(const std::filesystem::path& path);

@@ -7,6 +7,7 @@
 #include "python/loading.h"
 #include "python/object_arguments.h"
 #include "python/path_caster.h"
+#include "python/questions.h"
 #include "python/robot.h"
 #include "python/rows.h"
 #include "python/signal_watch.h"
@@ -48,7 +49,7 @@ struct JointInfo {
 };
 
 std::vector<JointInfo> jointsOf(const Robot& robot) {
-  const std::vector<scene::Joint>& joints = robot.model().robot.joints;
+  const std::vector<scene::Joint>& joints = robot.model()->robot.joints;
   std::vector<JointInfo> list;
   for (const scene::Joint& joint : joints) {
     std::optional<std::string> mimic;
@@ -60,7 +61,7 @@ std::vector<JointInfo> jointsOf(const Robot& robot) {
 
 /// An array with a row (lower, upper) for each joint.
 py::array_t<double> rangesOf(const Robot& robot) {
-  const scene::RobotModel& model = robot.model().robot;
+  const scene::RobotModel& model = robot.model()->robot;
   py::array_t<double> ranges({static_cast<py::ssize_t>(model.joints.size()), py::ssize_t{2}});
   auto rows = ranges.mutable_unchecked<2>();
   std::fill_n(ranges.mutable_data(), ranges.size(), 0.0);
@@ -76,16 +77,16 @@ using PairNames = std::pair<std::string, std::string>;
 std::vector<PairNames> pairsOf(const Robot& robot) {
   std::vector<PairNames> names;
   const auto nameOf = [&](const scene::ShapeRef& ref) {
-    return scene::nameOf(ref, robot.model().robot, &robot.objects());
+    return scene::nameOf(ref, robot.model()->robot, robot.objects().get());
   };
   for (const scene::ShapeRefPair& pair : robot.pairs().list()) names.emplace_back(nameOf(pair.a), nameOf(pair.b));
   return names;
 }
 
 std::vector<std::tuple<std::string, std::string, std::string>> uncheckedOf(const Robot& robot) {
-  const scene::RobotModel& model = robot.model().robot;
+  const scene::RobotModel& model = robot.model()->robot;
   std::vector<std::tuple<std::string, std::string, std::string>> list;
-  for (const scene::LinkPair& pair : robot.model().pairs.pairs) {
+  for (const scene::LinkPair& pair : robot.model()->pairs.pairs) {
     if (pair.reason == scene::PairReason::Checked) continue;
     list.emplace_back(model.links[pair.link_a].name, model.links[pair.link_b].name, scene::toString(pair.reason));
   }
@@ -99,12 +100,12 @@ std::vector<std::string> warningsOf(const scene::SceneModel& model) {
 }
 
 std::string describe(const Robot& robot) {
-  return "<proximity.Robot " + scene::quoted(robot.model().robot.name) + ": " +
-         std::to_string(robot.model().robot.joints.size()) + " joints, " + std::to_string(robot.pairs().list().size()) +
-         " pairs" +
-         (robot.objects().empty() ? ""
-                                  : ", " + std::to_string(robot.objects().size()) +
-                                        (robot.objects().size() == 1 ? " object" : " objects")) +
+  return "<proximity.Robot " + scene::quoted(robot.model()->robot.name) + ": " +
+         std::to_string(robot.model()->robot.joints.size()) + " joints, " +
+         std::to_string(robot.pairs().list().size()) + " pairs" +
+         (robot.objects()->empty() ? ""
+                                   : ", " + std::to_string(robot.objects()->size()) +
+                                         (robot.objects()->size() == 1 ? " object" : " objects")) +
          ">";
 }
 
@@ -165,7 +166,7 @@ std::unique_ptr<Robot> makeRobot(RobotText text, const Keywords& keywords) {
 }
 
 std::unique_ptr<Robot> withWarnings(std::unique_ptr<Robot> robot) {
-  for (const std::string& warning : warningsOf(robot->model())) warn(robot->text().urdf_name + ": " + warning);
+  for (const std::string& warning : warningsOf(*robot->model())) warn(robot->text().urdf_name + ": " + warning);
   return robot;
 }
 
@@ -205,15 +206,13 @@ std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::Object
 scene::ObjectEdit objectOf(const std::string& name, const py::object& shapes, const py::object& pose,
                            const std::string& link, std::vector<std::string> touch_links, const std::string& frame,
                            double padding) {
-  const std::string where = "object " + scene::quoted(name) + ": ";
-  if (!link.empty() && !frame.empty()) throw std::invalid_argument(where + "it has a link or a frame, but not both");
+  const std::string where = "object " + scene::quoted(name);
+  if (!link.empty() && !frame.empty()) throw std::invalid_argument(where + ": it has a link or a frame, but not both");
   if (link.empty() && !touch_links.empty())
-    throw std::invalid_argument(where + "touch_links goes with a link that holds the object");
-  try {
-    return {name, {link, std::move(touch_links), frame, poseOf(pose)}, padding, shapesOf(shapes), ""};
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(where + error.what());
-  }
+    throw std::invalid_argument(where + ": touch_links goes with a link that holds the object");
+  return withNameInErrors(where, [&] {
+    return scene::ObjectEdit{name, {link, std::move(touch_links), frame, poseOf(pose)}, padding, shapesOf(shapes), ""};
+  });
 }
 
 scene::ObjectEdit objectOf(const std::string& name, const py::object& object) {
@@ -235,8 +234,8 @@ py::object describedObject(const scene::Object& object) {
 
 py::dict objectsOf(const Robot& robot) {
   py::dict objects;
-  for (const int number : robot.objects().numbers()) {
-    const scene::Object& object = *robot.objects().object(number);
+  for (const int number : robot.objects()->numbers()) {
+    const scene::Object& object = *robot.objects()->object(number);
     objects[py::str(object.id)] = describedObject(object);
   }
   return objects;
@@ -277,11 +276,11 @@ py::dict stateOf(const Robot& robot) {
   const RobotText& text = robot.text();
   const LoadOptions& options = robot.options();
   std::vector<std::pair<int, std::string>> names;  // sorted by number, which decides the order of two objects in a pair
-  for (const int number : robot.objects().numbers()) names.emplace_back(number, robot.objects().object(number)->id);
+  for (const int number : robot.objects()->numbers()) names.emplace_back(number, robot.objects()->object(number)->id);
   std::sort(names.begin(), names.end());
   py::list objects, rules;
   for (const auto& [number, name] : names)
-    objects.append(py::make_tuple(name, describedObject(*robot.objects().object(number))));
+    objects.append(py::make_tuple(name, describedObject(*robot.objects()->object(number))));
   for (const scene::WrittenRule& rule : robot.rules())
     rules.append(py::make_tuple(rule.a, rule.b, rule.rule == scene::AllowedPairs::Rule::Allowed));
   using namespace py::literals;
@@ -377,129 +376,6 @@ constexpr char kFromTextDoc[] =
     R"(Reads a URDF from its text; the SRDF and the thresholds are texts too, "" if there are none.
 
 Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
-
-constexpr char kMinimumDoc[] = R"(The pair with the smallest signed distance in each state.
-
-Returns rows of the dtype PAIR, of the shape of the states; for q of shape (joints,) one row. The status is UNKNOWN if a
-position is not finite, or if the robot has no pair.
-
-With `accuracy` [m], lower and upper bound the smallest distance of all pairs, are proven, and are at most so far apart;
-1e-4 takes a fraction of the time. Then the status is THRESHOLD, the distance is the lower bound, and there are no
-points. If upper is 0 or less, the pair overlaps; how deep is not told.
-Raises ValueError if accuracy is not positive.)";
-
-constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
-
-That is, of the pairs at the worst level the one with the smallest distance less its threshold (that of WARN if the
-level is CLEAR). It need not be the closest one.
-Returns rows of the dtype LEVELED_PAIR, of the shape of the states; for q of shape (joints,) one row. The level is
-INVALID where the status is UNKNOWN, as in minimum.
-Raises ValueError if the robot was made without thresholds.)";
-
-constexpr char kClosestDoc[] = R"(The k pairs with the smallest signed distances in each state, sorted.
-
-Returns rows of the dtype PAIR, of the shape of the states and k; for q of shape (joints,) of shape (k,). If there are
-fewer pairs than k, the rows behind them have the status UNKNOWN and the pair -1.
-Raises ValueError if k is less than 1.)";
-
-constexpr char kBelowDoc[] =
-    R"(Whether anything is at or below a signed distance [m] in each state: much cheaper than minimum.
-
-Returns rows of the dtype VERDICT, of the shape of the states; for q of shape (joints,) one row. ABOVE is proven; a pair
-counts as below unless its lower bound proves otherwise.
-Raises ValueError if the distance is NaN.)";
-
-constexpr char kPairsBelowDoc[] = R"(All pairs at or below a signed distance [m] in each state.
-
-Returns rows of the dtype PAIR in one dimension, sorted by state, and within a state by distance. A state without an
-answer has one row, of status UNKNOWN and pair -1: a state without a row is proven to be above the distance.
-Raises ValueError if the distance is NaN.)";
-
-constexpr char kGradientDoc[] = R"(Distances with their derivatives by q.
-
-Returns the rows of minimum(q), or those of closest(q, k) if k is given, and the gradients of their distances: the same
-shape with one more dimension, for the columns of q. Units are [m/rad] and [m/m]; positive where the distance grows, in
-overlap where the depth shrinks. Columns that are ignored have 0: the part of a mimic joint is in the column of its
-leader. A row without an answer has NaN.
-The distance has a kink where the field `unique` is False: this is then the derivative of one choice of points.
-The smallest distance has another kink where two pairs are equally close, which rows of closest(q, 2) show.
-Raises ValueError if k is less than 1.)";
-
-constexpr char kFreeMotionDoc[] =
-    R"(How far each joint can move while every pair stays farther apart than the distance [m].
-
-Returns float64 of the shape of q, [rad] or [m]: each joint alone is free to move so far in both directions, and all
-together as long as sum |motion / free| <= 1 (numpy.nansum, if there are joints with 0). That is proven without a
-search, and holds for motions of any length: a bound on how far each point of a link moves. Infinity for a joint that
-moves no pair; 0 where a pair is at or below the distance, and for columns that are ignored: a mimic joint moves with its
-leader, and its part is in the column of the leader. NaN for a state without an answer.
-influence_distance  [m] beyond the distance. All pairs that are farther apart share one bound; a larger one costs more,
-                    and finds more for states that are far from everything.
-Source: Quinlan, Real-Time Modification of Collision-Free Paths, 1994.
-Raises ValueError if distance or influence_distance is not finite, or influence_distance is negative.)";
-
-constexpr char kFreeScaleDoc[] = R"(How much of a motion [rad] or [m] is proven to be free without a search.
-
-q and motion are arrays of shapes that broadcast to one. Returns float64 of the shape of the states: the largest s in
-[0, 1] for which the straight motion from q to q + s motion, and every part of it, keeps each pair farther apart than the
-distance, as far as free_motion() can tell; it takes each pair by itself, and so finds more than the sum over the joints
-there. first_contact() searches, and finds all. Columns of motion that q ignores are ignored. NaN for a state or a motion
-that is not finite.)";
-
-constexpr char kGuaranteedDoc[] = R"(The smallest distance that is guaranteed where the state is not known exactly.
-
-uncertainty  how far all may be off: a number, [rad] or [m] of the position of every joint; or a dict, or YAML, with the
-             names of the node's parameters: {"joint_uncertainty": {"*": 0.001, "lift": 0.002}, "object_uncertainty":
-             0.003}; see config/README.md
-Returns (rows, guaranteed): the pair that decides as a row of the dtype PAIR, with its distance in q itself, and a lower
-bound [m] of the distance of every pair over all states within the uncertainty. Both have the shape of the states; NaN
-for a state without an answer. The bound is proven, with rounding, and may be lower than any state within gives.
-Raises ValueError for an uncertainty that makes no sense, naming the field.)";
-
-constexpr char kProveDoc[] =
-    R"(Which pairs cannot come to a distance [m] or below in a whole box of joint positions: proofs, not samples.
-
-lower, upper  the ends of the intervals, float64 of shape (joints,); by default the limits of the URDF, and a turn of a
-              continuous joint. Columns of mimic joints are ignored: they follow their leader
-distance      at least 0; flush faces are 0 apart by rounding only
-boxes         parts of the box that are examined for each pair at most
-time_budget   [s] after which what is left is undecided; with it the answer depends on the computer
-seconds       another name of time_budget
-Returns (rows, closest): for each of Robot.pairs a row of the dtype PROOF, and the state in which the pair was found
-closest, float64 of shape (pairs, joints), NaN where none was measured. See scene/proof/prove_apart.h.
-Raises ValueError, with its name, for a floating or planar joint between two links of a pair, and for a joint whose
-interval is missing, empty or not finite.)";
-
-constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
-
-Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps
-coordinates of the link into the root link. A state with a position that is not finite has NaN.)";
-
-constexpr char kFirstContactDoc[] = R"(When anything first comes to a signed distance [m] on the way from start to goal.
-
-All joints move at once, each at constant speed; the time is 0 at the start and 1 at the goal. start and goal are arrays
-as q, of shapes that broadcast to one. With velocities the way is the cubic spline that joint_trajectory_controller
-drives, with accelerations too the quintic one; a row is then about one segment of a trajectory.
-Returns rows of the dtype CONTACT, of the shape of the edges; for one edge one row. Nothing is missed between samples:
-until t_free every pair is proven to be farther than the distance.
-tolerance       [m] of the distance at which a contact is found
-velocities      a pair of arrays as start and goal, [rad/s] or [m/s]: at the start and at the goal; they broadcast too
-accelerations   the same by second squared; only with velocities
-duration        [s] of an edge, a number or an array of the shape of the edges; needed for velocities only
-tracking_error  [rad] or [m], a number, or one for each joint: how far each joint may be off the way at any time. t_free
-                then holds for every motion within it. A contact is a state within it; without a known state the status
-                is DEGENERATE from t_free on
-Raises ValueError if distance or tolerance is NaN, for a duration that is not positive, a tracking_error that is
-negative or not finite, and accelerations without velocities.)";
-
-constexpr char kMinimumBetweenDoc[] = R"(The smallest signed distance on the way from start to goal.
-
-The way is that of first_contact, with the same keywords.
-Returns rows of the dtype EDGE_MINIMUM, of the shape of the edges; for one edge one row. lower and upper are proven for
-the whole way, and upper is the distance of the pair at the time. With a tracking_error lower is proven for every motion
-within it, and upper is the distance of a state within it; the two may be farther apart than the tolerance.
-tolerance  [m] between lower and upper
-Raises ValueError as first_contact.)";
 
 constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object; one of the same name is replaced.
 
@@ -606,21 +482,21 @@ void declareConstructors(py::class_<Robot>& robot) {
 
 void declareProperties(py::class_<Robot>& robot) {
   robot.def_property_readonly(
-      "name", [](const Robot& self) { return self.model().robot.name; }, "of the robot in the URDF");
+      "name", [](const Robot& self) { return self.model()->robot.name; }, "of the robot in the URDF");
   robot.def_property_readonly("joints", &jointsOf, "The joints that move, in the order of the columns of q.");
   robot.def_property_readonly("ranges", &rangesOf, kRangesDoc);
   robot.def_property_readonly("pairs", &pairsOf,
                               "The checked pairs, as the names of two links, or of a link and an object, or of two "
                               "objects; the field `pair` is an index of it.");
   robot.def_property_readonly(
-      "links", [](const Robot& self) { return scene::namesOf(self.model().robot.links); },
+      "links", [](const Robot& self) { return scene::namesOf(self.model()->robot.links); },
       "The names of all links, in the order of link_poses; the root is the first.");
   robot.def_property_readonly("objects", &objectsOf, "The objects by their names: where each is now, and its shapes.");
   robot.def_property_readonly(
       "unchecked", &uncheckedOf,
       "The pairs of links with geometry that are not checked: the names of both links, and the reason.");
   robot.def_property_readonly(
-      "warnings", [](const Robot& self) { return warningsOf(self.model()); },
+      "warnings", [](const Robot& self) { return warningsOf(*self.model()); },
       "What is odd but legal in URDF and SRDF, a sentence each.");
   robot.def_property("threads", &Robot::threads, &Robot::setThreads, kThreadsDoc);
   robot.def("__repr__", &describe);
@@ -670,64 +546,14 @@ void declareObjects(py::class_<Robot>& robot) {
   robot.def("allowing", &Robot::allowing, kAllowingDoc, "a"_a, "b"_a);
 }
 
-void declareQuestions(py::class_<Robot>& robot) {
-  robot.def("minimum", &Robot::minimum, kMinimumDoc, "q"_a, py::kw_only(), "accuracy"_a = py::none(),
-            "time_budget"_a = py::none());
-  robot.def("level", &Robot::level, kLevelDoc, "q"_a, py::kw_only(), "time_budget"_a = py::none());
-  robot.def("closest", &Robot::closest, kClosestDoc, "q"_a, "k"_a, py::kw_only(), "time_budget"_a = py::none());
-  robot.def("below", &Robot::below, kBelowDoc, "q"_a, "distance"_a, py::kw_only(), "time_budget"_a = py::none());
-  robot.def("pairs_below", &Robot::pairsBelow, kPairsBelowDoc, "q"_a, "distance"_a, py::kw_only(),
-            "time_budget"_a = py::none());
-  robot.def("gradient", &Robot::gradient, kGradientDoc, "q"_a, "k"_a = py::none(), py::kw_only(),
-            "time_budget"_a = py::none());
-  robot.def(
-      "guaranteed",
-      [](Robot& self, const py::object& q, const py::object& uncertainty, Robot::TimeBudget time_budget) {
-        const bool is_text = py::isinstance<py::str>(uncertainty);
-        const py::object text = is_text ? uncertainty : py::module_::import("json").attr("dumps")(uncertainty);
-        return self.guaranteed(q, text.cast<std::string>(), time_budget);
-      },
-      kGuaranteedDoc, "q"_a, "uncertainty"_a, py::kw_only(), "time_budget"_a = py::none());
-  robot.def("free_motion", &Robot::freeMotion, kFreeMotionDoc, "q"_a, "distance"_a = 0.0, py::kw_only(),
-            "influence_distance"_a = 0.2, "time_budget"_a = py::none());
-  robot.def("free_scale", &Robot::freeScale, kFreeScaleDoc, "q"_a, "motion"_a, "distance"_a = 0.0, py::kw_only(),
-            "influence_distance"_a = 0.2, "time_budget"_a = py::none());
-  robot.def(
-      "prove",
-      [](Robot& self, const py::object& lower, const py::object& upper, double distance, long boxes,
-         Robot::TimeBudget time_budget, Robot::TimeBudget seconds) {
-        if (time_budget && seconds) throw py::type_error("seconds is another name of time_budget: give one of them");
-        return self.prove(lower, upper, distance, boxes, time_budget ? time_budget : seconds);
-      },
-      kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(), "distance"_a = scene::kContactDistance, py::kw_only(),
-      "boxes"_a = 100000, "time_budget"_a = py::none(), "seconds"_a = py::none());
-  robot.def("link_poses", &Robot::linkPoses, kLinkPosesDoc, "q"_a);
-  robot.def(
-      "first_contact",
-      [](Robot& self, const py::object& start, const py::object& goal, double distance, double tolerance,
-         const py::object& velocities, const py::object& accelerations, const py::object& duration,
-         const py::object& tracking_error, Robot::TimeBudget time_budget) {
-        return self.firstContact(start, goal, distance, tolerance,
-                                 {velocities, accelerations, duration, tracking_error}, time_budget);
-      },
-      kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0, py::kw_only(), "tolerance"_a = 1e-6,
-      "velocities"_a = py::none(), "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none(),
-      "time_budget"_a = py::none());
-  robot.def(
-      "minimum_between",
-      [](Robot& self, const py::object& start, const py::object& goal, double tolerance, const py::object& velocities,
-         const py::object& accelerations, const py::object& duration, const py::object& tracking_error,
-         Robot::TimeBudget time_budget) {
-        return self.minimumBetween(start, goal, tolerance, {velocities, accelerations, duration, tracking_error},
-                                   time_budget);
-      },
-      kMinimumBetweenDoc, "start"_a, "goal"_a, py::kw_only(), "tolerance"_a = 1e-6, "velocities"_a = py::none(),
-      "accelerations"_a = py::none(), "duration"_a = 1.0, "tracking_error"_a = py::none(),
-      "time_budget"_a = py::none());
-}
-
 }  // namespace
 }  // namespace proximity_server::python
+
+// The fields of a PairRow in a row with more of them, with a name of the first one.
+#define PROXIMITY_FIELDS_OF_PAIR(STATE)                                                                               \
+  pair.state, STATE, pair.status, "status", pair.unique, "unique", pair.depth_is_lower_bound, "depth_is_lower_bound", \
+      pair.representation, "representation", pair.pair, "pair", pair.distance, "distance", pair.lower, "lower",       \
+      pair.upper, "upper", pair.point_a, "point_a", pair.point_b, "point_b", pair.normal, "normal"
 
 PYBIND11_MODULE(_native, module) {
   using namespace proximity_server::python;
@@ -735,15 +561,17 @@ PYBIND11_MODULE(_native, module) {
   pybind11::register_exception_translator(raiseReadable);
   PYBIND11_NUMPY_DTYPE(PairRow, state, status, unique, depth_is_lower_bound, representation, pair, distance, lower,
                        upper, point_a, point_b, normal);
+  PYBIND11_NUMPY_DTYPE_EX(LevelRow, PROXIMITY_FIELDS_OF_PAIR("state"), level, "level");
+  PYBIND11_NUMPY_DTYPE_EX(MinimumRow, PROXIMITY_FIELDS_OF_PAIR("edge"), time, "time");
   PYBIND11_NUMPY_DTYPE(VerdictRow, verdict, pair);
   PYBIND11_NUMPY_DTYPE(ProofRow, pair, outcome, lower, upper, undecided);
   PYBIND11_NUMPY_DTYPE(ContactRow, edge, status, contact, unique, representation, pair, t_free, t_contact, distance,
                        lower, upper, point_a, point_b, normal);
   module.attr("__version__") = PROXIMITY_VERSION;
   module.attr("CONTACT") = pybind11::dtype::of<ContactRow>();
-  module.attr("EDGE_MINIMUM") = minimumType();
+  module.attr("EDGE_MINIMUM") = pybind11::dtype::of<MinimumRow>();
   module.attr("PAIR") = pybind11::dtype::of<PairRow>();
-  module.attr("LEVELED_PAIR") = leveledPairType();
+  module.attr("LEVELED_PAIR") = pybind11::dtype::of<LevelRow>();
   module.attr("PROOF") = pybind11::dtype::of<ProofRow>();
   module.attr("VERDICT") = pybind11::dtype::of<VerdictRow>();
   declareJoint(module);

@@ -1,6 +1,7 @@
 #include "python/object_arguments.h"
 
 #include "python/joint_positions.h"
+#include "python/loading.h"
 #include "python/path_caster.h"
 
 #include <pybind11/stl.h>
@@ -221,11 +222,8 @@ std::vector<scene::ObjectShape> shapesOf(const py::object& shapes) {
   std::vector<scene::ObjectShape> list;
   const py::tuple entries = is_one ? py::make_tuple(shapes) : py::tuple(shapes);
   for (const py::handle& entry : entries) {
-    try {
-      list.push_back(shapeOf(py::reinterpret_borrow<py::object>(entry)));
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument("shape " + std::to_string(list.size() + 1) + ": " + error.what());
-    }
+    withNameInErrors("shape " + std::to_string(list.size() + 1),
+                     [&] { list.push_back(shapeOf(py::reinterpret_borrow<py::object>(entry))); });
   }
   return list;
 }
