@@ -3,41 +3,32 @@
 #include "node/answers/conversions.h"
 #include "node/answers/statuses.h"
 #include "node/services/requests.h"
+#include "proximity_server/scene/answers/pair_selection.h"
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "system/durations.h"
-
-#include <boost/range/iterator_range.hpp>
 
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <vector>
 
 namespace proximity_server::node {
 namespace {
 
-/// Answers in the memory of the scene. They are valid until its next question.
-using Answers = boost::iterator_range<const scene::PairProximity*>;
-
-Answers askByMode(scene::Scene& scene, const scene::State& state, const RequestedPairs& requested,
-                  const QueryPairsRequest& request, const scene::Question& question) {
-  const scene::Pairs pairs = requested.asked();
-  const auto one = [](const scene::PairProximity* pair) { return Answers(pair, pair ? pair + 1 : pair); };
-  const auto list = [](const std::vector<scene::PairProximity>& all) {
-    return Answers(all.data(), all.data() + all.size());
-  };
+/// Returns the pairs that the mode asks for, of `checked` pairs.
+scene::PairSelection selectionOf(const QueryPairsRequest& request, std::size_t checked) {
+  using Kind = scene::PairSelection::Kind;
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:
-      return one(scene.minimum(state, pairs, question));
+      return {Kind::Minimum};
     case QueryPairsRequest::FIRST:
-      return one(scene.first(state, pairs, question));
-    case QueryPairsRequest::K_CLOSEST: {
-      const std::size_t k = std::min<std::size_t>(std::max<std::size_t>(request.k, 1), requested.size());
-      return list(scene.closest(state, pairs, static_cast<int>(k), question));
-    }
+      return {Kind::Any};
+    case QueryPairsRequest::K_CLOSEST:
+      return {Kind::Closest, static_cast<int>(std::min<std::size_t>(std::max<std::size_t>(request.k, 1), checked))};
     case QueryPairsRequest::PER_PAIR:
-      return list(scene.all(state, pairs, question));
+      return {Kind::All};
     case QueryPairsRequest::BELOW_THRESHOLD:
-      return list(scene.below(state, pairs, question));
+      return {Kind::Below};
     default:
       refuse("mode " + std::to_string(request.mode) + " does not exist");
   }
@@ -98,7 +89,8 @@ StateProximity askPairs(const Robot& robot, PosedScenes& scenes, const FoundPose
   StateProximity answer;
   answer.minimum = unknownProximity();
   const scene::State& state = scenes.state;
-  const Answers answers = askByMode(scenes.scene, state, pairs, request, question);
+  const std::vector<scene::PairProximity> answers =
+      selectPairs(scenes.scene, state, pairs.asked(), selectionOf(request, pairs.size()), question);
   assignCounts(answer, scenes.scene.counts());
 
   answer.pairs.reserve(answers.size());

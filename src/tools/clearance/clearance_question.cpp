@@ -44,22 +44,21 @@ double thresholdAfter(const std::string& prefix, const std::string& text) {
 
 PairSelection readPairSelection(const std::string& text) {
   using Kind = PairSelection::Kind;
-  if (text == "all") return {Kind::All};
-  if (text == "minimum") return {Kind::Minimum};
+  if (text == "all") return {{Kind::All}};
+  if (text == "minimum") return {{Kind::Minimum}};
   if (text.compare(0, 8, "minimum:") == 0) {
     PairSelection minimum;
     minimum.accuracy = numberAfter<double>("minimum:", text);
     if (!(minimum.accuracy > 0.0)) throw std::invalid_argument(text + ": the accuracy is not above 0");
     return minimum;
   }
-  if (text.compare(0, 6, "below:") == 0) return {Kind::Below, thresholdAfter("below:", text)};
-  if (text.compare(0, 4, "any:") == 0) return {Kind::Any, thresholdAfter("any:", text)};
+  if (text.compare(0, 6, "below:") == 0) return {{Kind::Below}, thresholdAfter("below:", text)};
+  if (text.compare(0, 4, "any:") == 0) return {{Kind::Any}, thresholdAfter("any:", text)};
   if (text.compare(0, 2, "k:") != 0)
     throw std::invalid_argument(text + ": none of all, minimum, minimum:METRES, below:METRES, any:METRES, k:COUNT");
-  PairSelection closest{Kind::Closest};
-  closest.count = numberAfter<int>("k:", text);
-  if (closest.count < 1) throw std::invalid_argument(text + ": at least one pair");
-  return closest;
+  const int count = numberAfter<int>("k:", text);
+  if (count < 1) throw std::invalid_argument(text + ": at least one pair");
+  return {{Kind::Closest, count}};
 }
 
 Interpolation readInterpolation(const std::string& text) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/answers/pair_selection.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/joint_spline.h"
@@ -21,11 +22,8 @@
 namespace proximity_server::tools {
 
 /// The pairs of a state that are written.
-struct PairSelection {
-  enum class Kind : unsigned char { All, Minimum, Below, Closest, Any };
-  Kind kind = Kind::Minimum;
+struct PairSelection : scene::PairSelection {
   double threshold = std::numeric_limits<double>::infinity();  ///< [m] for Below and Any
-  int count = 1;                                               ///< for Closest
   double accuracy = 0.0;  ///< [m] for Minimum: how far its bounds may be apart; 0: the distance, as exact as it can be
 };
 

@@ -91,10 +91,6 @@ Listed listOf(const std::vector<scene::PairProximity>& pairs, int unknown) {
   return {pairs.data(), pairs.data() + pairs.size(), unknown};
 }
 
-std::vector<scene::PairProximity> listOf(const scene::PairProximity* pair) {
-  return pair ? std::vector<scene::PairProximity>{*pair} : std::vector<scene::PairProximity>{};
-}
-
 class StateSweep {
  public:
   StateSweep(const ClearanceQuestion& question, StateSource& states, const StateRange& range, AnswerOutput& output)
@@ -304,7 +300,7 @@ class StateSweep {
       const std::size_t answers = block.answers.size();
       add(i, listOf(listed, scene.counts().unknown), block, worker);
       if (!needsSmallest() || block.answers.size() == answers) continue;
-      const std::vector<scene::PairProximity> minimum = listOf(scene.minimum(state, pairs.get()));
+      const std::vector<scene::PairProximity> minimum = selectPairs(scene, state, pairs.get(), {});
       block.answers.back().smallest = smallestOf(listOf(minimum, scene.counts().unknown));
     }
   }
@@ -365,26 +361,12 @@ class StateSweep {
 
   std::vector<scene::PairProximity> askScene(const scene::Pairs& pairs, scene::Scene& scene,
                                              const scene::State& state) const {
-    const PairSelection& selection = question_.selection;
-    scene::Question near_only;
-    switch (kind_) {
-      case PairSelection::Kind::All:
-        return scene.all(state, pairs);
-      case PairSelection::Kind::Closest:
-        return scene.closest(state, pairs, selection.count);
-      case PairSelection::Kind::Below:
-        near_only.threshold = selection.threshold;
-        return scene.below(state, pairs, near_only);
-      case PairSelection::Kind::Any:
-        near_only.threshold = selection.threshold;
-        return listOf(scene.first(state, pairs, near_only));
-      case PairSelection::Kind::Minimum:
-        break;
-    }
-    std::vector<scene::PairProximity> closest = listOf(scene.minimum(state, pairs));
-    if (thresholds() && !closest.empty())
-      closest = {scene::decidingPair(scene, state, pairs, closest.front(), {*thresholds()}).pair};
-    return closest;
+    scene::Question question;
+    question.threshold = question_.selection.threshold;
+    std::vector<scene::PairProximity> listed = selectPairs(scene, state, pairs, question_.selection, question);
+    if (kind_ == PairSelection::Kind::Minimum && thresholds() && !listed.empty())
+      listed = {scene::decidingPair(scene, state, pairs, listed.front(), {*thresholds()}).pair};
+    return listed;
   }
 
   /// Adds the answer about a state to the rows, the summary, and what is asked further.
