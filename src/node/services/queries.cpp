@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 namespace proximity_server::node {
@@ -38,10 +39,11 @@ struct AwaitedState {
   std_msgs::Header header;
 };
 
-/// Fills the header, the status and the pair of a response about the closest of the requested pairs.
+/// Fills the header, the status and the pair of a response about the closest of the requested pairs, and returns this
+/// pair; nullopt if all are beyond the threshold.
 template <class Response, class Request>
-void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, const scene::Question& question,
-                   Response& response) {
+std::optional<scene::PairProximity> answerClosest(const Robot& robot, TfPoses& tf, const Request& request,
+                                                  const scene::Question& question, Response& response) {
   const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
   const scene::Uncertainty uncertainty = uncertaintyOf(robot, request.uncertainty);
   const AwaitedState posed(robot, tf, pairs, request.stamp);
@@ -49,21 +51,19 @@ void answerClosest(const Robot& robot, TfPoses& tf, const Request& request, cons
   scene::Scene& scene = posed.scenes->scene;
   response.header = posed.header;
   require(posed.snapshot.status);
-  scene::PairProximity only;
-  const scene::PairProximity* closest = nullptr;
-  if (pairs.list() && pairs.size() == 1) {
-    only = scene.proximity(state, pairs.list()->front(), question);
-    closest = &only;
-  } else {
-    closest = scene.minimum(state, pairs.asked(), question);
-  }
+  std::optional<scene::PairProximity> closest;
+  if (pairs.list() && pairs.size() == 1)
+    closest = scene.proximity(state, pairs.list()->front(), question);
+  else if (const scene::PairProximity* found = scene.minimum(state, pairs.asked(), question))
+    closest = *found;
   if (scene.counts().unknown > 0) throw RequestError(incompleteness(robot, scene.counts(), question));
   response.pair = closest ? posed.message(*closest, question) : beyondThreshold(question.threshold);
   if (closest) response.status.code = statusCode(closest->result);
   scene::GuaranteedDistances* const guaranteed = guaranteedWithin(uncertainty, *posed.scenes, question);
-  if (!guaranteed) return;
+  if (!guaranteed) return closest;
   response.pair.guaranteed = closest ? guaranteed->of(state, *closest) : kNaN;
   if (response.status.code == QueryStatus::OK) response.status = statusOf(robot, *guaranteed);
+  return closest;
 }
 
 geometry_msgs::Vector3 unknownVector() {
@@ -100,8 +100,12 @@ QueryPairsResponse emptyQueryPairs() {
   return response;
 }
 
-double projection(const geometry_msgs::Vector3& axis, const geometry_msgs::Point& point) {
-  return axis.x * point.x + axis.y * point.y + axis.z * point.z;
+/// [m] The offset of the plane halfway between the two points of a pair, along the normal.
+double planeOffset(const narrowphase::SignedDistance& pair) {
+  const auto along = [&](const Eigen::Vector3d& point) {
+    return pair.normal.x() * point.x() + pair.normal.y() * point.y() + pair.normal.z() * point.z();
+  };
+  return 0.5 * (along(pair.point_a) + along(pair.point_b));
 }
 
 }  // namespace
@@ -119,13 +123,12 @@ SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationA
     const double margin = notNegative(request.margin, "margin");
     scene::Question question = questionOf(robot);
     question.depth = scene::Question::Depth::NotWanted;
-    answerClosest(robot, tf, request, question, response);
+    const std::optional<scene::PairProximity> closest = answerClosest(robot, tf, request, question, response);
     response.separated = response.pair.lower_bound > margin;
     if (response.pair.state != Proximity::SEPARATED) return;
     response.gap = response.pair.lower_bound;
     response.axis = response.pair.normal;
-    response.plane_offset =
-        0.5 * (projection(response.axis, response.pair.point_a) + projection(response.axis, response.pair.point_b));
+    if (closest) response.plane_offset = planeOffset(closest->result);
   });
 }
 
