@@ -63,7 +63,7 @@ void ClearanceAssertion::addRow(Row row, const scene::ShapeRefPair& pair, const 
                                 const scene::Positions& positions) {
   ++rows_;
   row.verdict = verdictOf(row);
-  ++counts_.at(static_cast<std::size_t>(row.verdict));
+  ++counts_[row.verdict];
   const bool is_proven = row.verdict == Verdict::Proven;
   const bool is_closest = !closest_ || row.lower_bound < closest_->lower_bound;
   const bool is_first = !is_proven && !first_;
@@ -116,17 +116,28 @@ std::string ClearanceAssertion::countText(long count) const {
   return std::to_string(count) + (kind_ == RowKind::State ? " state" : " segment") + (count == 1 ? "" : "s");
 }
 
-std::string ClearanceAssertion::causes() const {
-  const std::array<std::string, kVerdicts> names{"",
-                                                 "at that distance or below",
-                                                 "so close to it that the bounds lie on either side",
-                                                 "within the uncertainty of that distance",
-                                                 "not decided within the budget of the search",
-                                                 "with pairs of which nothing is known"};
-  std::vector<std::string> causes;
-  for (std::size_t i = 0; i < kVerdicts; ++i) {
-    if (counts_[i] > 0 && !names[i].empty()) causes.push_back(std::to_string(counts_[i]) + " " + names[i]);
+const char* ClearanceAssertion::toString(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::Proven:
+      return "proven";
+    case Verdict::TooClose:
+      return "at that distance or below";
+    case Verdict::Enclosed:
+      return "so close to it that the bounds lie on either side";
+    case Verdict::Uncertain:
+      return "within the uncertainty of that distance";
+    case Verdict::Undecided:
+      return "not decided within the budget of the search";
+    case Verdict::Unknown:
+      break;
   }
+  return "with pairs of which nothing is known";
+}
+
+std::string ClearanceAssertion::causes() const {
+  std::vector<std::string> causes;
+  for (const auto& [verdict, count] : counts_)
+    if (verdict != Verdict::Proven) causes.push_back(std::to_string(count) + " " + toString(verdict));
   return enumeration(causes);
 }
 
@@ -136,7 +147,7 @@ std::string ClearanceAssertion::report() const {
     return "proven: in " + countText(rows_) + " " + pairs_ + " are " + above + "; the closest is " +
            describe(*closest_);
   }
-  const long proven = counts_[static_cast<std::size_t>(Verdict::Proven)];
+  const long proven = counts_.count(Verdict::Proven) > 0 ? counts_.at(Verdict::Proven) : 0;
   return "not proven to be " + above + ": " + std::to_string(rows_ - proven) + " of " + countText(rows_) + " (" +
          causes() + ")\n  first: " + describe(*first_) +
          "\n  worst: " + (worst_->number == first_->number ? "the same" : describe(*worst_));

@@ -2,8 +2,8 @@
 
 #include "tools/clearance/clearance_question.h"
 
-#include <array>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -44,7 +44,7 @@ class ClearanceAssertion {
     Undecided,  ///< the bounds enclose the distance, and the budget of the search ended before they were closer
     Unknown     ///< some pair has no answer
   };
-  static constexpr std::size_t kVerdicts = 6;
+  static const char* toString(Verdict verdict);
 
   /// The smallest distance of a state or segment.
   struct Row {
@@ -74,9 +74,9 @@ class ClearanceAssertion {
   const scene::RobotModel& robot_;
   std::string pairs_;
   long rows_ = 0;
-  std::array<long, kVerdicts> counts_{};  ///< by verdict
-  std::optional<Row> closest_;            ///< the row with the smallest lower bound
-  std::optional<Row> first_, worst_;      ///< rows that are not proven
+  std::map<Verdict, long> counts_;
+  std::optional<Row> closest_;        ///< the row with the smallest lower bound
+  std::optional<Row> first_, worst_;  ///< rows that are not proven
 };
 
 }  // namespace proximity_server::tools
