@@ -20,7 +20,7 @@ struct EdgeMotion {
 /// The edges of a question, and the motions along them.
 class DrivenEdges {
  public:
-  /// Failure: throws as JointPositions::edges(). Throws std::invalid_argument naming the keyword for accelerations
+  /// Failure: throws as jointArray() and JointPositions::broadcast(). Throws std::invalid_argument naming the keyword for accelerations
   ///          without velocities, for what is not a pair, for a duration that is not positive, and for negative or too
   ///          many tracking errors.
   DrivenEdges(const pybind11::object& start, const pybind11::object& goal, const EdgeMotion& motion,

@@ -65,14 +65,6 @@ JointPositions::JointPositions(const py::array& checked)
   joint_stride_ = array_.strides(1) / kSize;
 }
 
-JointPositions::Edges JointPositions::edges(const py::object& start, const py::object& goal,
-                                            const scene::RobotModel& robot, const std::string& start_name,
-                                            const std::string& goal_name) {
-  const std::vector<JointPositions> both =
-      broadcast({{start_name, jointArray(start, robot, start_name)}, {goal_name, jointArray(goal, robot, goal_name)}});
-  return {both[0], both[1]};
-}
-
 std::vector<JointPositions> JointPositions::broadcast(const std::vector<Named>& arrays) {
   py::list given;
   std::string shapes;

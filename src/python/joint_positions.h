@@ -36,13 +36,6 @@ class JointPositions {
  public:
   JointPositions(const pybind11::object& q, const scene::RobotModel& robot, const std::string& name = "q");
 
-  /// The positions at the start and at the goal of edges, or states and a motion from each. Both get the shape to which
-  /// numpy broadcasts the two. Error messages have the names.
-  /// Failure: throws as the constructor does, and std::invalid_argument if they do not broadcast to one shape.
-  struct Edges;
-  static Edges edges(const pybind11::object& start, const pybind11::object& goal, const scene::RobotModel& robot,
-                     const std::string& start_name, const std::string& goal_name);
-
   /// Arrays of joints, all with the shape to which numpy broadcasts them.
   /// Failure: throws std::invalid_argument with the names if they do not broadcast to one shape.
   struct Named {
@@ -67,10 +60,6 @@ class JointPositions {
   std::vector<pybind11::ssize_t> shape_;
   const double* data_;
   Eigen::Index count_, joints_, state_stride_, joint_stride_;
-};
-
-struct JointPositions::Edges {
-  JointPositions start, goal;
 };
 
 /// The positions of one state of a block.

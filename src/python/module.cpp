@@ -20,7 +20,6 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -109,31 +108,20 @@ std::string describe(const Robot& robot) {
          ">";
 }
 
-/// The keyword arguments of Robot() and Robot.from_text().
-struct Keywords {
-  double mesh_tolerance;
-  std::optional<std::vector<std::filesystem::path>> packages;
-  double padding;
-  std::string group;
-  NamePairs exclude_pairs, only_pairs;
-  bool allow_missing_meshes, allow_broken_mimics;
-  std::optional<int> threads;
-};
+using Folders = std::vector<std::filesystem::path>;
 
-LoadOptions loadOptions(const Keywords& keywords) {
-  LoadOptions options;
-  options.mesh_tolerance = keywords.mesh_tolerance;
-  options.padding = keywords.padding;
-  if (keywords.packages) {
+LoadOptions loadOptions(double mesh_tolerance, const std::optional<Folders>& packages, double padding,
+                        std::string group, NamePairs exclude_pairs, NamePairs only_pairs, bool allow_missing_meshes,
+                        bool allow_broken_mimics) {
+  LoadOptions options{mesh_tolerance, padding, std::nullopt, {}, allow_missing_meshes, allow_broken_mimics, {}};
+  if (packages) {
     options.packages.emplace();
-    for (const std::filesystem::path& folder : *keywords.packages)
+    for (const std::filesystem::path& folder : *packages)
       options.packages->push_back(folder.empty() ? "" : std::filesystem::absolute(folder).string());
   }
-  options.pairs.group = keywords.group;
-  options.pairs.exclude_pairs = keywords.exclude_pairs;
-  options.pairs.only_pairs = keywords.only_pairs;
-  options.allow_missing_meshes = keywords.allow_missing_meshes;
-  options.allow_broken_mimics = keywords.allow_broken_mimics;
+  options.pairs.group = std::move(group);
+  options.pairs.exclude_pairs = std::move(exclude_pairs);
+  options.pairs.only_pairs = std::move(only_pairs);
   options.progress = [](const std::string& what) {
     const py::gil_scoped_acquire gil;
     py::module_::import("logging").attr("getLogger")("proximity").attr("info")("%s", what);
@@ -154,13 +142,13 @@ void warn(const std::string& text) {
   if (PyErr_WarnEx(PyExc_UserWarning, system::readable(text).c_str(), 1) != 0) throw py::error_already_set();
 }
 
-std::unique_ptr<Robot> makeRobot(RobotText text, const Keywords& keywords) {
+/// `threads`: nullopt: as many as there are cores.
+std::unique_ptr<Robot> makeRobot(RobotText text, LoadOptions options, std::optional<int> threads) {
   const int all_cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   SignalWatch watch;
   std::unique_ptr<Robot> robot;
   watch.run([&] {
-    robot = std::make_unique<Robot>(std::move(text), loadOptions(keywords), keywords.threads.value_or(all_cores),
-                                    watch.stop());
+    robot = std::make_unique<Robot>(std::move(text), std::move(options), threads.value_or(all_cores), watch.stop());
   });
   return robot;
 }
@@ -171,7 +159,8 @@ std::unique_ptr<Robot> withWarnings(std::unique_ptr<Robot> robot) {
 }
 
 std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                                    const std::optional<std::filesystem::path>& thresholds, const Keywords& keywords) {
+                                    const std::optional<std::filesystem::path>& thresholds, LoadOptions options,
+                                    std::optional<int> threads) {
   std::error_code is_no_path;  // a text may be longer than a path can be
   if (urdf.native().find('<') != std::string::npos && !std::filesystem::exists(urdf, is_no_path))
     throw std::invalid_argument("the first argument is the path of a URDF; Robot.from_text takes its text");
@@ -183,7 +172,7 @@ std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std
   if (thresholds) text.thresholds = readTextFile(*thresholds);
   text.thresholds_name = thresholds ? thresholds->string() : "";
   text.folder = std::filesystem::absolute(urdf).parent_path();
-  return withWarnings(makeRobot(std::move(text), keywords));
+  return withWarnings(makeRobot(std::move(text), std::move(options), threads));
 }
 
 // --- objects
@@ -283,7 +272,6 @@ py::dict stateOf(const Robot& robot) {
     objects.append(py::make_tuple(name, describedObject(*robot.objects()->object(number))));
   for (const scene::WrittenRule& rule : robot.rules())
     rules.append(py::make_tuple(rule.a, rule.b, rule.rule == scene::AllowedPairs::Rule::Allowed));
-  using namespace py::literals;
   return py::dict("urdf"_a = text.urdf, "srdf"_a = text.srdf, "urdf_name"_a = text.urdf_name,
                   "srdf_name"_a = text.srdf_name, "folder"_a = text.folder.string(), "thresholds"_a = text.thresholds,
                   "thresholds_name"_a = text.thresholds_name, "mesh_tolerance"_a = options.mesh_tolerance,
@@ -305,16 +293,12 @@ std::unique_ptr<Robot> robotOf(const py::dict& state) {
                  valueOf<Text>(state, "urdf_name"),      valueOf<Text>(state, "srdf_name"),
                  valueOf<Text>(state, "folder"),         valueOf<std::optional<Text>>(state, "thresholds"),
                  valueOf<Text>(state, "thresholds_name")};
-  const Keywords keywords{valueOf<double>(state, "mesh_tolerance"),
-                          valueOf<std::optional<std::vector<std::filesystem::path>>>(state, "packages"),
-                          valueOf<double>(state, "padding"),
-                          valueOf<Text>(state, "group"),
-                          valueOf<NamePairs>(state, "exclude_pairs"),
-                          valueOf<NamePairs>(state, "only_pairs"),
-                          valueOf<bool>(state, "allow_missing_meshes"),
-                          valueOf<bool>(state, "allow_broken_mimics"),
-                          valueOf<int>(state, "threads")};
-  std::unique_ptr<Robot> robot = makeRobot(std::move(text), keywords);
+  LoadOptions options =
+      loadOptions(valueOf<double>(state, "mesh_tolerance"), valueOf<std::optional<Folders>>(state, "packages"),
+                  valueOf<double>(state, "padding"), valueOf<Text>(state, "group"),
+                  valueOf<NamePairs>(state, "exclude_pairs"), valueOf<NamePairs>(state, "only_pairs"),
+                  valueOf<bool>(state, "allow_missing_meshes"), valueOf<bool>(state, "allow_broken_mimics"));
+  std::unique_ptr<Robot> robot = makeRobot(std::move(text), std::move(options), valueOf<int>(state, "threads"));
   std::vector<scene::ObjectEdit> objects;
   for (const auto& [name, object] : valueOf<std::vector<std::pair<Text, py::object>>>(state, "objects"))
     objects.push_back(objectOf(name, object));
@@ -450,13 +434,13 @@ void declareJoint(py::module_& module) {
 void declareConstructors(py::class_<Robot>& robot) {
   robot.def(
       py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                  double mesh_tolerance, std::optional<std::vector<std::filesystem::path>> packages, double padding,
-                  std::string group, NamePairs exclude_pairs, NamePairs only_pairs,
-                  const std::optional<std::filesystem::path>& thresholds, bool allow_missing_meshes,
-                  bool allow_broken_mimics, std::optional<int> threads) {
+                  double mesh_tolerance, const std::optional<Folders>& packages, double padding, std::string group,
+                  NamePairs exclude_pairs, NamePairs only_pairs, const std::optional<std::filesystem::path>& thresholds,
+                  bool allow_missing_meshes, bool allow_broken_mimics, std::optional<int> threads) {
         return robotOfFiles(urdf, srdf, thresholds,
-                            {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
-                             std::move(only_pairs), allow_missing_meshes, allow_broken_mimics, threads});
+                            loadOptions(mesh_tolerance, packages, padding, std::move(group), std::move(exclude_pairs),
+                                        std::move(only_pairs), allow_missing_meshes, allow_broken_mimics),
+                            threads);
       }),
       kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = 0.005, "packages"_a = py::none(),
       "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{}, "only_pairs"_a = NamePairs{},
@@ -465,14 +449,15 @@ void declareConstructors(py::class_<Robot>& robot) {
   robot.def_static(
       "from_text",
       [](const std::string& urdf, const std::string& srdf, const std::filesystem::path& folder, double mesh_tolerance,
-         std::optional<std::vector<std::filesystem::path>> packages, double padding, std::string group,
-         NamePairs exclude_pairs, NamePairs only_pairs, const std::string& thresholds, bool allow_missing_meshes,
-         bool allow_broken_mimics, std::optional<int> threads) {
+         const std::optional<Folders>& packages, double padding, std::string group, NamePairs exclude_pairs,
+         NamePairs only_pairs, const std::string& thresholds, bool allow_missing_meshes, bool allow_broken_mimics,
+         std::optional<int> threads) {
         return withWarnings(
             makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder),
                        thresholds.empty() ? std::nullopt : std::make_optional(thresholds), "the thresholds"},
-                      {mesh_tolerance, std::move(packages), padding, std::move(group), std::move(exclude_pairs),
-                       std::move(only_pairs), allow_missing_meshes, allow_broken_mimics, threads}));
+                      loadOptions(mesh_tolerance, packages, padding, std::move(group), std::move(exclude_pairs),
+                                  std::move(only_pairs), allow_missing_meshes, allow_broken_mimics),
+                      threads));
       },
       kFromTextDoc, "urdf"_a, "srdf"_a = "", py::kw_only(), "folder"_a = ".", "mesh_tolerance"_a = 0.005,
       "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},

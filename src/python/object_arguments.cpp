@@ -50,6 +50,12 @@ std::vector<Vector3d> rowsOf(const py::object& argument, const std::string& name
 
 double number(const py::object& shape, const char* field) { return shape.attr(field).cast<double>(); }
 
+/// A shape with a radius, and a length along z.
+template <typename Solid>
+Geometry lengthwise(const py::object& shape) {
+  return Shape(Solid{number(shape, "radius"), number(shape, "length")});
+}
+
 Geometry boxesOf(const py::object& shape) {
   const std::vector<Vector3d> lower = rowsOf(shape.attr("lower"), "lower"),
                               upper = rowsOf(shape.attr("upper"), "upper");
@@ -96,19 +102,10 @@ const std::vector<std::pair<std::string, std::function<Geometry(const py::object
   using Reader = std::function<Geometry(const py::object&)>;
   static const std::vector<std::pair<std::string, Reader>> all{
       {"Sphere", [](const py::object& s) { return Shape(narrowphase::Sphere{number(s, "radius")}); }},
-      {"Capsule",
-       [](const py::object& s) {
-         return Shape(narrowphase::Capsule{number(s, "radius"), number(s, "length")});
-       }},
+      {"Capsule", lengthwise<narrowphase::Capsule>},
       {"Box", [](const py::object& s) { return Shape(narrowphase::Box{vectorOf(s.attr("size"), "size")}); }},
-      {"Cylinder",
-       [](const py::object& s) {
-         return Shape(narrowphase::Cylinder{number(s, "radius"), number(s, "length")});
-       }},
-      {"Cone",
-       [](const py::object& s) {
-         return Shape(narrowphase::Cone{number(s, "radius"), number(s, "length")});
-       }},
+      {"Cylinder", lengthwise<narrowphase::Cylinder>},
+      {"Cone", lengthwise<narrowphase::Cone>},
       {"Ellipsoid",
        [](const py::object& s) { return Shape(narrowphase::Ellipsoid{vectorOf(s.attr("radii"), "radii")}); }},
       {"HalfSpace",

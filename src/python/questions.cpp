@@ -454,11 +454,13 @@ that is not finite.)";
 
 py::object freeScale(Robot& robot, const py::object& q, const py::object& motion, double distance,
                      double influence_distance, TimeBudget time_budget) {
-  const JointPositions::Edges given = JointPositions::edges(q, motion, robot.model()->robot, "q", "motion");
-  py::array_t<double> scales = newNumbers(given.start);
+  const scene::RobotModel& model = robot.model()->robot;
+  const std::vector<JointPositions> given =
+      JointPositions::broadcast({{"q", jointArray(q, model, "q")}, {"motion", jointArray(motion, model, "motion")}});
+  py::array_t<double> scales = newNumbers(given[0]);
   double* const out = scales.mutable_data();
-  answerFreeMotions(robot, given.start, distance, influence_distance, time_budget, [&](Index state, Scratch& scratch) {
-    const Block moved = given.goal.block(state, 1);
+  answerFreeMotions(robot, given[0], distance, influence_distance, time_budget, [&](Index state, Scratch& scratch) {
+    const Block moved = given[1].block(state, 1);
     if (!moved.allFinite()) return;
     scratch.by_degrees.setZero(scratch.state().degreesOfFreedom().size());
     forEachColumn(scratch.state(), [&](int column, int degree) { scratch.by_degrees[degree] = moved(0, column); });
