@@ -17,13 +17,8 @@ namespace {
 /// The search of one pair.
 class RangeSearch {
  public:
-  RangeSearch(std::shared_ptr<const scene::SceneModel> model, const PairEvidence& evidence,
-              const ConditionalOptions& options)
-      : model_(std::move(model)), evidence_(evidence), budget_(options.budget) {
-    question_.contact_distance = options.distance + kContactDistance;  // a bound must exceed a threshold
-    question_.most_boxes = options.most_boxes;
-    question_.deadline = options.budget.deadline;
-  }
+  RangeSearch(std::shared_ptr<const scene::SceneModel> model, const PairEvidence& evidence, const RangeOptions& options)
+      : model_(std::move(model)), evidence_(evidence), budget_(options.budget), question_(options.question()) {}
 
   scene::ConditionalPair run(const scene::JointBox& limits) {
     if (proves(limits)) return {evidence_.pair, bound_, {{}}};
@@ -94,12 +89,12 @@ class RangeSearch {
 }  // namespace
 
 scene::ConditionalPair provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
-                                    const scene::JointBox& limits, const ConditionalOptions& options) {
+                                    const scene::JointBox& limits, const RangeOptions& options) {
   return RangeSearch(model, evidence, options).run(limits);
 }
 
 std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const scene::SceneModel>& model,
-                                                     const PairStudy& study, const ConditionalOptions& options) {
+                                                     const PairStudy& study, const RangeOptions& options) {
   std::vector<const PairEvidence*> pairs;
   for (const PairEvidence& evidence : study.pairs) {
     const int pair = model->pairs.find(evidence.pair.a.link(), evidence.pair.b.link());

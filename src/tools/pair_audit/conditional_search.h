@@ -10,12 +10,23 @@
 
 namespace proximity_server::tools {
 
-struct ConditionalOptions {
-  double distance = 0.05;  ///< [m] how far apart the pairs are in their ranges
+/// For searches of ranges in which pairs are proven apart.
+struct RangeOptions {
+  double distance = 0.0;   ///< [m] how far apart the pairs are in their ranges
   long most_boxes = 2000;  ///< of each proof
+  unsigned long seed = 1;  ///< of random states
   TimeBudget budget;
   int threads = 1;
   std::function<void(double done)> progress;  ///< from 0 to 1, in the thread of the caller
+
+  /// About one pair, in one thread.
+  scene::ProofQuestion question() const {
+    scene::ProofQuestion question;
+    question.contact_distance = distance + kContactDistance;  // a bound must exceed a threshold
+    question.most_boxes = most_boxes;
+    question.deadline = budget.deadline;
+    return question;
+  }
 };
 
 /// Finds ranges of one joint in which a pair is proven apart, whatever the other joints do within their limits.
@@ -28,12 +39,12 @@ struct ConditionalOptions {
 /// `limits` has an interval for each joint between the two.
 /// Failure: throws as TimeBudget::require().
 scene::ConditionalPair provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
-                                    const scene::JointBox& limits, const ConditionalOptions& options);
+                                    const scene::JointBox& limits, const RangeOptions& options);
 
 /// provenRanges() of the checked pairs that have any, within the limits of the URDF. Pairs with a joint whose limits are
 /// not known are left out. The result is the same for any number of threads.
 std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const scene::SceneModel>& model,
-                                                     const PairStudy& study, const ConditionalOptions& options);
+                                                     const PairStudy& study, const RangeOptions& options);
 
 constexpr double kLeastShare = 0.05;
 

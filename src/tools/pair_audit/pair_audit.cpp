@@ -154,42 +154,33 @@ void writeProposal(const AuditArguments& arguments, const std::shared_ptr<const 
   if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
 }
 
-std::vector<scene::ConditionalPair> searchConditional(const AuditArguments& arguments,
-                                                      const std::shared_ptr<const scene::SceneModel>& model,
-                                                      const PairStudy& study) {
+/// Calls `search(options)` with these options and a progress bar, and returns its result.
+template <typename Search>
+auto searchRanges(const AuditArguments& arguments, double distance, const std::string& what, const Search& search) {
   ProgressBar bar;
-  ConditionalOptions options;
-  options.distance = arguments.conditional_distance;
-  options.most_boxes = arguments.boxes;
-  options.budget = arguments.study.budget;
-  options.threads = arguments.study.threads;
-  options.progress = [&](double done) { bar.show("conditional pairs", done); };
-  return conditionalPairs(model, study, options);
-}
-
-SafeLimits searchLimits(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
-                        const PairStudy& study) {
-  ProgressBar bar;
-  SafeLimitOptions options;
-  options.distance = arguments.safe_distance;
-  options.most_boxes = arguments.boxes;
-  options.seed = arguments.study.seed;
-  options.budget = arguments.study.budget;
-  options.threads = arguments.study.threads;
-  options.progress = [&](double done) { bar.show("safe limits", done); };
-  return safeLimits(model, study, options);
+  RangeOptions options{distance,
+                       arguments.boxes,
+                       arguments.study.seed,
+                       arguments.study.budget,
+                       arguments.study.threads,
+                       [&](double done) { bar.show(what, done); }};
+  return search(options);
 }
 
 /// Writes what is proven of joint ranges, as far as the options ask for it.
 void writeProofs(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
                  const PairStudy& study) {
   if (!arguments.write_conditional.empty()) {
-    const std::vector<scene::ConditionalPair> pairs = searchConditional(arguments, model, study);
+    const std::vector<scene::ConditionalPair> pairs =
+        searchRanges(arguments, arguments.conditional_distance, "conditional pairs",
+                     [&](const RangeOptions& options) { return conditionalPairs(model, study, options); });
     writeTo(std::cout, "standard output", conditionalText(model->robot, pairs));
     system::replaceFile(arguments.write_conditional, scene::conditionalPairsYaml(model->robot, pairs));
   }
   if (!arguments.write_limits.empty()) {
-    const SafeLimits safe = searchLimits(arguments, model, study);
+    const SafeLimits safe =
+        searchRanges(arguments, arguments.safe_distance, "safe limits",
+                     [&](const RangeOptions& options) { return safeLimits(model, study, options); });
     writeTo(std::cout, "standard output", safeLimitsText(model->robot, safe));
     system::replaceFile(arguments.write_limits, safeLimitsYaml(model->robot, safe));
   }

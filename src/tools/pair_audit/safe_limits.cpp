@@ -26,12 +26,8 @@ constexpr double kLeastKept = 0.3;
 /// Proves pairs apart in boxes that grow, and asks nothing twice.
 class GrowingProof {
  public:
-  GrowingProof(std::shared_ptr<const scene::SceneModel> model, const SafeLimitOptions& options)
-      : model_(std::move(model)), budget_(options.budget) {
-    question_.contact_distance = options.distance + kContactDistance;
-    question_.most_boxes = options.most_boxes;
-    question_.deadline = options.budget.deadline;
-  }
+  GrowingProof(std::shared_ptr<const scene::SceneModel> model, const RangeOptions& options)
+      : model_(std::move(model)), budget_(options.budget), question_(options.question()) {}
 
   /// Returns whether two neighbours are proven not to be in contact.
   bool areApart(const scene::ShapeRefPair& neighbours, const scene::JointBox& box) const {
@@ -88,7 +84,7 @@ class GrowingProof {
 class SafeLimitSearch {
  public:
   SafeLimitSearch(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
-                  const SafeLimitOptions& options)
+                  const RangeOptions& options)
       : model_(model), study_(study), options_(options), proof_(model, options) {
     safe_.limits = scene::knownRanges(model->robot);
     outer_ = safe_.limits;
@@ -152,12 +148,8 @@ class SafeLimitSearch {
 
   /// Tightens the joint of a pair that is apart in a large range of it.
   void tightenWithin(const PairEvidence& evidence) {
-    ConditionalOptions options;
-    options.distance = options_.distance;
-    options.most_boxes = options_.most_boxes;
-    options.budget = options_.budget;
     const scene::JointRange* best = nullptr;
-    const scene::ConditionalPair found = provenRanges(model_, evidence, within_, options);
+    const scene::ConditionalPair found = provenRanges(model_, evidence, within_, options_);
     for (const scene::JointBox& range : found.ranges) {
       if (range.empty()) return;  // apart in all of within_
       if (!best || shareOf(range, within_) > shareOf({*best}, within_)) best = &range[0];
@@ -243,7 +235,7 @@ class SafeLimitSearch {
 
   const std::shared_ptr<const scene::SceneModel> model_;
   const PairStudy& study_;
-  const SafeLimitOptions& options_;
+  const RangeOptions& options_;
   GrowingProof proof_;
   scene::JointBox outer_;                  ///< the limits, tightened for neighbours
   scene::JointBox within_;                 ///< outer_, tightened for pairs that are apart in a range of one joint
@@ -259,7 +251,7 @@ std::string intervalText(const scene::JointRange& interval) {
 }  // namespace
 
 SafeLimits safeLimits(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
-                      const SafeLimitOptions& options) {
+                      const RangeOptions& options) {
   return SafeLimitSearch(model, study, options).run();
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "proximity_server/scene/proof/joint_box.h"
+#include "tools/pair_audit/conditional_search.h"
 #include "tools/pair_audit/pair_study.h"
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,17 +23,8 @@ struct SafeLimits {
   std::vector<Uncovered> uncovered;          ///< the box says nothing about them
 };
 
-struct SafeLimitOptions {
-  double distance = 0.0;   ///< [m] how far pairs are apart; neighbours, which are near by design, just not in contact
-  long most_boxes = 2000;  ///< of each proof
-  unsigned long seed = 1;
-  TimeBudget budget;
-  int threads = 1;
-  std::function<void(double done)> progress;  ///< from 0 to 1
-};
-
 /// Finds limits, tightened as little as the search finds, within which the robot does not collide with itself, nor comes
-/// within a distance of itself. The study must have measured distances up to this one.
+/// within a distance of itself; neighbours, which are near by design, are just not in contact. The study must have measured distances up to this one.
 ///
 /// 1. Pairs are covered that are checked, and, whatever the SRDF says of them, neighbours and pairs that the study has
 ///    proven. Pairs that are always within the distance or whose limits are not known are not.
@@ -47,7 +38,7 @@ struct SafeLimitOptions {
 /// Error:   the box is proven; a larger one may exist.
 /// Failure: throws as TimeBudget::require().
 SafeLimits safeLimits(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
-                      const SafeLimitOptions& options);
+                      const RangeOptions& options);
 
 /// The limits beside those of the URDF, for people.
 std::string safeLimitsText(const scene::RobotModel& robot, const SafeLimits& safe);
