@@ -65,7 +65,6 @@ class NearObjects {
   void search(const Cell& cell, int node);
   void offer(const Cell& cell, int fixed_object);
   double farthestKnown() const { return known_.size() < kKnown ? horizon_ : known_.front().first; }
-  void addCarriedPairs(double limit);
   void addFixed(int carried, double limit);
   void add(int carried, int fixed_object, double limit);
   void add(int number, double distance, double limit);

@@ -55,29 +55,20 @@ struct ShapeKind {
   std::function<Shape(Words&)> read;
 };
 
+/// A shape of two numbers: its radius, and its length along z.
+template <typename Solid>
+Shape lengthwise(Words& words) {
+  return Solid{words.number(), words.number()};  // in this order
+}
+
 /// The kinds that have a fixed count of numbers.
 const std::map<std::string, ShapeKind>& kinds() {
   static const std::map<std::string, ShapeKind> kKinds{
       {"box", {3, "x y z", [](Words& words) { return narrowphase::Box{words.vector()}; }}},
       {"sphere", {1, "radius", [](Words& words) { return narrowphase::Sphere{words.number()}; }}},
-      {"capsule",
-       {2, "radius length",
-        [](Words& words) {
-          const double radius = words.number();
-          return narrowphase::Capsule{radius, words.number()};
-        }}},
-      {"cylinder",
-       {2, "radius length",
-        [](Words& words) {
-          const double radius = words.number();
-          return narrowphase::Cylinder{radius, words.number()};
-        }}},
-      {"cone",
-       {2, "radius length",
-        [](Words& words) {
-          const double radius = words.number();
-          return narrowphase::Cone{radius, words.number()};
-        }}},
+      {"capsule", {2, "radius length", lengthwise<narrowphase::Capsule>}},
+      {"cylinder", {2, "radius length", lengthwise<narrowphase::Cylinder>}},
+      {"cone", {2, "radius length", lengthwise<narrowphase::Cone>}},
       {"ellipsoid", {3, "rx ry rz", [](Words& words) { return narrowphase::Ellipsoid{words.vector()}; }}},
   };
   return kKinds;
