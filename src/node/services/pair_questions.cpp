@@ -24,7 +24,7 @@ scene::PairSelection selectionOf(const QueryPairsRequest& request, std::size_t c
     case QueryPairsRequest::FIRST:
       return {Kind::Any};
     case QueryPairsRequest::K_CLOSEST:
-      return {Kind::Closest, static_cast<int>(std::min<std::size_t>(std::max<std::size_t>(request.k, 1), checked))};
+      return {Kind::Closest, static_cast<int>(maxReturned(request, checked))};
     case QueryPairsRequest::PER_PAIR:
       return {Kind::All};
     case QueryPairsRequest::BELOW_THRESHOLD:

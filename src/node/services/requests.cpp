@@ -255,7 +255,8 @@ RequestedPairs listedPairs(const RequestContext& context, const QueryPairsReques
   return {robot, context.objects, std::move(pairs)};
 }
 
-/// The largest number of pairs that the mode returns for one state if it checks this many.
+}  // namespace
+
 std::size_t maxReturned(const QueryPairsRequest& request, std::size_t checked) {
   switch (request.mode) {
     case QueryPairsRequest::MINIMUM:
@@ -267,8 +268,6 @@ std::size_t maxReturned(const QueryPairsRequest& request, std::size_t checked) {
       return checked;
   }
 }
-
-}  // namespace
 
 void refuse(const std::string& what) { throw RequestError(QueryStatus::INVALID_ARGUMENT, what); }
 

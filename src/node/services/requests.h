@@ -88,6 +88,9 @@ RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b,
 /// Config::max_batch pairs, and then has not allocated memory for all of them.
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
+/// The largest number of pairs that the mode returns for one state if it checks this many.
+std::size_t maxReturned(const QueryPairsRequest& request, std::size_t checked);
+
 /// Throws RequestError OVER_BUDGET if the answers about `states` states could return more than Config::max_batch pairs.
 /// `pairs` is the number of pairs in the question about each state; by the mode of the request an answer may return
 /// fewer.
