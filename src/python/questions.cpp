@@ -200,13 +200,12 @@ py::object answerRows(Robot& robot, const JointPositions& positions, std::option
 /// The rows of the k closest pairs, or of the closest one without k.
 py::object closestRows(Robot& robot, const JointPositions& positions, std::optional<int> k, TimeBudget time_budget,
                        double* gradients) {
-  if (!k)
-    return answerRows(
-        robot, positions, k, time_budget, gradients,
-        [](auto& batch, auto& block, auto& deadline) -> auto& { return batch.minimum(block, deadline); });
-  return answerRows(
-      robot, positions, k, time_budget,
-      gradients, [&](auto& batch, auto& block, auto& deadline) -> auto& { return batch.closest(block, *k, deadline); });
+  const auto one = [](auto& batch, auto& block, auto& deadline) -> auto& { return batch.minimum(block, deadline); };
+  const auto some = [&](auto& batch, auto& block, auto& deadline) -> auto& {
+    return batch.closest(block, *k, deadline);
+  };
+  return k ? answerRows(robot, positions, k, time_budget, gradients, some)
+           : answerRows(robot, positions, k, time_budget, gradients, one);
 }
 
 int checkedCount(long k) {
@@ -230,10 +229,10 @@ py::object minimum(Robot& robot, const py::object& q, std::optional<double> accu
   if (accuracy && !(*accuracy > 0.0)) throw std::invalid_argument("accuracy must be positive");
   const JointPositions positions(q, robot.model()->robot);
   if (!accuracy) return closestRows(robot, positions, std::nullopt, time_budget, nullptr);
-  return answerRows(
-      robot, positions, std::nullopt, time_budget, nullptr, [&](auto& batch, auto& block, auto& deadline) -> auto& {
-        return batch.minimumWithin(block, *accuracy, deadline);
-      });
+  const auto within = [&](auto& batch, auto& block, auto& deadline) -> auto& {
+    return batch.minimumWithin(block, *accuracy, deadline);
+  };
+  return answerRows(robot, positions, std::nullopt, time_budget, nullptr, within);
 }
 
 constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
@@ -246,11 +245,10 @@ Raises ValueError if the robot was made without thresholds.)";
 
 py::object level(Robot& robot, const py::object& q, TimeBudget time_budget) {
   if (!robot.thresholds()) throw std::invalid_argument("the robot was made without thresholds=, and has no levels");
-  return answerRows(
-      robot, {q, robot.model()->robot}, std::nullopt, time_budget,
-      nullptr, [&](auto& batch, auto& block, auto& deadline) -> auto& {
-        return batch.deciding(block, *robot.thresholds(), deadline);
-      });
+  const auto deciding = [&](auto& batch, auto& block, auto& deadline) -> auto& {
+    return batch.deciding(block, *robot.thresholds(), deadline);
+  };
+  return answerRows(robot, {q, robot.model()->robot}, std::nullopt, time_budget, nullptr, deciding);
 }
 
 constexpr char kClosestDoc[] = R"(The k pairs with the smallest signed distances in each state, sorted.
@@ -575,16 +573,17 @@ py::object answerEdges(Robot& robot, const DrivenEdges& edges, scene::MotionQues
   const scene::RobotModel& model = robot.model()->robot;
   const scene::RobotMotion::ObjectFrames frames = scene::framesOnLinks(*robot.objects());
   const scene::SplineQuestion spline_question{question, edges.trackingError(), frames};
+  // No edge depends on the edges before it, and so each has a scene of its own.
   const auto answerEdge = [&](const DrivenEdges::Edge& edge, const scene::State& state) -> Found {
     if (!edge.is_finite || watch.deadline().hasPassed()) return {};
     if (edges.areSplines()) {
       scene::SplineScene splines(state);
       return ask(splines, scene::SplineSegment(model, edge.start, edge.goal), spline_question);
     }
-    scene::MovingScene fresh(state);  // no edge depends on the edges before it
+    scene::MovingScene moving(state);
     auto motion = scene::RobotMotion::between(model, edge.start.positions, edge.goal.positions);
     motion.carryObjects(frames);
-    return ask(fresh, motion, question);
+    return ask(moving, motion, question);
   };
   answerBlocks(robot, edges.start().count(), kEdgesInBlock, watch, [&](Scratch& scratch, Index first, Index count) {
     for (Index i = first; i < first + count; ++i)

@@ -319,7 +319,7 @@ class Threads(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.robot = demo(threads=1)
-        # More than one block of a thread: kBlock in src/python/robot.cpp.
+        # More than one block of a thread: kBlock in src/python/questions.cpp.
         cls.q = random_states(cls.robot, 600 if IS_SANITIZED else 2000, 5)
         cls.q[543, 0] = math.nan
         cls.expected = answers(cls.robot, cls.q)
