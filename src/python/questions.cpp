@@ -7,7 +7,6 @@
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "python/driven_edges.h"
 #include "python/rows.h"
-#include "python/scratch.h"
 #include "python/signal_watch.h"
 #include "system/numbers.h"
 #include "system/pipeline.h"

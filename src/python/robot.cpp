@@ -1,10 +1,6 @@
 #include "python/robot.h"
 
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/motion/frames_on_links.h"
-#include "proximity_server/scene/object_files/object_file.h"
-#include "python/joint_positions.h"
-#include "python/scratch.h"
 
 #include <algorithm>
 #include <stdexcept>

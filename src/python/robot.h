@@ -1,12 +1,17 @@
 #pragma once
 
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/derivative/free_motion.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/state/state.h"
+#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "python/joint_positions.h"
 #include "python/loading.h"
 #include "python/pair_numbers.h"
 
 #include <pybind11/pybind11.h>
+#include <Eigen/Core>
 
 #include <atomic>
 #include <cstddef>
@@ -18,7 +23,6 @@
 
 namespace proximity_server::python {
 
-/// The scenes and the memory that one thread needs for its questions.
 class Scratch;
 
 /// The data that robots share which differ in their objects only: the model, and the scenes that are copied for
@@ -86,6 +90,35 @@ class Robot {
   std::mutex mutex_;
   std::vector<std::unique_ptr<Scratch>> free_scratches_;  ///< those that are not borrowed
   std::size_t scratch_count_ = 0;                         ///< number of all scratches
+};
+
+/// What one thread asks about a robot with its objects, and its memory. Each of them is made when a question first needs
+/// it. The robot must outlive it.
+class Scratch {
+ public:
+  explicit Scratch(const Robot& robot) : robot_(robot) {}
+
+  scene::SceneBatch& batch() { return batch_ ? *batch_ : batch_.emplace(robot_.newBatch()); }
+  scene::State& state() { return state_ ? *state_ : state_.emplace(robot_.newState()); }
+  scene::FreeMotion& freeMotion() { return free_motion_ ? *free_motion_ : free_motion_.emplace(robot_.model()); }
+  scene::GuaranteedDistances& guaranteed() { return guaranteed_ ? *guaranteed_ : guaranteed_.emplace(robot_.model()); }
+
+  /// Takes the poses of a state of the block.
+  const scene::State& place(const JointPositions::Block& block, Eigen::Index index) {
+    positionsOf(block, index, positions);
+    setPositions(state(), positions);
+    return state();
+  }
+
+  std::vector<double> positions;  ///< of one state
+  Eigen::VectorXd by_degrees;     ///< a gradient or a motion with respect to the degrees of freedom
+
+ private:
+  const Robot& robot_;
+  std::optional<scene::SceneBatch> batch_;
+  std::optional<scene::State> state_;
+  std::optional<scene::FreeMotion> free_motion_;
+  std::optional<scene::GuaranteedDistances> guaranteed_;
 };
 
 }  // namespace proximity_server::python
