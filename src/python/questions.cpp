@@ -535,17 +535,20 @@ py::object linkPoses(Robot& robot, const py::object& q) {
   const scene::RobotModel& model = robot.model()->robot;
   const int links = static_cast<int>(model.links.size());
   const JointPositions positions(q, model);
-  py::array_t<double> poses = newNumbers(positions, {links, 4, 4});
+  py::array_t<double> poses = newArray<double>(positions, {links, 4, 4});
   double* const out = poses.mutable_data();
   SignalWatch watch;
   answerStates(robot, positions, watch, [&](Scratch& scratch, const Block& block, Index first) {
     for (Index i = 0; i < block.rows(); ++i) {
-      if (!block.row(i).allFinite()) continue;
+      double* pose = out + (first + i) * links * Matrix::SizeAtCompileTime;
+      if (!block.row(i).allFinite()) {
+        std::fill_n(pose, links * Matrix::SizeAtCompileTime, kNaN);
+        continue;
+      }
       positionsOf(block, i, scratch.positions);
       const scene::BodyPoses of_bodies = scene::forwardKinematics(model, scratch.positions);
-      for (int link = 0; link < links; ++link)
-        Eigen::Map<Matrix>{out + ((first + i) * links + link)* Matrix::SizeAtCompileTime} =
-            scene::poseOfLink(model, link, of_bodies).matrix();
+      for (int link = 0; link < links; ++link, pose += Matrix::SizeAtCompileTime)
+        Eigen::Map<Matrix>{pose} = scene::poseOfLink(model, link, of_bodies).matrix();
     }
   });
   return poses;
