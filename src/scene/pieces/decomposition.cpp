@@ -80,9 +80,39 @@ std::vector<Vector3d> commonHullWithin(const Demand& demand, const std::vector<V
   return sorted(cover.hull.vertices());
 }
 
+const Vector3d& farthestAlong(const Vector3d& direction, const std::vector<Vector3d>& points) {
+  const auto isBelow = [&](const Vector3d& p, const Vector3d& q) { return direction.dot(p) < direction.dot(q); };
+  return *std::max_element(points.begin(), points.end(), isBelow);
+}
+
+/// Returns some of the sorted vertices of a hull. None of the others lies farther than `slack` [m] above a face of the hull
+/// of these.
+std::vector<Vector3d> outermost(const narrowphase::ConvexHull& whole, double slack, Effort& effort) {
+  constexpr int kFew = 20;  // with so few, nothing is gained
+  const std::vector<Vector3d>& all = whole.vertices();
+  if (whole.dimension() < 3 || whole.size() <= kFew) return sorted(all);
+  std::vector<Vector3d> kept;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) kept.push_back(farthestAlong(side * Vector3d::Unit(axis), all));
+  for (std::size_t known = 0; known != kept.size();) {
+    known = kept.size();
+    const Cover cover = coverOf(kept, effort);
+    if (cover.hull.dimension() < 3) return sorted(all);
+    effort.spend(cover.hull.triangles().size() * all.size());
+    for (const auto& [a, b, c] : surfaceOf(cover.hull)) {
+      const Vector3d normal = (b - a).cross(c - a).stableNormalized();
+      const Vector3d& farthest = farthestAlong(normal, all);
+      if (normal.dot(farthest - a) > slack) kept.push_back(farthest);
+    }
+    kept = sorted(std::move(kept));
+    kept.erase(std::unique(kept.begin(), kept.end()), kept.end());
+  }
+  return kept;
+}
+
 struct ClusterWithHull {
   Cluster triangles;
-  std::vector<Vector3d> corners;  // the sorted vertices of its hull
+  std::vector<Vector3d> corners;  // sorted vertices of its hull, all or the outermost
 };
 
 /// Cuts clusters into parts that are within tolerance.
@@ -138,7 +168,8 @@ class Halving {
     return result;
   }
 
-  /// Cuts parts twice. The hulls of what is cut are trusted.
+  /// Cuts parts twice. The hulls of what is cut are trusted, and few of their vertices stand for them: what these leave
+  /// out is less than what isSurfaceWithin() keeps from the tolerance.
   std::vector<ClusterWithHull> quartered(std::vector<ClusterWithHull> parts) {
     std::vector<ClusterWithHull> result;
     for (ClusterWithHull& part : parts) {
@@ -160,7 +191,7 @@ class Halving {
     if (!is_complete_) return parts;
     for (Cluster& cluster : clusters) {
       const Cover cover = coverOf(pointsOf(mesh_, cluster), demand_.solid.effort());
-      parts.push_back({std::move(cluster), sorted(cover.hull.vertices())});
+      parts.push_back({std::move(cluster), outermost(cover.hull, kSlack * demand_.tolerance, demand_.solid.effort())});
     }
     return parts;
   } catch (const Effort::Exceeded&) {
@@ -178,6 +209,7 @@ class Halving {
     return {};
   }
 
+  static constexpr double kSlack = 0.01;  // of the tolerance
   const TriangleMesh& mesh_;
   const Demand demand_;
   bool is_complete_ = true;

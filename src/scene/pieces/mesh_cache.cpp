@@ -16,7 +16,7 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr const char* kVersion = "proximity_server-pieces-10";
+constexpr const char* kVersion = "proximity_server-pieces-11";
 
 std::string keyOf(const TriangleMesh& mesh, double tolerance, double time_budget) {
   system::FnvHash hash;

@@ -4,6 +4,7 @@
 #include "system/numbers.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <queue>
 
@@ -74,7 +75,7 @@ class DeviationSearch {
     for (const Vector3d& vertex : hull.vertices()) middle += vertex / static_cast<double>(hull.vertices().size());
     for (const Triangle& triangle : surface) {
       if (isExceeded()) return;
-      look(triangle, middle);
+      if (!isNearItsCorners(triangle)) look(triangle, middle);
     }
   }
 
@@ -86,7 +87,7 @@ class DeviationSearch {
       if (isExceeded()) return;
       // The point belongs to the mesh. So its distance from the surface point above it is an upper bound of the
       // distance of that surface point from the mesh.
-      const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort());
+      const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort(), nullptr, {floor()});
       if (above.distance > floor()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
     }
   }
@@ -124,6 +125,13 @@ class DeviationSearch {
 
   /// [m] A part that lies no farther outside than this changes nothing.
   double floor() const { return std::max(farthest_ + kMeshRounding, thresholds_.below); }
+
+  /// True if a triangle of a hull changes nothing, because its corners belong to the mesh and are near to each of its
+  /// points. No point of a triangle is farther from all corners than the centre of an equilateral one of as long a side.
+  bool isNearItsCorners(const Triangle& t) const {
+    const double longest = std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
+    return longest <= std::sqrt(3.0) * std::min(floor(), thresholds_.above);
+  }
 
   /// True if a point is inside of the mesh. On the way from the centre of the whole there is no surface if that way is
   /// shorter than the distance of the centre from it.
@@ -222,11 +230,9 @@ double farthestOutside(const Cover& cover, Effort& effort) {
   if (cover.hull.dimension() == 3) inside.emplace(tree.boxes());
   double farthest = 0.0;
   for (const Vector3d& point : below) {
-    const double distance = tree.nearest(point, effort).distance;
-    if (distance <= farthest || (inside && inside->holds(point, effort))) continue;
     // A ray that grazes an edge counts too few crossings, so the point may be inside all the same.
-    if (inside && isInHull(cover.hull, point)) continue;
-    farthest = distance;
+    if (inside && (inside->holds(point, effort) || isInHull(cover.hull, point))) continue;
+    farthest = std::max(farthest, tree.nearest(point, effort).distance);
   }
   return farthest;
 }

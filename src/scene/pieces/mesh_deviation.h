@@ -15,7 +15,7 @@ namespace proximity_server::scene {
 
 /// A convex piece with the points of the mesh that it covers.
 struct Cover {
-  narrowphase::ConvexHull hull;
+  narrowphase::ConvexHull hull;         ///< its vertices belong to the mesh
   std::vector<Eigen::Vector3d> points;  ///< hull contains all of them
 };
 

@@ -101,6 +101,25 @@ TEST(MeshSolid, PieceThatPeersOutOfACubeDeviates) {
   EXPECT_FALSE(cubes.solid.isSurfaceWithin(0.5e-5, {piece, {}}));
 }
 
+// The centre of an equilateral triangle is as far from its corners, to which three needles point, as any point is that
+// corners can prove to be near.
+TEST(MeshSolid, TriangleBetweenThreePointsDeviatesInItsCentre) {
+  const double height = std::sqrt(0.75);
+  const Points tips{{0, 0, 0}, {1, 0, 0}, {0.5, height, 0}};
+  TriangleMesh needles;
+  for (const Vector3d& tip : tips) {
+    const int first = static_cast<int>(needles.vertices.size());
+    for (const double width : {0.0, -0.01, 0.01}) needles.vertices.push_back(tip + Vector3d(width, 0, width != 0.0));
+    needles.triangles.push_back({first, first + 1, first + 2});
+  }
+  Effort effort(kInfinity);
+  const MeshSolid solid(trianglesOf(needles.vertices, needles.triangles), {}, effort);
+  const Cover cover{ConvexHull(tips), tips};
+  EXPECT_NEAR(solid.deviationOf({cover}), 2.0 / 3.0 * height, 1e-3);
+  EXPECT_FALSE(solid.isSurfaceWithin(0.57, cover));
+  EXPECT_TRUE(solid.isSurfaceWithin(0.6, cover));
+}
+
 // --- hulls
 
 TEST(SurfaceOf, AHullHasItsTriangles) {
@@ -196,6 +215,41 @@ TEST(Decompose, CutsAnAngleIntoItsWalls) {
   const Partition whole(4, 0);
   EXPECT_EQ(clustersOf(decompose(angle, whole, solid, 0.01).partition), (std::set<std::set<int>>{{0, 1}, {2, 3}}));
   EXPECT_EQ(clustersOf(decompose(angle, whole, solid, 0.52).partition), (std::set<std::set<int>>{{0, 1, 2, 3}}));
+}
+
+/// A body with a waist, 0.3 m long, with quadrangles of about 2 mm.
+TriangleMesh densePeanut() {
+  constexpr int kAround = 180, kAlong = 180;
+  TriangleMesh mesh;
+  for (int i = 0; i <= kAlong; ++i) {
+    const double polar = M_PI * i / kAlong, radius = 0.1 + 0.05 * std::cos(2.0 * polar);
+    for (int j = 0; j < kAround; ++j) {
+      const double around = 2.0 * M_PI * j / kAround, across = radius * std::sin(polar);
+      mesh.vertices.emplace_back(across * std::cos(around), across * std::sin(around), radius * std::cos(polar));
+    }
+  }
+  for (int i = 0; i < kAlong; ++i) {
+    for (int j = 0; j < kAround; ++j) {
+      const auto corner = [&](int di, int dj) { return (i + di) * kAround + (j + dj) % kAround; };
+      mesh.triangles.push_back({corner(0, 0), corner(1, 0), corner(1, 1)});
+      mesh.triangles.push_back({corner(0, 0), corner(1, 1), corner(0, 1)});
+    }
+  }
+  return mesh;
+}
+
+// The outermost vertices of its parts tell which parts may be merged, and with far fewer steps than all of them.
+TEST(Decompose, MergesDensePartsByTheirOutermostVertices) {
+  constexpr double kTolerance = 0.005, kBudget = 100.0;
+  const TriangleMesh peanut = densePeanut();
+  const std::vector<Triangle> triangles = trianglesOf(peanut.vertices, peanut.triangles);
+  Effort effort(kBudget);
+  const MeshSolid solid(triangles, triangles, effort);
+  const Partition partition = decompose(peanut, componentNumbers(peanut), solid, kTolerance).partition;
+  EXPECT_LE(kBudget - effort.secondsLeft(), 0.57);  // 0.64 with all vertices
+  const std::vector<Points> clusters = clusterPoints(peanut, partition);
+  EXPECT_EQ(clusters.size(), 2u);
+  for (const Points& points : clusters) EXPECT_TRUE(solid.isSurfaceWithin(kTolerance, coverOf(points, effort)));
 }
 
 TEST(Decompose, CoversEveryTriangleWhereTheEffortIsSpent) {
