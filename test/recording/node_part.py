@@ -128,7 +128,7 @@ class Node:
     """A node in its namespace, and the robots that it knows."""
 
     clock = None
-    now = start = rospy.Time(1000)
+    FIRST = now = start = rospy.Time(1000)
 
     @staticmethod
     @functools.lru_cache(maxsize=None)
@@ -319,8 +319,11 @@ class Node:
             revision = self.revision()
             wait_until("the list of objects", lambda: name in self.latest and self.latest[name].revision == revision)
         wait_until(name, lambda: name in self.latest)
+        message = self.latest[name]
+        if message.header.stamp == self.FIRST:
+            message.header.stamp = rospy.Time()  # a node may be ready before the clock of this program, or after it
         answer = Blocks()
-        answer.add("", in_lines(self.latest[name]))
+        answer.add("", in_lines(message))
         return answer
 
     def answer(self, question):
