@@ -118,9 +118,10 @@ class ProximityNode {
   ChangeStream change_stream_;
   ros::CallbackQueue arrivals_;
   ros::AsyncSpinner arrivals_spinner_{1, &arrivals_};
+  std::unique_ptr<SettingsServer> settings_server_;
+  // The end of each service waits for its running requests, which may use all members above.
   ros::Subscriber apply_objects_sub_;
   std::vector<ros::ServiceServer> services_;
-  std::unique_ptr<SettingsServer> settings_server_;
   std::unique_ptr<Registration> registration_;
 };
 

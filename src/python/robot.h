@@ -92,8 +92,8 @@ class Robot {
   std::size_t scratch_count_ = 0;                         ///< number of all scratches
 };
 
-/// What one thread asks about a robot with its objects, and its memory. Each of them is made when a question first needs
-/// it. The robot must outlive it.
+/// The answerers of one thread, with their memory, for a robot with its objects. A question makes those that it needs and
+/// that are not there yet. The robot must outlive it.
 class Scratch {
  public:
   explicit Scratch(const Robot& robot) : robot_(robot) {}

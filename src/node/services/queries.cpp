@@ -102,6 +102,7 @@ QueryPairsResponse emptyQueryPairs() {
 
 /// [m] The offset of the plane halfway between the two points of a pair, along the normal.
 double planeOffset(const narrowphase::SignedDistance& pair) {
+  // Not dot(), which adds in another order: the last digits stay those of 1.0.0.
   const auto along = [&](const Eigen::Vector3d& point) {
     return pair.normal.x() * point.x() + pair.normal.y() * point.y() + pair.normal.z() * point.z();
   };

@@ -168,8 +168,9 @@ class Halving {
     return result;
   }
 
-  /// Cuts parts twice. The hulls of what is cut are trusted, and few of their vertices stand for them: what these leave
-  /// out is less than what isSurfaceWithin() keeps from the tolerance.
+  /// Cuts parts twice. The hulls of what is cut are trusted, and the merging uses only their outermost vertices. The others
+  /// rise above a face by less than the 2 % that isSurfaceWithin() keeps from the tolerance. At a sharp edge they may be
+  /// farther away; the deviation of the result is measured with all triangles.
   std::vector<ClusterWithHull> quartered(std::vector<ClusterWithHull> parts) {
     std::vector<ClusterWithHull> result;
     for (ClusterWithHull& part : parts) {

@@ -30,8 +30,8 @@ struct Decomposition {
 /// 3. Clusters of any components whose boxes are no farther apart than twice the tolerance are merged in the same way.
 ///    Halfway between clusters that are farther apart, their hull is farther than the tolerance from both.
 ///
-/// Where parts are trusted, few of the vertices of a part's hull stand for it in 2 and 3: the others lie above no face of
-/// their hull by more than 1 % of the tolerance.
+/// With PartsOfHulls::AreTrusted, steps 2 and 3 use only some vertices of the hull of a part. No other vertex of the part
+/// rises above a face of the hull of these by more than 1 % of the tolerance.
 ///
 /// A hull that deviates too much also does so as a part of a larger hull. So a pair that cannot be merged is not tried
 /// again after one of the two has grown, and there are at most as many tries as pairs of neighbours at the start.

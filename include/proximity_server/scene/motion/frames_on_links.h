@@ -36,7 +36,7 @@ class LinkFrames : public ObjectFrames {
   BodyPoses poses_;
 };
 
-/// No objects of a robot; its root link stands still, because it is the frame of all poses.
+/// The empty set of objects of a robot. Its root link stands still, because it is the frame of all poses.
 Objects noObjects(const std::shared_ptr<const SceneModel>& model);
 
 /// The link in whose frame an object stands or moves, or which holds it.
@@ -48,7 +48,7 @@ Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses&
 /// The poses of the frames of moving objects, as State::set() takes them.
 FramePoses framePoses(const Objects& objects, const BodyPoses& poses);
 
-/// Sets the poses of a state, in the frame of the root links, to those at some positions of the joints.
+/// Sets the poses of a state, in the frame of the root link, to those at some positions of the joints.
 void setPositions(State& state, const Positions& positions);
 
 /// The frames of moving objects for a motion: each frame is at rest relative to its link.
