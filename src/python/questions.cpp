@@ -2,8 +2,7 @@
 
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/model/joint_ranges.h"
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "python/driven_edges.h"
 #include "python/rows.h"
@@ -561,31 +560,25 @@ double requireNumber(double value, const char* name) {
   return value;
 }
 
-/// Returns the row of each edge about the `Found` that `ask(scene, motion, question)` returns: a MovingScene with a
-/// RobotMotion and a MotionQuestion, or a SplineScene with a SplineSegment and a SplineQuestion.
-template <typename Found, typename Ask>
+/// Returns the row of the answer of each edge; `ask` is a question of MotionSearch.
+template <typename Found>
 py::object answerEdges(Robot& robot, const DrivenEdges& edges, scene::MotionQuestion question, TimeBudget time_budget,
-                       const Ask& ask) {
+                       Found (scene::MotionSearch::*ask)(const scene::Pairs&, const scene::Motion&,
+                                                         const scene::MotionQuestion&)) {
   constexpr Index kEdgesInBlock = 16;  // fewer than states, because an edge takes much longer
   using Row = decltype(rowOf(0, Found(), robot.pairs()));
   SignalWatch watch(time_budget);
   question.deadline = watch.deadline();
   py::array_t<Row> rows = newArray<Row>(edges.start());
   Row* const out = rows.mutable_data();
-  const scene::RobotModel& model = robot.model()->robot;
   const scene::RobotMotion::ObjectFrames frames = scene::framesOnLinks(*robot.objects());
-  const scene::SplineQuestion spline_question{question, edges.trackingError(), frames};
-  // No edge depends on the edges before it, and so each has a scene of its own.
+  // No edge depends on the edges before it, and so each has a search of its own.
   const auto answerEdge = [&](const DrivenEdges::Edge& edge, const scene::State& state) -> Found {
     if (!edge.is_finite || watch.deadline().hasPassed()) return {};
-    if (edges.areSplines()) {
-      scene::SplineScene splines(state);
-      return ask(splines, scene::SplineSegment(model, edge.start, edge.goal), spline_question);
-    }
-    scene::MovingScene moving(state);
-    auto motion = scene::RobotMotion::between(model, edge.start.positions, edge.goal.positions);
+    scene::Motion motion(robot.model()->robot, edge.start, edge.goal, edges.trackingError());
     motion.carryObjects(frames);
-    return ask(moving, motion, question);
+    scene::MotionSearch search(state);
+    return (search.*ask)(robot.candidates(), motion, question);
   };
   answerBlocks(robot, edges.start().count(), kEdgesInBlock, watch, [&](Scratch& scratch, Index first, Index count) {
     for (Index i = first; i < first + count; ++i)
@@ -618,10 +611,7 @@ py::object firstContact(Robot& robot, const py::object& start, const py::object&
   question.contact_distance = requireNumber(distance, "distance");
   question.tolerance = requireNumber(tolerance, "tolerance");
   const DrivenEdges edges(start, goal, {velocities, accelerations, duration, tracking_error}, robot.model()->robot);
-  return answerEdges<scene::RobotTimeOfContact>(robot, edges, question, time_budget,
-                                                [&](auto& scene, const auto& along, const auto& asked) {
-                                                  return scene.timeOfContact(robot.candidates(), along, asked);
-                                                });
+  return answerEdges(robot, edges, question, time_budget, &scene::MotionSearch::timeOfContact);
 }
 
 constexpr char kMinimumBetweenDoc[] = R"(The smallest signed distance on the way from start to goal.
@@ -639,10 +629,7 @@ py::object minimumBetween(Robot& robot, const py::object& start, const py::objec
   scene::MotionQuestion question;
   question.tolerance = requireNumber(tolerance, "tolerance");
   const DrivenEdges edges(start, goal, {velocities, accelerations, duration, tracking_error}, robot.model()->robot);
-  return answerEdges<scene::RobotMinimum>(robot, edges, question, time_budget,
-                                          [&](auto& scene, const auto& along, const auto& asked) {
-                                            return scene.minimum(robot.candidates(), along, asked);
-                                          });
+  return answerEdges(robot, edges, question, time_budget, &scene::MotionSearch::minimum);
 }
 
 }  // namespace

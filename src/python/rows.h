@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/proof/pair_proof.h"
 #include "python/pair_numbers.h"
 

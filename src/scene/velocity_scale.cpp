@@ -92,7 +92,7 @@ bool areInequalitiesKnown(const RobotModel& model, const MovingState& state, con
 /// Searches for the first pair at its stop distance.
 class StopSearch {
  public:
-  StopSearch(MovingScene& moving, Scene& scene, const State& start, const PairDistances& stop, double largest_loss,
+  StopSearch(MotionSearch& moving, Scene& scene, const State& start, const PairDistances& stop, double largest_loss,
              const Deadline& deadline)
       : moving_(moving), scene_(scene), start_(start) {
     question_.contact_distance = largest_loss;
@@ -101,7 +101,7 @@ class StopSearch {
     question_.deadline = deadline;
   }
 
-  RobotTimeOfContact contact(const PhasedMotion& motion) {
+  RobotTimeOfContact contact(const Motion& motion) {
     const Pairs pairs(scene_.candidates());
     Question near;
     near.threshold = question_.contact_distance + kRetreatTolerance;
@@ -126,7 +126,7 @@ class StopSearch {
   /// True if a pair that comes nearer than at the start does so already in the first half of its way. Even if the
   /// approach begins without velocity, the pair has come nearer by a quarter of kRetreatTolerance after half of the
   /// way, and only a sixteenth is asked for.
-  bool approaches(const PairProximity& near, const PhasedMotion& first_half) {
+  bool approaches(const PairProximity& near, const Motion& first_half) {
     MotionQuestion question = question_;
     question.tolerance = kRetreatTolerance / 100.0;
     const std::vector<ShapeRefPair> pair{near.asked};
@@ -136,7 +136,7 @@ class StopSearch {
  private:
   /// Contacts of overlaps with closed meshes are left open. This leaves out those that come no nearer during the whole
   /// motion. Returns true if there are any.
-  bool leaveOutRetreats(const PhasedMotion& motion) {
+  bool leaveOutRetreats(const Motion& motion) {
     MotionQuestion question = question_;
     question.nearer_pairs.clear();
     bool is_any = false;
@@ -150,7 +150,7 @@ class StopSearch {
     return is_any;
   }
 
-  MovingScene& moving_;
+  MotionSearch& moving_;
   Scene& scene_;
   const State& start_;
   MotionQuestion question_;
@@ -159,7 +159,7 @@ class StopSearch {
 
 /// The scale with which all pairs stay above their stop distances. `motion` is the way to the stop.
 VelocityScale scaleOfPairs(StopSearch& search, const RobotModel& model, const MovingState& state,
-                           const std::vector<double>& velocities, const Stop& to_stop, const PhasedMotion& motion) {
+                           const std::vector<double>& velocities, const Stop& to_stop, const Motion& motion) {
   const bool rests =
       to_stop.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
   const RobotTimeOfContact found = search.contact(motion);
@@ -192,7 +192,7 @@ std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<do
   return travel;
 }
 
-VelocityScale velocityScale(MovingScene& moving, Scene& scene, const State& start, const MovingState& state,
+VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                             const Braking& braking, const PairDistances& stop, const Deadline& deadline) {
   const RobotModel& model = scene.model().robot;
   requireLegal(model, state, braking, stop);
@@ -201,7 +201,7 @@ VelocityScale velocityScale(MovingScene& moving, Scene& scene, const State& star
   if (!areInequalitiesKnown(model, state, velocities)) return {};
 
   const Stop to_stop = stopOf(model, velocities, braking);
-  const PhasedMotion motion = motionAlong(model, state, velocities, to_stop.length()).motion;
+  const Motion motion = motionAlong(model, state, velocities, to_stop.length()).motion;
   StopSearch search(moving, scene, start, stop, state.largest_loss, deadline);
   const VelocityScale of_pairs = scaleOfPairs(search, model, state, velocities, to_stop, motion);
   const double of_inequalities = scaleOfInequalities(model, state, velocities, to_stop);

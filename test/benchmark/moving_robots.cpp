@@ -5,8 +5,7 @@
 #include "chance.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/joint_spline.h"
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "scene/posed_scene.h"
 
 #include <algorithm>
@@ -77,8 +76,7 @@ Question isAnyWithin(double contact_distance) {
 /// The two ways of one robot to be asked about its motions, with their scratch.
 class Contest {
  public:
-  explicit Contest(const NamedRobot& robot)
-      : model_(robot.model), moving_(robot.model), splines_(robot.model), scene_(robot.model) {}
+  explicit Contest(const NamedRobot& robot) : model_(robot.model), moving_(robot.model), scene_(robot.model) {}
 
   /// Returns motions of a second at constant velocity that begin without contact.
   std::vector<Way> lines(int count) {
@@ -203,14 +201,16 @@ class Contest {
 
   /// The first contact, or the smallest distance of all segments.
   Answer oursAlong(const std::vector<SplineSegment>& segments, Asked asked, double tracking_error) {
-    SplineQuestion question;
-    question.motion.contact_distance = contactDistanceOf(asked);
-    if (tracking_error > 0.0) question.tracking_error.assign(model_->robot.joints.size(), tracking_error);
+    MotionQuestion question;
+    question.contact_distance = contactDistanceOf(asked);
+    std::vector<double> tube;
+    if (tracking_error > 0.0) tube.assign(model_->robot.joints.size(), tracking_error);
     Answer answer{false, kSplineSeconds, kSplineSeconds, kFar, kFar, {}, 0.0};
     for (const SplineSegment& segment : segments) {
+      const Motion motion(model_->robot, segment, tube);
       const auto timeIn = [&](double time) { return segment.begin() + time * (segment.end() - segment.begin()); };
       if (asked == Asked::Minimum) {
-        const SplineMinimum found = splines_.minimum(scene_.candidates(), segment, question);
+        const RobotMinimum found = moving_.minimum(scene_.candidates(), motion, question);
         add(answer.counts, found.counts);
         answer.lower_bound = std::min(answer.lower_bound, found.lower_bound);
         if (found.upper_bound >= answer.distance) continue;
@@ -219,7 +219,7 @@ class Contest {
         answer.state = found.state;
         continue;
       }
-      const SplineContact found = splines_.timeOfContact(scene_.candidates(), segment, question);
+      const RobotTimeOfContact found = moving_.timeOfContact(scene_.candidates(), motion, question);
       add(answer.counts, found.counts);
       if (!found.contact && found.t_free == 1.0) continue;
       answer.t_free = timeIn(found.t_free);
@@ -309,8 +309,7 @@ class Contest {
   }
 
   std::shared_ptr<const SceneModel> model_;
-  MovingScene moving_;
-  SplineScene splines_;
+  MotionSearch moving_;
   PosedScene scene_;
 };
 

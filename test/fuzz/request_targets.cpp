@@ -2,7 +2,7 @@
 #include "fuzz/require.h"
 #include "fuzz/targets.h"
 #include "node/answers/gradients.h"
-#include "node/answers/timed_motion.h"
+#include "node/answers/motions.h"
 #include "node/objects/apply_objects.h"
 #include "node/objects/object_store.h"
 #include "node/robot/config.h"
@@ -119,14 +119,13 @@ void ask(const QueryConfigurationRequest& request) {
 }
 
 /// A search that ends after a millisecond, whatever was asked.
-void search(const RequestedPairs& pairs, TimedMotion motion, MotionQuestion question) {
-  carryObjects(arm(), pairs.frames(), {}, motion);
+void search(const RequestedPairs& pairs, const Motion& motion, MotionQuestion question) {
   question.deadline = system::deadlineIn(1e-3);
   const ScenePool::Lease scenes = pairs.borrowScenes();
-  MovingScene& scene = scenes->moving();
-  const RobotTimeOfContact contact = scene.timeOfContact(pairs.asked(), motion.motion, question);
+  MotionSearch& scene = scenes->motions();
+  const RobotTimeOfContact contact = scene.timeOfContact(pairs.asked(), motion, question);
   require(contact.t_free >= 0.0 && contact.t_free <= 1.0, "what is proven free lies within the motion");
-  const RobotMinimum minimum = scene.minimum(pairs.asked(), motion.motion, question);
+  const RobotMinimum minimum = scene.minimum(pairs.asked(), motion, question);
   require(minimum.lower_bound <= minimum.upper_bound, "the lower bound is below the upper one");
 }
 
@@ -139,7 +138,7 @@ void ask(const FirstContactRequest& request) {
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   PoseSnapshot start;
   start.poses = posesAtZero();
-  search(pairs, motionOf(arm(), start, request), question);
+  search(pairs, motionOf(arm(), start, pairs.frames(), {}, request).limited.motion, question);
 }
 
 void ask(const QueryTrajectoryRequest& request) {
@@ -147,16 +146,19 @@ void ask(const QueryTrajectoryRequest& request) {
   timeBudget(arm(), request.time_budget);
   const RequestedPairs pairs = pairsOf(arm(), request.a, request.b, filterOf(request.ignore_filter));
   const WayPoints way = wayPointsOf(arm(), request);
-  trackingErrorOf(arm(), way, request);
-  const std::vector<SplineSegment> splines = splinesOf(arm(), way);
-  for (std::size_t i = 0; i < splines.size(); ++i) {
+  const std::vector<double> tracking_error = trackingErrorOf(arm(), way, request);
+  for (std::size_t i = 0; i + 1 < way.points.size(); ++i) {
     const TrajectoryPoint &from = way.points[i], &to = way.points[i + 1];
-    require(splines[i].at(1.0).size() == to.positions.size(), "a spline has all joints");
-    splines[i].beyondLimits(arm().robotModel());
-    search(pairs,
-           motionOfJoints(arm(), posesAt(way.valuesAt(from.positions)), travelBetween(from.positions, to.positions),
-                          from.time, to.time - from.time),
-           question);
+    try {
+      const SplineSegment spline(arm().robotModel(), from, to);
+      require(spline.at(1.0).size() == to.positions.size(), "a spline has all joints");
+      spline.beyondLimits(arm().robotModel());
+      const BodyPoses poses = posesAt(way.valuesAt(from.positions));
+      Motion motion(arm().robotModel(), inRoot(arm(), poses), from, to, tracking_error);
+      motion.carryObjects(objectFramesInRoot(arm(), poses, pairs.frames(), {}));
+      search(pairs, motion, question);
+    } catch (const std::invalid_argument&) {  // numbers that are too far apart
+    }
   }
 }
 

@@ -79,7 +79,7 @@ class StoppingRobot : public testing::Test {
 
   const std::shared_ptr<const SceneModel> model_;
   PosedScene scene_{model_};
-  MovingScene moving_{model_};
+  MotionSearch moving_{model_};
   MovingState state_;
   Braking braking_;
   PairDistances stop_;

@@ -229,7 +229,7 @@ void SceneCell::place() {
 
 // --- how it moves
 
-const PhasedMotion& SceneCell::startMotion() {
+const Motion& SceneCell::startMotion() {
   const std::vector<Joint>& joints = model_->robot.joints;
   const bool all_move = chance_.happens(0.5);
   travel_.assign(joints.size(), 0.0);

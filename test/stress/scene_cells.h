@@ -82,7 +82,7 @@ class SceneCell {
   void next();
 
   /// Begins a motion of the joints, until their limits, and of the frames, from the present state on.
-  const PhasedMotion& startMotion();
+  const Motion& startMotion();
   /// Places everything at a time [0, 1] of the motion: the bodies by the positions of their joints, the frames by their
   /// screws.
   void placeAt(double time);
@@ -156,7 +156,7 @@ class SceneCell {
   std::vector<double> positions_;
   std::vector<Eigen::Isometry3d> floating_;  ///< by body, of those with a joint without a position: in the parent body
   std::vector<double> travel_;               ///< of the motion
-  std::optional<PhasedMotion> motion_;
+  std::optional<Motion> motion_;
   std::array<Eigen::Isometry3d, 3> known_frames_;
   int missing_frame_ = -1, missing_body_ = -1;
   int added_ = 0;

@@ -350,7 +350,7 @@ void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
   SceneObservation seen{tally};
   SceneCell cell(part.family, part.seed, part.number);
   PosedScene scene(cell.model());
-  MovingScene moving(cell.model());
+  MotionSearch moving(cell.model());
   for (int state = 0; state < states; ++state) {
     if (state > 0) cell.next();
     scene.use(cell.objects());

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "stress/campaign.h"
 #include "stress/scene_cells.h"
 
@@ -30,6 +30,6 @@ void observeScenes(const stress::Part& part, int states, stress::Tally& tally);
 
 /// Asks for the smallest distance and the first contact of a random motion of a cell, with any contact distances, and
 /// holds both against the signed distances of all pairs of convex parts at some times. Leaves the cell where it was.
-void observeMotion(SceneCell& cell, MovingScene& scene, SceneObservation& seen);
+void observeMotion(SceneCell& cell, MotionSearch& scene, SceneObservation& seen);
 
 }  // namespace proximity_server::scene

@@ -13,11 +13,11 @@ namespace {
 /// Asks one moving scene about one motion.
 class MotionExaminer {
  public:
-  MotionExaminer(SceneCell& cell, MovingScene& scene, SceneObservation& seen)
+  MotionExaminer(SceneCell& cell, MotionSearch& scene, SceneObservation& seen)
       : cell_(cell), scene_(scene), seen_(seen), chance_(cell.chance()), candidates_(cell.model()->pairs) {}
 
   void run() {
-    const PhasedMotion& motion = cell_.startMotion();
+    const Motion& motion = cell_.startMotion();
     question_.tolerance = cell_.size() * std::pow(10.0, -3 * chance_.below(4));
     kind_ = static_cast<PairKind>(chance_.below(5) % 3);
     // A search whose time is over has nothing but bounds.
@@ -130,7 +130,7 @@ class MotionExaminer {
   }
 
   SceneCell& cell_;
-  MovingScene& scene_;
+  MotionSearch& scene_;
   SceneObservation& seen_;
   Chance& chance_;
   const Candidates candidates_;
@@ -143,7 +143,7 @@ class MotionExaminer {
 
 }  // namespace
 
-void observeMotion(SceneCell& cell, MovingScene& scene, SceneObservation& seen) {
+void observeMotion(SceneCell& cell, MotionSearch& scene, SceneObservation& seen) {
   scene.use(cell.objects());
   MotionExaminer(cell, scene, seen).run();
 }

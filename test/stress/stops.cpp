@@ -240,7 +240,7 @@ class Cell : public ControlledCell {
   // in lengths of a few metres.
   static constexpr double kRounding = 1e-13;
 
-  MovingScene moving_;
+  MotionSearch moving_;
   std::vector<double> positions_;
   MovingState state_;
   Braking braking_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/scene.h"
 
@@ -59,7 +59,7 @@ constexpr double kRetreatTolerance = 1e-6;
 /// 1. At s times the velocities v, the robot moves until it stops as far as v would take it in the time L(s) = s T +
 ///    s^2 tau / 2. T is the latency, and tau = max_j |v_j| / a_j is the time that braking from v takes. The paths of
 ///    all s begin in the same way.
-/// 2. So only the path for s = 1 is searched, see MovingScene::timeOfContact(); joints rest after they reach their
+/// 2. So only the path for s = 1 is searched, see MotionSearch::timeOfContact(); joints rest after they reach their
 ///    limits. The path is free until L_free, and s = 2 L_free / (T + sqrt(T^2 + 2 tau L_free)).
 /// 3. A pair that is at or below the stop distance at the start is in contact if it comes nearer than it was at the
 ///    start, by the retreat tolerance. If it does so from the start on, the scale is 0. A pair that first moves away
@@ -80,7 +80,7 @@ constexpr double kRetreatTolerance = 1e-6;
 ///          and for frames of objects that move on their own.
 ///
 /// `moving` must have the objects of `start`, and `state` its poses.
-VelocityScale velocityScale(MovingScene& moving, Scene& scene, const State& start, const MovingState& state,
+VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                             const Braking& braking, const PairDistances& stop, const Deadline& deadline = {});
 
 }  // namespace proximity_server::scene

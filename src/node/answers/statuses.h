@@ -2,7 +2,7 @@
 
 #include "node/robot/robot.h"
 #include "proximity_server/QueryStatus.h"
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/query/question.h"
 
 // The statuses of answers that may be incomplete.

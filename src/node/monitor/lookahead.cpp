@@ -1,8 +1,8 @@
 #include "node/monitor/lookahead.h"
 
 #include "node/answers/conversions.h"
+#include "node/answers/motions.h"
 #include "node/answers/statuses.h"
-#include "node/answers/timed_motion.h"
 #include "node/robot/query_status.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "system/durations.h"
@@ -24,15 +24,11 @@ namespace {
 /// may follow their trajectories or not.
 constexpr std::size_t kMostChoices = 32;
 
-/// Tells that moving objects are assumed to rest, unless it is known that they do, which inequality the motion breaks,
-/// and which turns are assumed.
-std::string assumptionOf(const LookaheadStart& start, const std::string& broken, const std::string& turns) {
+/// Tells that moving objects are assumed to rest, unless it is known that they do; "" for none.
+std::string restingText(const LookaheadStart& start) {
   const std::vector<int>& moving = start.frame_poses.may_move;
-  std::string text =
-      moving.empty() ? ""
-                     : "objects in frame '" + start.frames.names[moving.front()] + "' are taken to rest where they are";
-  for (const std::string& more : {broken, turns}) text += (text.empty() || more.empty() ? "" : "; ") + more;
-  return text;
+  if (moving.empty()) return {};
+  return "objects in frame '" + start.frames.names[moving.front()] + "' are taken to rest where they are";
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
@@ -42,19 +38,24 @@ scene::MotionQuestion questionOf(const scene::PairDistances& stop, std::chrono::
   return question;
 }
 
+/// The frames of objects, for a motion from inRoot().
+scene::RobotMotion::ObjectFrames objectFrames(const Robot& robot, const LookaheadStart& start) {
+  return objectFramesInRoot(robot, start.poses, start.frames, start.frame_poses.poses);
+}
+
 /// The motion of the joints during the lookahead. Returns nullopt, with the reason in `status`, if a velocity is too
 /// large or a position is too far beyond the limits of its joint.
-std::optional<TimedMotion> motionAhead(const Robot& robot, const LookaheadStart& start,
-                                       const VelocitySnapshot& velocities, const MonitorSettings& settings,
-                                       QueryStatus& status) {
-  std::vector<double> travel = velocities.velocities;
+std::optional<scene::LimitedMotion> motionAhead(const Robot& robot, const LookaheadStart& start,
+                                                const std::vector<double>& velocities, const MonitorSettings& settings,
+                                                QueryStatus& status) {
+  std::vector<double> travel = velocities;
   for (double& joint : travel) joint *= settings.lookahead;
   try {
     if (!std::all_of(travel.begin(), travel.end(), [](double joint) { return std::isfinite(joint); }))
       throw std::invalid_argument("a velocity times the lookahead is not finite");
-    TimedMotion motion = motionWithinLimits(robot, start.poses, travel, start.stated, settings.lookahead);
-    carryObjects(robot, start.frames, start.frame_poses.poses, motion);
-    return motion;
+    scene::LimitedMotion limited = motionWithinLimits(robot, start.poses, travel, start.stated, settings.lookahead);
+    limited.motion.carryObjects(objectFrames(robot, start));
+    return limited;
   } catch (const std::invalid_argument& error) {
     status = statusOf(QueryStatus::NO_VELOCITY, error.what());
     return std::nullopt;
@@ -76,16 +77,18 @@ SearchTime searchTimeOf(const CommandedMotion& commanded, double lookahead) {
   return time;
 }
 
-/// The times [s] of the search between which each joint is on one segment: its ends, those of the splines, and the
+/// The parameters of the search between which each joint is on one segment: its ends, those of the splines, and the
 /// stops at limits.
-std::vector<double> knotsOf(const CommandedMotion& commanded, const TimedMotion& others, const SearchTime& search) {
-  std::vector<double> knots{search.begin, search.end};
+std::vector<double> knotsOf(const CommandedMotion& commanded, const scene::LimitedMotion& others,
+                            const SearchTime& search) {
+  std::vector<double> knots{0.0, 1.0};
   const auto add = [&](double time) {
-    if (time > search.begin && time < search.end) knots.push_back(time);
+    const double knot = (time - search.begin) / (search.end - search.begin);
+    if (knot > 0.0 && knot < 1.0) knots.push_back(knot);
   };
-  if (search.begin < 0.0) add(0.0);
-  add(others.duration);
-  for (const scene::JointStop& stop : others.stops) add(others.timeAt(stop.time));
+  add(0.0);
+  add(others.motion.timeAt(1.0));
+  for (const scene::JointStop& stop : others.stops) add(others.motion.timeAt(stop.time));
   for (const FollowedSplines& followed : commanded.followed) {
     for (const scene::SplineSegment& segment : followed.splines->segments) {
       add(segment.begin() - followed.time);
@@ -116,89 +119,90 @@ std::vector<double> errorsOn(const scene::SplineSegment& segment, const Commande
 }
 
 /// The velocities of the joints that follow no commands, and 0 for all others.
-VelocitySnapshot withoutFollowers(VelocitySnapshot velocities, const CommandedMotion& commanded) {
+std::vector<double> withoutFollowers(std::vector<double> velocities, const CommandedMotion& commanded) {
   for (const FollowedSplines& followed : commanded.followed)
-    for (const int joint : followed.joints) velocities.velocities[joint] = 0.0;
+    for (const int joint : followed.joints) velocities[joint] = 0.0;
   return velocities;
 }
 
-/// The motion of all joints between successive knots. `others` and `velocities` are of those that follow no commands.
-std::vector<scene::SplineSegment> segmentsAhead(const Robot& robot, const CommandedMotion& commanded,
-                                                const TimedMotion& others, const std::vector<double>& velocities,
-                                                const SearchTime& search) {
-  std::vector<double> stops(velocities.size(), others.duration);
-  for (const scene::JointStop& stop : others.stops) stops[stop.joint] = others.timeAt(stop.time);
+/// The motion of all joints. `others` and `velocities` are of those that follow no commands.
+scene::Motion motionAlong(const CommandedMotion& commanded, const Robot& robot, const LookaheadStart& start,
+                          const scene::LimitedMotion& others, const std::vector<double>& velocities,
+                          const SearchTime& search) {
+  const double duration = others.motion.timeAt(1.0);
+  std::vector<double> stops(velocities.size(), duration);
+  for (const scene::JointStop& stop : others.stops) stops[stop.joint] = others.motion.timeAt(stop.time);
   const auto pointAt = [&](double time) {
     scene::TrajectoryPoint point{time, commanded.positions};
     for (std::size_t i = 0; i < stops.size(); ++i)
       point.positions[i] += velocities[i] * std::clamp(time, 0.0, stops[i]);
     return point;
   };
+  auto rest = scene::RobotMotion::ofTravel(robot.robotModel(), inRoot(robot, start.poses),
+                                           std::vector<double>(velocities.size()));
+  rest.carryObjects(objectFrames(robot, start));
   const std::vector<double> knots = knotsOf(commanded, others, search);
-  std::vector<scene::SplineSegment> segments;
+  const auto timeAt = [&](double knot) { return search.begin + knot * (search.end - search.begin); };
+  std::vector<scene::Motion::Piece> pieces;
   for (std::size_t i = 0; i + 1 < knots.size(); ++i) {
-    segments.emplace_back(robot.robotModel(), pointAt(knots[i]), pointAt(knots[i + 1]));
+    const double from = timeAt(knots[i]), to = timeAt(knots[i + 1]);
+    scene::SplineSegment segment(robot.robotModel(), pointAt(from), pointAt(to));
     for (const FollowedSplines& followed : commanded.followed)
-      segments.back().follow(followed.splines->between(followed.time + knots[i], followed.time + knots[i + 1]),
-                             followed.joints);
+      segment.follow(followed.splines->between(followed.time + from, followed.time + to), followed.joints);
+    std::vector<double> errors = errorsOn(segment, commanded, velocities, search);
+    pieces.push_back({knots[i], knots[i + 1], rest, commanded.positions, {}, std::move(segment), std::move(errors)});
   }
-  return segments;
+  scene::Motion motion(std::move(pieces));
+  motion.setTime(search.begin, search.end);
+  return motion;
 }
 
-/// Tells which inequality a segment breaks, and when; "" for none.
-std::string brokenText(const scene::SplineSegment& segment, const scene::RobotModel& robot) {
-  const auto broken = segment.brokenInequalities(robot);
-  if (broken.empty()) return {};
-  return "after " + system::secondsText(std::max(0.0, segment.timeAt(broken.front().time))) + " " +
-         broken.front().inequality->brokenText(broken.front().excess);
+/// Tells which inequality is broken first along the splines until a parameter, and when; "" for none.
+std::string brokenText(const scene::Motion& motion, double until, const scene::RobotModel& robot) {
+  for (const scene::Motion::Piece& piece : motion.pieces()) {
+    if (piece.begin > 0.0 && !(piece.begin < until)) break;
+    const auto broken = piece.spline->brokenInequalities(robot);
+    if (broken.empty()) continue;
+    return "after " + system::secondsText(std::max(0.0, piece.spline->timeAt(broken.front().time))) + " " +
+           broken.front().inequality->brokenText(broken.front().excess);
+  }
+  return {};
 }
 
-/// The poses along splines, from those at the start and the positions there.
-SplineMotion motionAlong(const CommandedMotion& commanded, const Robot& robot, const LookaheadStart& start) {
-  const auto posesAt = [&](const scene::Positions& positions) {
-    std::vector<double> travel = positions;
-    for (std::size_t i = 0; i < travel.size(); ++i) travel[i] -= commanded.positions[i];
-    return scene::RobotMotion::ofTravel(robot.robotModel(), start.poses, travel).at(1.0);
-  };
-  return splineMotion(robot, posesAt, commanded.positions, start.frames, start.frame_poses.poses);
-}
-
-/// The answer if all joints of `commanded` follow their splines.
-Lookahead contactAlongAll(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
-                          const LookaheadStart& start, const VelocitySnapshot& velocities,
-                          const scene::MotionQuestion& question, const MonitorSettings& settings) {
+/// The answer if all joints of `commanded` follow their splines, and all others keep their velocities.
+Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, scene::MotionSearch& scene,
+                       const LookaheadStart& start, const VelocitySnapshot& velocities,
+                       const scene::MotionQuestion& question, const MonitorSettings& settings) {
   Lookahead result = noLookahead(settings);
-  const VelocitySnapshot of_others = withoutFollowers(velocities, commanded);
-  const std::optional<TimedMotion> others = motionAhead(robot, start, of_others, settings, result.status);
+  const std::vector<double> of_others = withoutFollowers(velocities.velocities, commanded);
+  const std::optional<scene::LimitedMotion> others = motionAhead(robot, start, of_others, settings, result.status);
   if (!others) return result;
-  const SplineMotion motion = motionAlong(commanded, robot, start);
+  const bool is_spline = !commanded.followed.empty();
   const SearchTime time = searchTimeOf(commanded, settings.lookahead);
-  const auto within = [&](double seconds) { return std::clamp(seconds, 0.0, settings.lookahead); };
-  std::string broken;
-  for (const scene::SplineSegment& segment : segmentsAhead(robot, commanded, *others, of_others.velocities, time)) {
-    const scene::SplineContact found = scene.timeOfContact(
-        robot.candidates(), segment,
-        {question, errorsOn(segment, commanded, of_others.velocities, time), motion.frames, motion.poses});
-    result.status = completeness(found.counts);
-    if (result.status.code != QueryStatus::OK) return result;
-    result.time_free = within(segment.timeAt(found.t_free) - time.ahead);
-    if (broken.empty()) broken = brokenText(segment, robot.robotModel());
-    result.status = statusOfContact(found, result.time_free, question);
-    if (found.contact) {
-      result.state = Lookahead::CONTACT;
-      result.time_to_contact = within(segment.timeAt(found.t_contact));
-      result.pair_contact_distance = question.thresholds->of(found.pair.asked);
-      result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.state, found.pair);
-    }
-    if (found.contact || result.status.code != QueryStatus::OK) break;
-  }
-  assignStops(result, robot, *others);
+  const scene::Motion motion =
+      is_spline ? motionAlong(commanded, robot, start, *others, of_others, time) : others->motion;
+  const scene::RobotTimeOfContact found = scene.timeOfContact(robot.candidates(), motion, question);
+  result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
-  if (result.state != Lookahead::CONTACT) {
+  assignStops(result, robot, *others);
+  const auto within = [&](double seconds) { return std::clamp(seconds, 0.0, settings.lookahead); };
+  result.time_free = within(motion.timeAt(found.t_free) - time.ahead);
+  result.status = statusOfContact(found, result.time_free, question);
+  if (found.contact) {
+    result.state = Lookahead::CONTACT;
+    result.time_to_contact = within(motion.timeAt(found.t_contact));
+    result.pair_contact_distance = question.thresholds->of(found.pair.asked);
+    result.pair = toMessage({robot.robotModel(), scene.objects()}, motion, found.t_contact, found.state, found.pair);
+  } else if (result.status.code == QueryStatus::OK) {
     result.state = Lookahead::FREE;
     result.time_free = settings.lookahead;
   }
-  result.status.message = assumptionOf(start, broken, others->assumed);
+  if (result.status.code != QueryStatus::OK) return result;
+  const double until = found.contact ? found.t_contact : 1.0;
+  const std::string limits =
+      is_spline ? joined(brokenText(motion, until, robot.robotModel()), assumedText(robot.robotModel(), *others))
+                : limitsText(robot.robotModel(), start.poses, start.stated, *others);
+  result.status.message = joined(restingText(start), limits);
   return result;
 }
 
@@ -266,42 +270,15 @@ std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& sett
   return system::deadlineIn(searchTime(settings));
 }
 
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
-                       const VelocitySnapshot& velocities, const scene::PairDistances& stop,
-                       const MonitorSettings& settings) {
+Lookahead contactAhead(const CommandedMotion& commanded, const Robot& robot, scene::MotionSearch& scene,
+                       const LookaheadStart& start, const VelocitySnapshot& velocities,
+                       const scene::PairDistances& stop, const MonitorSettings& settings) {
   Lookahead result = noLookahead(settings);
   result.status = velocities.status;
   if (result.status.code != QueryStatus::OK) return result;
-
-  const std::optional<TimedMotion> motion = motionAhead(robot, start, velocities, settings, result.status);
-  if (!motion) return result;
-  const scene::MotionQuestion question = questionOf(stop, searchDeadline(settings));
-  const scene::RobotTimeOfContact found = scene.timeOfContact(robot.candidates(), motion->motion, question);
-  result.status = completeness(found.counts);
-  if (result.status.code != QueryStatus::OK) return result;
-  assignStops(result, robot, *motion);
-  result.status = statusOf(found.status, question);
-  if (result.status.code == QueryStatus::OK)
-    result.status.message = assumptionOf(start, motion->broken, motion->assumed);
-  result.time_free = motion->timeAt(found.t_free);
-  if (found.contact) {
-    result.state = Lookahead::CONTACT;
-    result.time_to_contact = motion->timeAt(found.t_contact);
-    result.pair_contact_distance = stop.of(found.pair.asked);
-    result.pair = toMessage({robot.robotModel(), scene.objects()}, *motion, found.t_contact, found.pair);
-  } else if (result.status.code == QueryStatus::OK) {
-    result.state = Lookahead::FREE;
-  }
-  return result;
-}
-
-Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
-                       const LookaheadStart& start, const VelocitySnapshot& velocities,
-                       const scene::PairDistances& stop, const MonitorSettings& settings) {
   const scene::MotionQuestion question = questionOf(stop, searchDeadline(settings));
   std::vector<std::vector<FollowedSplines>> choices;
   addChoices(commanded.followed, 0, {}, choices);
-  Lookahead result = noLookahead(settings);
   if (choices.size() > kMostChoices) {
     result.status = statusOf(QueryStatus::OVER_BUDGET, "joints may follow their trajectories in more than " +
                                                            std::to_string(kMostChoices) + " ways: " + commanded.text);
@@ -310,7 +287,7 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
   for (std::vector<FollowedSplines>& choice : choices) {
     const bool is_first = &choice == &choices.front();
     Lookahead found =
-        contactAlongAll(withOnly(std::move(choice), commanded), robot, scene, start, velocities, question, settings);
+        contactAlong(withOnly(std::move(choice), commanded), robot, scene, start, velocities, question, settings);
     result = is_first ? std::move(found) : eitherOf(std::move(result), std::move(found));
     if (result.status.code != QueryStatus::OK) break;
   }

@@ -6,8 +6,7 @@
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Lookahead.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 
 #include <chrono>
 #include <vector>
@@ -33,16 +32,11 @@ double searchTime(const MonitorSettings& settings);
 /// The deadline of a search that begins now.
 std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings);
 
-/// Searches for the time of contact of the checked pairs, if the joints keep their velocities and moving objects rest.
-/// A contact of a pair is at its stop distance. If tf may move an object, the message of the status says that it is
-/// taken to rest. The search ends at searchDeadline().
-Lookahead contactAhead(const Robot& robot, scene::MovingScene& scene, const LookaheadStart& start,
-                       const VelocitySnapshot& velocities, const scene::PairDistances& stop,
-                       const MonitorSettings& settings);
-
-/// Does the same if some joints follow the splines of commands, and all others keep their velocities. The answer is
-/// proven for all motions within the tracking errors of the followers. The velocities have the status OK.
-Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, scene::SplineScene& scene,
+/// Searches for the first contact of the checked pairs, if joints follow the splines of commands, all others keep their
+/// velocities, and moving objects rest. A contact of a pair is at its stop distance. The answer is proven for all
+/// motions within the tracking errors of the followers. If tf may move an object, the message of the status says that it
+/// is taken to rest. The search ends at searchDeadline().
+Lookahead contactAhead(const CommandedMotion& commanded, const Robot& robot, scene::MotionSearch& scene,
                        const LookaheadStart& start, const VelocitySnapshot& velocities,
                        const scene::PairDistances& stop, const MonitorSettings& settings);
 

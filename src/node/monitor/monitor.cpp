@@ -114,9 +114,7 @@ Lookahead Monitor::lookAhead(const LookaheadStart& start, const VelocitySnapshot
     found.status = latest().status;
     return found;
   }
-  found = commanded.followed.empty()
-              ? contactAhead(*robot_, scenes_->moving(), start, velocities, thresholds_.stop, settings)
-              : contactAlong(commanded, *robot_, scenes_->splines(), start, velocities, thresholds_.stop, settings);
+  found = contactAhead(commanded, *robot_, scenes_->motions(), start, velocities, thresholds_.stop, settings);
   if (found.status.code != QueryStatus::OK || commanded.text.empty()) return found;
   if (!found.status.message.empty()) found.status.message += "; ";
   found.status.message += commanded.text;

@@ -1,6 +1,6 @@
 #include "node/monitor/velocity_scale.h"
 
-#include "node/answers/timed_motion.h"
+#include "node/answers/motions.h"
 #include "node/robot/query_status.h"
 #include "proximity_server/scene/velocity_scale.h"
 
@@ -53,8 +53,8 @@ StoppingScale searchScale(const Robot& robot, PosedScenes& scenes, const Lookahe
   if (guaranteed)
     state.largest_loss = guaranteed->largestLoss(
         scenes.state, scene::stoppingTravel(robot.robotModel(), velocities.velocities, braking));
-  const scene::VelocityScale found =
-      scene::velocityScale(scenes.moving(), scenes.scene, scenes.state, state, braking, stop, searchDeadline(settings));
+  const scene::VelocityScale found = scene::velocityScale(scenes.motions(), scenes.scene, scenes.state, state, braking,
+                                                          stop, searchDeadline(settings));
   StoppingScale result;
   if (found.status != narrowphase::Status::Unknown) {
     result.scale = found.scale;

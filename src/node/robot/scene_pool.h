@@ -1,7 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/state.h"
 #include "proximity_server/scene/uncertainty/guaranteed_distances.h"
@@ -21,28 +20,23 @@ struct PosedScenes {
   PosedScenes(const scene::State& shared, const scene::Scene& fresh)
       : state(shared.forAnotherThread()), scene(fresh.forAnotherThread()) {}
 
-  // The others are made when they are first needed. The motion scenes have the objects of the state.
+  // The others are made when they are first needed. The search of motions has the objects of the state.
   scene::GuaranteedDistances& guaranteed() {
     if (!guaranteed_) guaranteed_.emplace(state.sharedModel());
     return *guaranteed_;
   }
-  scene::MovingScene& moving() { return withObjects(moving_); }
-  scene::SplineScene& splines() { return withObjects(splines_); }
+  scene::MotionSearch& motions() {
+    if (!motions_) motions_.emplace(state);
+    if (motions_->objects() != state.objects().get()) motions_->use(state.objects());
+    return *motions_;
+  }
 
   scene::State state;
   scene::Scene scene;
 
  private:
-  template <class MotionScene>
-  MotionScene& withObjects(std::optional<MotionScene>& motions) {
-    if (!motions) motions.emplace(state);
-    if (motions->objects() != state.objects().get()) motions->use(state.objects());
-    return *motions;
-  }
-
   std::optional<scene::GuaranteedDistances> guaranteed_;
-  std::optional<scene::MovingScene> moving_;
-  std::optional<scene::SplineScene> splines_;
+  std::optional<scene::MotionSearch> motions_;
 };
 
 /// Lends them to requests that run in parallel, and makes new ones if all are lent. Thread-safe.

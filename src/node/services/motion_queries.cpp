@@ -18,16 +18,6 @@ FirstContactResponse emptyFirstContact() {
   return response;
 }
 
-/// Writes the time of contact into a response, with times in seconds.
-void fillContact(FirstContactResponse& response, const RobotAndObjects& model, const TimedMotion& motion,
-                 const scene::RobotTimeOfContact& found) {
-  response.t_free = motion.timeAt(found.t_free);
-  response.contact = found.contact;
-  if (!found.contact) return;
-  response.t_contact = motion.timeAt(found.t_contact);
-  response.pair = toMessage(model, motion, found.t_contact, found.pair);
-}
-
 }  // namespace
 
 FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request) {
@@ -46,26 +36,28 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     const CarrierFrames asked_frames = pairs.frames();
     const FrameSnapshot frames = tf.awaitFrames(robot, asked_frames, start, request.stamp);
     require(frames.status);
-    TimedMotion motion = motionOf(robot, start, request);
-    carryObjects(robot, asked_frames, frames.poses, motion);
-    assignStops(response, robot, motion);
+    const RequestedMotion requested = motionOf(robot, start, asked_frames, frames.poses, request);
+    const scene::Motion& motion = requested.limited.motion;
+    assignStops(response, robot, requested.limited);
 
     const RobotAndObjects model(robot.robotModel(), &pairs.objects());
     const ScenePool::Lease scenes = pairs.borrowScenes();
-    scene::MovingScene& scene = scenes->moving();
+    scene::MotionSearch& search = scenes->motions();
     question.deadline = system::deadlineIn(budget);
-    const scene::RobotTimeOfContact found = scene.timeOfContact(pairs.asked(), motion.motion, question);
+    const scene::RobotTimeOfContact found = search.timeOfContact(pairs.asked(), motion, question);
     require(completeness(found.counts));
     response.status = statusOf(found.status, question);
-    fillContact(response, model, motion, found);
-    if (!found.contact && !request.skip_minimum && response.status.code == QueryStatus::OK) {
-      const scene::RobotMinimum minimum = scene.minimum(pairs.asked(), motion.motion, question);
+    response.t_free = motion.timeAt(found.t_free);
+    response.contact = found.contact;
+    if (found.contact) {
+      response.t_contact = motion.timeAt(found.t_contact);
+      response.pair = toMessage(model, motion, found.t_contact, found.state, found.pair);
+    } else if (!request.skip_minimum && response.status.code == QueryStatus::OK) {
+      const scene::RobotMinimum minimum = search.minimum(pairs.asked(), motion, question);
       response.minimum = toMessage(model, motion, minimum);
       response.status = statusOf(minimum.status, question);
     }
-    if (response.status.code != QueryStatus::OK) return;
-    response.status.message = motion.broken + (motion.broken.empty() || motion.assumed.empty() ? "" : "; ");
-    response.status.message += motion.assumed;
+    if (response.status.code == QueryStatus::OK) response.status.message = requested.text;
   });
 }
 

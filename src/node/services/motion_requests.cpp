@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace proximity_server::node {
 namespace {
@@ -74,13 +75,15 @@ class BodyTwists {
   std::vector<Twist> twists_;
 };
 
-TimedMotion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
+scene::Motion motionOfTwists(const Robot& robot, const scene::BodyPoses& poses, const FirstContactRequest& request) {
   std::vector<Twist> twists = BodyTwists(robot, poses, request).all();
   for (Twist& twist : twists) {
     twist = {twist.linear * request.horizon, twist.angular * request.horizon};
     if (!(twist.linear + twist.angular).allFinite()) refuse("twists: a velocity times the horizon is not finite");
   }
-  return node::motionOfTwists(poses, twists, request.horizon);
+  scene::Motion motion = scene::RobotMotion::ofTwists(poses, twists);
+  motion.setTime(0.0, request.horizon);
+  return motion;
 }
 
 /// The positions [rad] or [m] in the request, or else those that joint_states tell. NaN in the request means that a
@@ -101,7 +104,7 @@ JointValues statedPositions(const scene::RobotModel& robot, const std::vector<in
   return stated;
 }
 
-TimedMotion motionOfJoints(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request) {
+RequestedMotion motionOfJoints(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request) {
   const std::vector<int> joints = jointsNamed(robot.robotModel(), request.joints.name, "joints");
   const JointValues stated = statedPositions(robot.robotModel(), joints, request.joints.position, start.stated);
   const JointValues velocities = valuesOf(robot.robotModel(), joints, request.joints.velocity, "velocity", "joints");
@@ -110,7 +113,9 @@ TimedMotion motionOfJoints(const Robot& robot, const PoseSnapshot& start, const 
     travel.push_back(finite(velocity.value_or(0.0) * request.horizon, "joints: a velocity times the horizon"));
   }
   try {
-    return motionWithinLimits(robot, start.poses, travel, stated, request.horizon);
+    scene::LimitedMotion limited = motionWithinLimits(robot, start.poses, travel, stated, request.horizon);
+    std::string text = limitsText(robot.robotModel(), start.poses, stated, limited);
+    return {std::move(limited), std::move(text)};
   } catch (const std::invalid_argument& error) {  // a stated position is too far beyond the limits of its joint
     refuse(std::string("joints: ") + error.what());
   }
@@ -138,12 +143,18 @@ double timeBudget(const Robot& robot, const ros::Duration& asked) {
   return budget > 0.0 ? budget : std::min(robot.config().motion_time_budget, longest);
 }
 
-TimedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request) {
+RequestedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const CarrierFrames& frames,
+                         const scene::FramePoses& poses_of_frames, const FirstContactRequest& request) {
   if (request.links.size() != request.twists.size()) refuse("links and twists must have the same length");
-  if (request.links.empty() && request.joints.name.empty()) refuse("nothing moves: name links with twists, or joints");
-  if (request.links.empty()) return motionOfJoints(robot, start, request);
-  if (!request.joints.name.empty()) refuse("name links with twists, or joints, not both");
-  return motionOfTwists(robot, start.poses, request);
+  const bool are_joints = !request.joints.name.empty();
+  if (request.links.empty() && !are_joints) refuse("nothing moves: name links with twists, or joints");
+  if (!request.links.empty() && are_joints) refuse("name links with twists, or joints, not both");
+  RequestedMotion motion = are_joints ? motionOfJoints(robot, start, request)
+                                      : RequestedMotion{{motionOfTwists(robot, start.poses, request), {}, {}}, {}};
+  motion.limited.motion.carryObjects(
+      are_joints ? objectFramesInRoot(robot, start.poses, frames, poses_of_frames)
+                 : scene::RobotMotion::ObjectFrames{{-1, true, {}}, framesOfObjects(robot, frames, poses_of_frames)});
+  return motion;
 }
 
 }  // namespace proximity_server::node

@@ -1,9 +1,11 @@
 #pragma once
 
-#include "node/answers/timed_motion.h"
+#include "node/answers/motions.h"
 #include "node/services/requests.h"
 #include "proximity_server/FirstContactRequest.h"
 #include "proximity_server/scene/model/kinematics.h"
+
+#include <string>
 
 // These functions read the motion of a request.
 // Failure: they throw RequestError INVALID_ARGUMENT naming the number, point, joint or link that is wrong.
@@ -19,7 +21,13 @@ scene::MotionQuestion motionQuestion(double contact_distance, double tolerance, 
 /// Config::max_request_time.
 double timeBudget(const Robot& robot, const ros::Duration& asked);
 
-/// The requested motion. It starts at these poses.
-TimedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const FirstContactRequest& request);
+/// The requested motion, with a text about the first inequality that it breaks and the turns that it assumes.
+struct RequestedMotion {
+  scene::LimitedMotion limited;
+  std::string text;  ///< "": none
+};
+/// It starts at these poses.
+RequestedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const CarrierFrames& frames,
+                         const scene::FramePoses& poses_of_frames, const FirstContactRequest& request);
 
 }  // namespace proximity_server::node

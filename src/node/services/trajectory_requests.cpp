@@ -81,12 +81,6 @@ WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request)
   return way;
 }
 
-std::vector<double> travelBetween(const scene::Positions& from, const scene::Positions& to) {
-  std::vector<double> travel;
-  for (std::size_t i = 0; i < from.size(); ++i) travel.push_back(finite(to[i] - from[i], "the way between two points"));
-  return travel;
-}
-
 WayPoints drivenFromPresent(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf,
                             const QueryTrajectoryRequest& request) {
   const scene::RobotModel& model = robot.robotModel();
@@ -126,17 +120,6 @@ std::vector<double> trackingErrorOf(const Robot& robot, const WayPoints& points,
   for (std::size_t i = 0; i < points.joints.size(); ++i)
     errors[points.joints[i]] = given.size() == 1 ? given.front() : given[i];
   return errors;
-}
-
-std::vector<scene::SplineSegment> splinesOf(const Robot& robot, const WayPoints& points) {
-  std::vector<scene::SplineSegment> splines;
-  try {
-    for (std::size_t i = 0; i + 1 < points.points.size(); ++i)
-      splines.emplace_back(robot.robotModel(), points.points[i], points.points[i + 1]);
-  } catch (const std::invalid_argument& error) {
-    refuse(error.what());
-  }
-  return splines;
 }
 
 std::string motionText(const Robot& robot, const WayPoints& points, const std::vector<double>& tracking_error,

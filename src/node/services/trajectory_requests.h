@@ -38,9 +38,6 @@ WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request)
 WayPoints wayPointsOf(const Robot& robot, const trajectory_msgs::JointTrajectory& trajectory,
                       std::uint8_t interpolation);
 
-/// The change of position [rad] or [m] of every joint from one state to another.
-std::vector<double> travelBetween(const scene::Positions& from, const scene::Positions& to);
-
 /// The same points, driven from the state of tf at time 0, see scene::drivenFrom(). `from_tf` has all joints of the
 /// points.
 WayPoints drivenFromPresent(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf,
@@ -48,9 +45,6 @@ WayPoints drivenFromPresent(const Robot& robot, const WayPoints& points, const J
 
 /// How far each of RobotModel::joints may be off the motion [rad] or [m]; empty: every joint follows it exactly.
 std::vector<double> trackingErrorOf(const Robot& robot, const WayPoints& points, const QueryTrajectoryRequest& request);
-
-/// The splines between successive points.
-std::vector<scene::SplineSegment> splinesOf(const Robot& robot, const WayPoints& points);
 
 /// The motion for which an answer holds, in words.
 std::string motionText(const Robot& robot, const WayPoints& points, const std::vector<double>& tracking_error,

@@ -13,10 +13,6 @@
 namespace proximity_server::scene {
 namespace {
 
-using Eigen::Isometry3d;
-using Eigen::Quaterniond;
-using Eigen::Vector3d;
-
 constexpr double kTurn = 2.0 * 3.14159265358979323846;
 
 /// The time in [0, 1] at which a joint reaches a limit; infinity if it reaches none.
@@ -125,54 +121,7 @@ std::vector<double> travelDuring(double begin, double end, const std::vector<Joi
   return travel;
 }
 
-/// Returns a part of a motion, beginning at the time `begin`. The velocity of the origin at that time belongs to the
-/// same screw.
-RobotMotion::Segment during(double begin, double end, RobotMotion::Segment segment) {
-  narrowphase::ScrewMotion& motion = segment.motion;
-  if (!segment.is_known || motion.isRest()) return segment;
-  const Isometry3d start = motion.at(begin);
-  const Vector3d velocity = motion.linear + motion.angular.cross(start.translation() - motion.start.translation());
-  motion = {start, (end - begin) * velocity, (end - begin) * motion.angular};
-  return segment;
-}
-
 }  // namespace
-
-PhasedMotion::PhasedMotion(RobotMotion motion) : phases_{{0.0, 1.0, std::move(motion)}} {}
-
-PhasedMotion::PhasedMotion(std::vector<Phase> phases) : phases_(std::move(phases)) {
-  double time = 0.0;
-  for (const Phase& phase : phases_) {
-    if (phase.begin != time || !(phase.end > phase.begin))
-      throw std::invalid_argument("the phases of a motion do not follow each other");
-    time = phase.end;
-  }
-  if (time != 1.0) throw std::invalid_argument("the phases of a motion do not end at 1");
-}
-
-const PhasedMotion::Phase& PhasedMotion::phaseAt(double time) const {
-  const auto is_later = [](double t, const Phase& phase) { return t < phase.begin; };
-  return *std::prev(std::upper_bound(phases_.begin() + 1, phases_.end(), time, is_later));
-}
-
-BodyPoses PhasedMotion::at(double time) const {
-  const Phase& phase = phaseAt(time);
-  return phase.motion.at((time - phase.begin) / (phase.end - phase.begin));
-}
-
-RobotMotion::State PhasedMotion::inWorld(double time) const {
-  const Phase& phase = phaseAt(time);
-  return phase.motion.inWorld((time - phase.begin) / (phase.end - phase.begin));
-}
-
-void PhasedMotion::carryObjects(const RobotMotion::ObjectFrames& frames) {
-  for (Phase& phase : phases_) {
-    RobotMotion::ObjectFrames part{during(phase.begin, phase.end, frames.world), {}};
-    for (const RobotMotion::Segment& frame : frames.moving)
-      part.moving.push_back(during(phase.begin, phase.end, frame));
-    phase.motion.carryObjects(std::move(part));
-  }
-}
 
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated) {
@@ -186,14 +135,14 @@ LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start
   const std::optional<InequalityBreak> broken = firstBreak(model, start, travel, stops, stated);
   if (stops.empty()) return {unlimited, {}, broken, std::move(assumed)};
   const std::vector<double> times = borders(stops);
-  std::vector<PhasedMotion::Phase> phases;
+  std::vector<Motion::Piece> pieces;
   BodyPoses poses = start;
   for (std::size_t i = 0; i + 1 < times.size(); ++i) {
     const std::vector<double> during = travelDuring(times[i], times[i + 1], stops, travel);
-    phases.push_back({times[i], times[i + 1], RobotMotion::ofTravel(model, poses, during)});
-    poses = phases.back().motion.at(1.0);
+    pieces.push_back({times[i], times[i + 1], RobotMotion::ofTravel(model, poses, during)});
+    poses = pieces.back().robot.at(1.0);
   }
-  return {PhasedMotion(std::move(phases)), std::move(stops), broken, std::move(assumed)};
+  return {Motion(std::move(pieces)), std::move(stops), broken, std::move(assumed)};
 }
 
 }  // namespace proximity_server::scene

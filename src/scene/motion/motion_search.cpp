@@ -1,10 +1,14 @@
-#include "scene/motion/motion_search.h"
+#include "proximity_server/scene/motion/motion_search.h"
 
 #include "scene/model/numbers.h"
-#include "scene/query/closest_pieces.h"
+#include "scene/motion/joint_deviations.h"
+#include "scene/motion/straight_search.h"
+#include "scene/scene_model/given_model.h"
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -12,611 +16,421 @@
 namespace proximity_server::scene {
 namespace {
 
-constexpr int kMaxLevels = 6;  // levels of halved intervals; the narrowphase divides shorter intervals itself
+using narrowphase::Status;
 
-// Levels of halved intervals in the search of interiors. No other step divides shorter intervals: for a motion of one
-// metre the shortest are 1e-7 m long. Each interval keeps the poses of the robot at one time, about 10 kB.
-constexpr int kMaxInteriorLevels = 23;
-constexpr int kMaxInteriorIntervals = 1000;
+// So many parts of a segment are searched, so that a question without a deadline ends. The minimum along segments of
+// half a second of the Panda robot took 21 to 93 (19 segments, default tolerance).
+constexpr int kMaxParts = 10000;
 
-// So many pairs with the fixed objects below one node of the tree are listed one by one.
-constexpr std::size_t kMaxOpenObjects = 64;
-
-/// Two upper bounds [m] of the distance of the pair are known. The smaller one is also an upper bound of the minimum.
-void takeUpperBound(double of_pair, RobotMinimum& answer) {
-  double& upper_bound = answer.pair.result.upper_bound;
-  answer.upper_bound = upper_bound = std::min(of_pair, upper_bound);
+void add(const MotionCounts& more, MotionCounts& counts) {
+  counts.pairs = std::max(counts.pairs, more.pairs);
+  counts.unknown = std::max(counts.unknown, more.unknown);
+  counts.intervals += more.intervals;
+  counts.queries += more.queries;
 }
 
-/// A pair whose bounds are wider than the tolerance, because of the rounding of its poses, has not converged: marks it
-/// as Degenerate.
-void leaveOpenIfWide(PairProximity& pair, const MotionQuestion& question) {
-  narrowphase::SignedDistance& result = pair.result;
-  const double tolerance = narrowphase::usableTolerance(question.tolerance);
-  if (result.status == narrowphase::Status::Converged && !(result.upper_bound - result.lower_bound <= tolerance))
-    result.status = narrowphase::Status::Degenerate;
-}
-
-/// The poses at one time, in the frame of the poses, for a motion in which the pose of the world is not known. Frames
-/// in the world have no pose.
-RobotMotion::State withoutWorld(const RobotMotion& motion, double time) {
-  RobotMotion::State state{motion.at(time), {}};
-  for (const RobotMotion::Segment& frame : motion.objectFrames().moving) {
-    const bool is_carried = frame.is_known && frame.parent >= 0 && state.bodies[frame.parent];
-    state.frames.emplace_back();
-    if (is_carried) state.frames.back() = *state.bodies[frame.parent] * frame.motion.at(time);
+/// Searches the parts of one piece along a spline, at times in [0, 1] of this piece.
+class SplineSearch {
+ public:
+  SplineSearch(const Pairs& pairs, const Motion::Piece& piece, const MotionQuestion& question, StraightSearch& search)
+      : pairs_(pairs),
+        piece_(piece),
+        segment_(*piece.spline),
+        question_(question),
+        search_(search),
+        robot_(search.state().robot()),
+        tube_(piece.tracking_error) {
+    const std::size_t joints = robot_.joints.size();
+    if (!tube_.empty() && tube_.size() != joints)
+      throw std::invalid_argument("there are " + std::to_string(tube_.size()) + " tracking errors for " +
+                                  std::to_string(joints) + " joints");
+    for (std::size_t i = 0; i < tube_.size(); ++i)
+      if (!(std::isfinite(tube_[i]) && tube_[i] >= 0.0))
+        throw std::invalid_argument("the tracking error of joint '" + robot_.joints[i].name +
+                                    "' is not a number from 0 on");
+    const auto moves = [](const RobotMotion::Segment& frame) { return frame.is_known && !frame.motion.isRest(); };
+    const RobotMotion::ObjectFrames& frames = piece.robot.objectFrames();
+    if (moves(frames.world) || std::any_of(frames.moving.begin(), frames.moving.end(), moves))
+      throw std::invalid_argument("a frame of the objects moves relative to its parent, which a spline does not know");
+    tube_.resize(joints, 0.0);
+    has_tube_ = std::any_of(tube_.begin(), tube_.end(), [](double error) { return error > 0.0; });
   }
-  return state;
+
+  RobotMinimum minimum();
+  /// `begin`: the time until which the piece is known to be free.
+  RobotTimeOfContact timeOfContact(double begin = 0.0);
+
+ private:
+  /// A straight motion with the deviations from it.
+  struct Straight {
+    RobotMotion motion;
+    JointDeviations deviations;
+  };
+  /// The pairs that may have the smallest distance during a part of the segment; nullptr: all.
+  using PairList = std::shared_ptr<const std::vector<StraightSearch::OpenPair>>;
+  struct Part {
+    double begin, end;
+    double lower_bound;  ///< [m] of the smallest guaranteed distance
+    PairList pairs;
+    bool operator<(const Part& other) const { return lower_bound > other.lower_bound; }
+  };
+
+  Straight along(const SplineSegment::Chord& chord, const std::vector<double>& tube) const;
+  Straight along(double begin, double end) const;
+  Straight atRest(const Positions& state, const std::vector<double>& tube) const;
+  MotionQuestion within(double tolerance) const;
+  void considerState(double time, const Pairs& pairs);
+  void considerClosest(double time);
+  bool isPromising(const RobotMinimum& found, const SplineSegment::Chord& chord) const;
+  std::vector<ShapeRefPair> openPairsOf(const std::vector<StraightSearch::OpenPair>& list) const;
+  void search(const Part& part);
+  RobotMinimum minimumIn(const Positions& state, const Pairs& pairs);
+  void nearestInTube();
+  Positions nearestCorner(const Positions& state, const ShapeRefPair& pair);
+  MotionQuestion nearly() const;
+  bool touches(double time, RobotTimeOfContact& contact);
+  double advance(double begin, double end, RobotTimeOfContact& contact);
+  void touchInTube(RobotTimeOfContact& contact);
+
+  const Pairs& pairs_;
+  const Motion::Piece& piece_;
+  const SplineSegment& segment_;
+  const MotionQuestion& question_;
+  StraightSearch& search_;
+  const RobotModel& robot_;
+  std::vector<double> tube_;
+  bool has_tube_ = false;
+  RobotMinimum best_;  ///< its upper bound is that of the smallest guaranteed distance at any state of the spline
+  double proven_ = kInfinity;  ///< [m] the smallest lower bound of the parts that need no further search
+  Heap<Part> parts_;
+};
+
+SplineSearch::Straight SplineSearch::along(const SplineSegment::Chord& chord, const std::vector<double>& tube) const {
+  const std::size_t joints = chord.from.size();
+  std::vector<double> before(joints), travel(joints), most(joints);
+  for (std::size_t i = 0; i < joints; ++i) {
+    before[i] = chord.from[i] - piece_.from[i];
+    travel[i] = chord.to[i] - chord.from[i];
+    most[i] = chord.deviation[i] + tube[i];
+  }
+  return {piece_.robot.after(before, travel), jointDeviations(robot_, travel, most)};
+}
+
+SplineSearch::Straight SplineSearch::along(double begin, double end) const {
+  return along(segment_.chord(begin, end), tube_);
+}
+
+SplineSearch::Straight SplineSearch::atRest(const Positions& state, const std::vector<double>& tube) const {
+  return along({state, state, std::vector<double>(state.size(), 0.0)}, tube);
+}
+
+MotionQuestion SplineSearch::within(double tolerance) const {
+  MotionQuestion question = question_;
+  question.tolerance = tolerance;
+  return question;
+}
+
+// --- minimum
+
+/// Takes the guaranteed distance of one state of the spline, if it is smaller than that of all before.
+void SplineSearch::considerState(double time, const Pairs& pairs) {
+  const Straight rest = atRest(segment_.at(time), tube_);
+  const RobotMinimum here =
+      search_.minimumBelow(best_.upper_bound, pairs, rest.motion, rest.deviations, within(0.25 * question_.tolerance));
+  add(here.counts, best_.counts);
+  if (here.status != Status::Unknown && best_.status == Status::Unknown) best_.status = Status::Converged;
+  if (!(here.upper_bound < best_.upper_bound) || std::isnan(here.time)) return;
+  best_.upper_bound = here.upper_bound;
+  best_.pair = here.pair;
+  best_.time = time;
+}
+
+/// Takes the guaranteed distance of the pair that is closest at one state of the spline.
+void SplineSearch::considerClosest(double time) {
+  const Straight rest = atRest(segment_.at(time), tube_);
+  const std::optional<PairProximity> closest = search_.closestAtStart(pairs_, rest.motion, question_.deadline);
+  if (!closest) return considerState(time, pairs_);
+  considerState(time, std::vector<ShapeRefPair>{closest->asked});
+}
+
+/// True if the state of the spline, at the time at which the straight motion of a part is nearest, is probably nearer
+/// than those before. The deviations of the pair without the tube are taken to be the same share as those of all joints
+/// together. If they approach 0, and no state is promising, then the bounds of the part approach the upper bound.
+bool SplineSearch::isPromising(const RobotMinimum& found, const SplineSegment::Chord& chord) const {
+  if (!(found.time >= 0.0)) return false;
+  const double of_chord = std::accumulate(chord.deviation.begin(), chord.deviation.end(), 0.0);
+  const double of_tube = std::accumulate(tube_.begin(), tube_.end(), 0.0);
+  const double deviation = std::max(0.0, found.pair.result.upper_bound - found.upper_bound);
+  const double share = of_chord > 0.0 ? of_chord / (of_chord + of_tube) : 0.0;
+  return found.upper_bound + share * deviation < best_.upper_bound;
+}
+
+/// The pairs that may come as near as the upper bound.
+std::vector<ShapeRefPair> SplineSearch::openPairsOf(const std::vector<StraightSearch::OpenPair>& list) const {
+  std::vector<ShapeRefPair> open;
+  for (const StraightSearch::OpenPair& pair : list)
+    if (!(pair.lower_bound > best_.upper_bound)) open.push_back(pair.pair);
+  return open;
+}
+
+/// Searches one part, and halves it if the smallest distance may be there. The halves are searched for the pairs that
+/// the bounds of the whole part leave open.
+void SplineSearch::search(const Part& part) {
+  const double tolerance = narrowphase::usableTolerance(question_.tolerance);
+  std::vector<ShapeRefPair> listed;
+  if (part.pairs) listed = openPairsOf(*part.pairs);
+  if (part.pairs && listed.empty()) {
+    proven_ = std::min(proven_, best_.upper_bound);
+    return;
+  }
+  const Pairs pairs = part.pairs ? Pairs(listed) : pairs_;
+  const SplineSegment::Chord chord = segment_.chord(part.begin, part.end);
+  const Straight straight = along(chord, tube_);
+  // More exact than the deviations, if 1 rad moves a point by a metre, the bound need not be.
+  const double deviation = *std::max_element(chord.deviation.begin(), chord.deviation.end());
+  const RobotMinimum found = search_.minimumBelow(best_.upper_bound, pairs, straight.motion, straight.deviations,
+                                                  within(0.25 * std::max(tolerance, deviation)));
+  add(found.counts, best_.counts);
+  PairList rest = part.pairs;
+  if (auto open = search_.openPairs())
+    rest = std::make_shared<const std::vector<StraightSearch::OpenPair>>(std::move(*open));
+  const double lower_bound = std::max(part.lower_bound, found.lower_bound);
+  const double middle = 0.5 * (part.begin + part.end);
+  if (best_.upper_bound - lower_bound > tolerance && isPromising(found, chord)) {
+    const std::vector<ShapeRefPair> near = rest ? openPairsOf(*rest) : std::vector<ShapeRefPair>();
+    considerState(part.begin + found.time * (part.end - part.begin), rest ? Pairs(near) : pairs_);
+  }
+  const bool is_short = !(middle > part.begin && middle < part.end);
+  if (is_short || !(best_.upper_bound - lower_bound > tolerance)) {
+    proven_ = std::min(proven_, lower_bound);
+    return;
+  }
+  parts_.push({part.begin, middle, lower_bound, rest});
+  parts_.push({middle, part.end, lower_bound, rest});
+}
+
+RobotMinimum SplineSearch::minimum() {
+  const double tolerance = narrowphase::usableTolerance(question_.tolerance);
+  for (const double time : {0.0, 0.5, 1.0}) considerClosest(time);
+  if (best_.status == Status::Unknown) return best_;
+  parts_.push({0.0, 1.0, -kInfinity, nullptr});
+  int count = 0;
+  while (!parts_.empty() && best_.upper_bound - parts_.first().lower_bound > tolerance) {
+    if (++count > kMaxParts || question_.deadline.hasPassed()) break;
+    search(parts_.pop());
+  }
+  const double open = parts_.empty() ? kInfinity : parts_.first().lower_bound;
+  best_.lower_bound = std::min({proven_, open, best_.upper_bound});
+  if (best_.upper_bound - best_.lower_bound > tolerance) best_.status = Status::IterationLimit;
+  best_.counts.by_one_bound = 0;
+  if (std::isnan(best_.time)) return best_;
+  best_.state = segment_.at(best_.time);
+  if (has_tube_) nearestInTube();
+  return best_;
+}
+
+/// The smallest distance in one state.
+RobotMinimum SplineSearch::minimumIn(const Positions& state, const Pairs& pairs) {
+  const Straight rest = atRest(state, std::vector<double>(tube_.size(), 0.0));
+  const std::optional<PairProximity> closest =
+      search_.closestAtStart(pairs, rest.motion, question_.deadline.withoutTime());
+  if (!closest)
+    return search_.minimumBelow(kInfinity, pairs, rest.motion, rest.deviations, within(question_.tolerance));
+  RobotMinimum minimum;
+  minimum.upper_bound = closest->result.upper_bound;
+  minimum.pair = *closest;
+  return minimum;
+}
+
+/// Replaces the guaranteed distance in the upper bound by the distance of a state of the tube.
+void SplineSearch::nearestInTube() {
+  best_.upper_bound = kInfinity;
+  for (const Positions& state : {best_.state, nearestCorner(best_.state, best_.pair.asked)}) {
+    const RobotMinimum here = minimumIn(state, pairs_);
+    if (!(here.upper_bound < best_.upper_bound)) continue;
+    best_.upper_bound = here.upper_bound;
+    best_.pair = here.pair;
+    best_.state = state;
+  }
+}
+
+/// The corner of the tube to which each joint by itself leads a pair nearer.
+Positions SplineSearch::nearestCorner(const Positions& state, const ShapeRefPair& pair) {
+  const std::vector<ShapeRefPair> only{pair};
+  Positions corner = state;
+  for (std::size_t i = 0; i < tube_.size(); ++i) {
+    if (!(tube_[i] > 0.0)) continue;
+    Positions more = state, less = state;
+    more[i] += tube_[i];
+    less[i] -= tube_[i];
+    corner[i] = minimumIn(more, only).upper_bound < minimumIn(less, only).upper_bound ? more[i] : less[i];
+  }
+  return corner;
+}
+
+// --- contact
+
+/// The question about contact at one time, with contact distances that are larger by half of the tolerance: a state that
+/// is free by it has room for a motion.
+MotionQuestion SplineSearch::nearly() const {
+  const double half = 0.5 * narrowphase::usableTolerance(question_.tolerance);
+  MotionQuestion question = within(half);
+  question.contact_distance += half;
+  for (PairContactDistance& own : question.nearer_pairs) own.contact_distance += half;
+  return question;
+}
+
+/// True if the state of the spline at one time, or of the tube there, cannot be told from one in contact.
+bool SplineSearch::touches(double time, RobotTimeOfContact& contact) {
+  const Straight rest = atRest(segment_.at(time), tube_);
+  const RobotTimeOfContact here = search_.timeOfContact(pairs_, rest.motion, rest.deviations, nearly());
+  add(here.counts, contact.counts);
+  contact.status = here.status;
+  if (!here.contact) return false;
+  contact.pair = here.pair;
+  return true;
+}
+
+/// Returns the time until which the spline, or the tube, is proven to be free. It begins at `begin`.
+double SplineSearch::advance(double begin, double end, RobotTimeOfContact& contact) {
+  const Straight straight = along(begin, end);
+  const RobotTimeOfContact found =
+      search_.timeOfContact(pairs_, straight.motion, straight.deviations, within(0.25 * question_.tolerance));
+  add(found.counts, contact.counts);
+  contact.status = found.status == Status::Unknown ? Status::Unknown : Status::Converged;
+  if (found.status == Status::Converged && !found.contact) return end;
+  return std::min(end, begin + found.t_free * (end - begin));
+}
+
+RobotTimeOfContact SplineSearch::timeOfContact(double begin) {
+  RobotTimeOfContact contact;
+  double free = begin, step = 1.0;
+  for (int count = 0; free < 1.0; ++count) {
+    const double end = std::min(1.0, free + step);
+    if (count == kMaxParts || question_.deadline.hasPassed() || !(end > free)) {
+      contact.status = Status::IterationLimit;
+      break;
+    }
+    const double next = advance(free, end, contact);
+    if (contact.status == Status::Unknown) return contact;
+    free = next;
+    step *= next < end ? 0.25 : 2.0;
+    if (next == end) continue;
+    contact.contact = touches(free, contact);
+    if (contact.contact || contact.status != Status::Converged) break;
+    // The state at `free` is not in contact, so a part that is short enough is free, too.
+  }
+  contact.t_free = free;
+  if (!contact.contact) return contact;
+  contact.t_contact = free;
+  contact.state = segment_.at(free);
+  if (has_tube_) touchInTube(contact);
+  return contact;
+}
+
+/// The tube may touch at `t_contact`. Looks for a state of it that does, there or where the spline itself touches later.
+void SplineSearch::touchInTube(RobotTimeOfContact& contact) {
+  const std::vector<double> nowhere(tube_.size(), 0.0);
+  for (const Positions& state : {contact.state, nearestCorner(contact.state, contact.pair.asked)}) {
+    const Straight rest = atRest(state, nowhere);
+    const RobotTimeOfContact here = search_.timeOfContact(pairs_, rest.motion, rest.deviations, nearly());
+    if (!here.contact) continue;
+    contact.pair = here.pair;
+    contact.state = state;
+    return;
+  }
+  Motion::Piece without_tube = piece_;
+  without_tube.tracking_error.clear();
+  SplineSearch spline(pairs_, without_tube, question_, search_);
+  const RobotTimeOfContact later = spline.timeOfContact(contact.t_free);
+  add(later.counts, contact.counts);
+  if (later.contact) {
+    contact.pair = later.pair;
+    contact.t_contact = later.t_contact;
+    contact.state = later.state;
+    contact.status = later.status;
+    return;
+  }
+  contact.contact = false;
+  contact.t_contact = std::numeric_limits<double>::quiet_NaN();
+  contact.state.clear();
+  contact.status = Status::Degenerate;
+}
+
+// --- pieces
+
+MotionCounts together(const MotionCounts& p, const MotionCounts& q) {
+  MotionCounts counts;
+  counts.pairs = std::max(p.pairs, q.pairs);
+  counts.unknown = std::max(p.unknown, q.unknown);
+  counts.by_one_bound = std::min(p.by_one_bound, q.by_one_bound);
+  counts.intervals = p.intervals + q.intervals;
+  counts.queries = p.queries + q.queries;
+  return counts;
+}
+
+/// Joins the answers of successive pieces. `before` found no contact. What it left open stays open.
+RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfContact next) {
+  next.counts = together(before.counts, next.counts);
+  if (before.status == narrowphase::Status::Converged) return next;
+  next.t_free = before.t_free;
+  next.status = lessComplete(before.status, next.status);
+  return next;
+}
+
+RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
+  RobotMinimum closer = next.upper_bound < before.upper_bound ? next : before;
+  closer.lower_bound = std::min(before.lower_bound, next.lower_bound);
+  closer.status = lessComplete(before.status, next.status);
+  closer.counts = together(before.counts, next.counts);
+  return closer;
 }
 
 }  // namespace
 
-void MotionSearch::TimeOfContactBounds::leaveOpen(double time, narrowphase::Status why) {
-  undecided = std::min(undecided, time);
-  status = lessComplete(status, why);
-}
+MotionSearch::MotionSearch(const std::shared_ptr<const SceneModel>& model)
+    : straight_(std::make_unique<StraightSearch>(State(model))) {}
+MotionSearch::MotionSearch(const State& state)
+    : straight_(std::make_unique<StraightSearch>(state.forAnotherThread())) {}
+MotionSearch::~MotionSearch() = default;
+MotionSearch::MotionSearch(MotionSearch&&) noexcept = default;
+MotionSearch& MotionSearch::operator=(MotionSearch&&) noexcept = default;
 
-MotionSearch::MotionSearch(State state)
-    : state_(std::move(state)), states_(state_.model(), Skipping::On), pairs_(state_.sharedModel(), state_.volumes()) {
-  const Volumes& volumes = *state_.volumes();
-  for (int root = 0; root < volumes.rootCount(); ++root) links_have_interiors_ |= volumes[root].has_interior;
-  use(state_.objects());
-}
+MotionSearch MotionSearch::forAnotherThread() const { return MotionSearch(straight_->state()); }
 
-std::optional<std::vector<MotionSearch::OpenPair>> MotionSearch::openPairs() {
-  if (!are_open_pairs_known_) return std::nullopt;
-  std::vector<OpenPair> open;
-  int last = -1;  // the number of the last pair in the question
-  for (int i = 0; i < pairs_.size(); ++i) {
-    const PairInMotion& moving = pairs_[i];
-    if (!moving.isOfShapes() || !(moving.is_examined || moving.nearest < kInfinity)) continue;
-    const double lower_bound = hasInterior(moving) ? -kInfinity : moving.nearest;
-    if (moving.number == last)
-      open.back().lower_bound = std::min(open.back().lower_bound, lower_bound);
-    else
-      open.push_back({moving.asked, lower_bound});
-    last = moving.number;
-  }
-  return open;
-}
+const SceneModel& MotionSearch::model() const { return straight_->state().model(); }
 
-void MotionSearch::use(std::shared_ptr<const Objects> objects) {
-  state_.set(objects);
-  objects_have_interiors_ = false;
-  for (const int number : objects->numbers())
-    objects_have_interiors_ |= objects->placed(number)->geometry->root().has_interior;
-  pairs_.use(std::move(objects));
-}
+void MotionSearch::use(std::shared_ptr<const Objects> objects) { straight_->use(std::move(objects)); }
 
-/// If the question is about a contact, the earliest interval comes first; otherwise the nearest.
-void MotionSearch::begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
-                         const MotionQuestion* contact, MotionCounts& counts) {
-  order_ = contact ? Order::Earliest : Order::Nearest;
-  queue_.clear();
-  settled_nodes_.clear();
-  pairs_.begin(pairs, motion, deviations, contact);
-  std::int64_t total = pairs.includeLinks() ? static_cast<std::int64_t>(pairs.size()) : 0;
-  std::int64_t unknown = pairs_.unknownOfList();
-  if (pairs.includeObjects(objects().get())) {
-    total += objects()->pairCount();
-    unknown += unknownPairsWithObjects() + pairs_.tooFar();
-  }
-  constexpr std::int64_t kMost = std::numeric_limits<int>::max();
-  counts.pairs = static_cast<int>(std::min(total, kMost));
-  counts.unknown = static_cast<int>(std::min({unknown, total, kMost}));
-}
+const Objects* MotionSearch::objects() const { return straight_->objects().get(); }
 
-/// The number of candidates with objects that have no pose. A frame that has a pose at the beginning has one at all
-/// times.
-std::int64_t MotionSearch::unknownPairsWithObjects() {
-  if (!isInWorld()) return objects()->pairCount() - pairs_.withObjects() - pairs_.tooFar();
-  placeStates(0.0);
-  return states_.unknownPairsWithObjects(state_);
-}
-
-/// Puts all pairs that one bound for the whole motion does not settle into the queue.
-void MotionSearch::enterAll(double limit) {
-  for (int i = 0; i < pairs_.size(); ++i) {
-    const IntervalVisit visit = withSpheres(wholeMotionOf(i));
-    if (!isSettled(visit, limit)) push(visit);
-  }
-}
-
-void MotionSearch::push(IntervalVisit visit) {
-  movingPairOf(visit).is_examined = true;
-  visit.earliest = order_ == Order::Earliest ? visit.interval.begin : 0.0;
-  queue_.push(visit);
-}
-
-MotionSearch::IntervalVisit MotionSearch::withSpheres(IntervalVisit visit) {
-  PairInMotion& moving = movingPairOf(visit);
-  const Bounds& a = moving.a[visit.a].bounds;
-  const MovingBodies::SphereGap spheres =
-      moving.isOfShapes()
-          ? moving.bodies.sphereGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
-          : moving.bodies.sphereGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
-  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.allowance());
-  visit.travel = spheres.travel;
-  return visit;
-}
-
-MotionSearch::IntervalVisit MotionSearch::withBoxes(IntervalVisit visit) {
-  PairInMotion& moving = movingPairOf(visit);
-  const Bounds& a = moving.a[visit.a].bounds;
-  const double gap =
-      moving.isOfShapes()
-          ? moving.bodies.boxGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
-          : moving.bodies.boxGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
-  visit.lower_bound = std::max(visit.lower_bound, gap - moving.allowance());
-  return visit;
-}
-
-bool MotionSearch::isLeaf(const IntervalVisit& visit) {
-  const PairInMotion& moving = movingPairOf(visit);
-  return moving.isOfShapes() && moving.a[visit.a].isLeaf() && moving.b[visit.b].isLeaf();
-}
-
-/// Puts a visit into the queue if its bounds do not settle it.
-void MotionSearch::enter(IntervalVisit visit, double limit) {
-  visit = withSpheres(visit);
-  if (!isSettled(visit, limit)) visit = withBoxes(visit);
-  isSettled(visit, limit) ? settle(visit) : push(visit);
-}
-
-/// Takes note of the lower bound of a visit that is not searched further.
-void MotionSearch::settle(const IntervalVisit& visit) {
-  if (order_ != Order::Nearest) return;
-  PairInMotion& moving = movingPairOf(visit);
-  if (!moving.isOfShapes()) return settled_nodes_.push_back(visit);
-  moving.nearest = std::min(moving.nearest, visit.lower_bound);
-}
-
-/// Takes note of all pairs with the fixed objects below a node. False: they are too many.
-bool MotionSearch::openObjectsBelow(const IntervalVisit& visit) {
-  std::vector<int> nodes{visit.b};
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const BoxTree::Node& node = pairs_.tree()[nodes[i]];
-    if (nodes.size() > 2 * kMaxOpenObjects) return false;
-    if (!node.isLeaf()) {
-      nodes.insert(nodes.end(), node.parts.begin(), node.parts.end());
-      continue;
-    }
-    IntervalVisit leaf = visit;
-    leaf.pair = pairs_.pairAt(visit.pair, node);
-    if (leaf.pair >= 0) settle(leaf);
-  }
-  return true;
-}
-
-/// Takes note of what the search of the minimum has left in the queue.
-void MotionSearch::noteQueue(double limit) {
-  are_open_pairs_known_ = true;
-  for (const IntervalVisit& visit : queue_.all()) settle(visit);
-  const std::vector<IntervalVisit> nodes = std::move(settled_nodes_);
-  settled_nodes_.clear();
-  for (const IntervalVisit& node : nodes)
-    if (!(node.lower_bound > limit)) are_open_pairs_known_ &= openObjectsBelow(node);
-}
-
-void MotionSearch::enterHalves(const IntervalVisit& visit, double limit) {
-  IntervalVisit part = visit;
-  for (const MovingBodies::Interval& half : visit.interval.halves()) {
-    part.interval = half;
-    enter(part, limit);
-  }
-}
-
-/// Splits the interval if the volumes move farther than their size, otherwise one of the volumes, see splitsFirst().
-void MotionSearch::split(const IntervalVisit& visit, double limit) {
-  const PairInMotion& moving = movingPairOf(visit);
-  if (!moving.isOfShapes()) return splitFixedObjects(visit, limit);
-  const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
-  const bool split_a = splitsFirst(a, b);
-  if (visit.travel > (split_a ? a : b).bounds.radius && visit.interval.isLongerThan(kMaxLevels))
-    return enterHalves(visit, limit);
-  IntervalVisit part = visit;
-  for (const int volume : split_a ? a.parts : b.parts) {
-    (split_a ? part.a : part.b) = volume;
-    enter(part, limit);
-  }
-}
-
-/// Splits a visit of a node of the tree of fixed objects. At a leaf, the search continues with the pair of its object.
-void MotionSearch::splitFixedObjects(const IntervalVisit& visit, double limit) {
-  const BoxTree::Node& node = pairs_.tree()[visit.b];
-  IntervalVisit part = visit;
-  if (node.isLeaf()) {
-    part.pair = pairs_.pairAt(visit.pair, node);
-    if (part.pair < 0) return;
-    part.a = movingPairOf(part).a.root;
-    part.b = movingPairOf(part).b.root;
-    return enter(part, limit);
-  }
-  if (visit.travel > 0.5 * node.box.diagonal().norm() && visit.interval.isLongerThan(kMaxLevels))
-    return enterHalves(visit, limit);
-  for (const int next : node.parts) {
-    part.b = next;
-    enter(part, limit);
-  }
-}
-
-narrowphase::TimeOfContact MotionSearch::timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question,
-                                                         double latest) {
-  const PairInMotion& moving = movingPairOf(visit);
-  const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
-  narrowphase::ContactOptions options;
-  options.contact_distance = moving.contact_distance + moving.allowance() + moving.error;
-  options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
-  options.begin = visit.interval.begin;
-  options.end = std::min(visit.interval.end, latest);
-  options.is_over = [&] { return question.deadline.hasPassed(); };
-  return narrowphase::timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
-                                    moving.bodies.chainOfB(b.body_T_piece), options);
-}
-
-narrowphase::MinimumOverMotion MotionSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
-                                                       double upper_bound) {
-  const PairInMotion& moving = movingPairOf(visit);
-  const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
-  narrowphase::MinimumOptions options;
-  options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
-  options.begin = visit.interval.begin;
-  options.end = visit.interval.end;
-  options.stop_above =
-      upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.allowance() + moving.error;
-  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
-                                                           moving.bodies.chainOfB(b.body_T_piece), options);
-  minimum.lower_bound -= moving.allowance() + moving.error;
-  minimum.upper_bound -= moving.allowance() - moving.error;
-  return minimum;
-}
-
-RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const RobotMotion& motion,
+RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const Motion& motion,
                                                const MotionQuestion& question) {
-  return timeOfContact(pairs, motion, {}, question);
-}
-
-RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const RobotMotion& motion,
-                                               const JointDeviations& deviations, const MotionQuestion& question) {
-  RobotTimeOfContact answer;
-  begin(pairs, motion, deviations, &question, answer.counts);
-  if (answer.counts.unknown == answer.counts.pairs) return answer;
-  enterAll(kInfinity);
-  TimeOfContactBounds bounds;
-  considerStart(pairs, question, bounds, answer);
-  while (!queue_.empty()) {
-    const IntervalVisit visit = queue_.pop();
-    const double time = visit.interval.begin;
-    if (answer.contact && !(time < bounds.latest)) break;
-    ++answer.counts.intervals;
-    if (question.deadline.hasPassed()) {
-      bounds.leaveOpen(time, narrowphase::Status::IterationLimit);
-      break;
-    }
-    if (isLeaf(visit))
-      measure(visit, question, bounds, answer);
-    else
-      split(visit, kInfinity);
-  }
-  if (answer.contact) answer.pair = ofAllPieces(answer.pair, answer.t_contact);
-  leaveOpenIfWide(answer.pair, question);
-  answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
-  answer.t_free = std::min(bounds.undecided, bounds.latest);
-  answer.status = bounds.undecided < bounds.latest ? bounds.status : narrowphase::Status::Converged;
+  const auto contactIn = [&](const Motion::Piece& piece) {
+    RobotTimeOfContact found = piece.spline ? SplineSearch(pairs, piece, question, *straight_).timeOfContact()
+                                            : straight_->timeOfContact(pairs, piece.robot, question);
+    if (found.contact && !piece.spline) found.state = piece.positionsAt(found.t_contact);
+    found.t_free = piece.onWhole(found.t_free);
+    if (found.contact) found.t_contact = piece.onWhole(found.t_contact);
+    return found;
+  };
+  RobotTimeOfContact answer = contactIn(motion.pieces().front());
+  for (std::size_t i = 1; i < motion.pieces().size() && !answer.contact; ++i)
+    answer = followedBy(answer, contactIn(motion.pieces()[i]));
   return answer;
 }
 
-/// True if an interior matters to the distance of two shapes. The box that stands for a half-space has no interior.
-bool MotionSearch::hasInterior(const PairInMotion& moving) {
-  return moving.kind == PairInMotion::Kind::Shapes && haveInterior(moving.a, moving.b);
-}
-
-/// True if candidates with objects may have an interior.
-bool MotionSearch::hasInteriors(const Pairs& pairs) const {
-  return pairs.includeObjects(objects().get()) && (links_have_interiors_ || objects_have_interiors_);
-}
-
-/// False for an object that does not exist.
-bool MotionSearch::hasInterior(const ShapeRef& ref) const {
-  if (ref.isObject() && !(objects() && objects()->placed(ref.object()))) return false;
-  return state_.volumes()->part(ref, objects().get()).whole().has_interior;
-}
-
-/// Finds shapes that are inside a closed mesh at the start. Depths that are reached later are left open.
-void MotionSearch::considerStart(const Pairs& pairs, const MotionQuestion& question, TimeOfContactBounds& bounds,
-                                 RobotTimeOfContact& answer) {
-  for (const PairContactDistance& own : question.nearer_pairs)
-    if (own.contact_distance < 0.0 && std::isfinite(own.contact_distance) &&
-        (hasInterior(own.pair.a) || hasInterior(own.pair.b)))
-      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-  if (hasInteriors(pairs) && isInWorld()) considerObjectsAtStart(pairs, question, bounds, answer);
-  bool is_placed = false;
-  for (int i = 0; i < pairs_.size() && !answer.contact; ++i) {
-    const PairInMotion& moving = pairs_[i];
-    if (!hasInterior(moving)) continue;
-    if (question.deadline.hasPassed()) return bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-    if (!is_placed) placeStates(0.0);
-    is_placed = true;
-    const DistanceBounds inside = states_.interiorOf(state_, moving.asked, 0.0);
-    const double rounding = pairs_.roundingOf(moving.asked, 0.0);
-    const double contact_distance = moving.contact_distance;
-    const bool may_get_inside = !(withSpheres(wholeMotionOf(i)).lower_bound > 0.0);
-    if (inside.upper + rounding <= contact_distance + narrowphase::usableTolerance(question.tolerance)) {
-      answer.contact = true;
-      answer.t_contact = bounds.latest = 0.0;
-      answer.pair = inPosesFrame(states_.one(state_, moving.asked, {}), 0.0);
-    } else if (inside.lower - rounding <= contact_distance ||
-               (contact_distance < 0.0 && std::isfinite(contact_distance) && may_get_inside)) {
-      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-    }
-  }
-}
-
-/// Like considerStart(), for all candidates with objects at once, because the pairs with fixed objects are not in
-/// pairs_ yet.
-void MotionSearch::considerObjectsAtStart(const Pairs& pairs, const MotionQuestion& question,
-                                          TimeOfContactBounds& bounds, RobotTimeOfContact& answer) {
-  placeStates(0.0);
-  Question near;
-  near.threshold = question.contact_distance + roundingAtStart();
-  near.thresholds = question.thresholds;
-  near.deadline = question.deadline;
-  const double of_objects = question.thresholds ? question.thresholds->range(PairKind::WithObject).smallest : 0.0;
-  if (question.contact_distance + of_objects < 0.0) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-  // Pairs with contact distances of their own may come before the pair in contact.
-  for (const PairProximity& found :
-       states_.closest(state_, pairs, 1 + question.nearer_pairs.size(), PairRanking::Goal::Closest, near)) {
-    const PairProximity pair = inPosesFrame(found, 0.0);
-    const double contact_distance = pairs_.contactDistanceOf(pair.asked);
-    if (pair.result.lower_bound > contact_distance) continue;
-    if (!(pair.result.upper_bound <= contact_distance + narrowphase::usableTolerance(question.tolerance))) {
-      bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-      continue;
-    }
-    answer.contact = true;
-    answer.t_contact = bounds.latest = 0.0;
-    answer.pair = pair;
-    return;
-  }
-  if (question.deadline.hasPassed()) bounds.leaveOpen(0.0, narrowphase::Status::IterationLimit);
-}
-
-/// Measures two pieces. They may be in contact earlier than the contact found before, or leave it undecided whether
-/// there is a contact.
-void MotionSearch::measure(const IntervalVisit& visit, const MotionQuestion& question, TimeOfContactBounds& bounds,
-                           RobotTimeOfContact& answer) {
-  const narrowphase::TimeOfContact contact = timeOfContactOf(visit, question, bounds.latest);
-  answer.counts.queries += contact.queries;
-  if (contact.status != narrowphase::Status::Converged) return bounds.leaveOpen(contact.t_free, contact.status);
-  if (!contact.contact || (answer.contact && !(contact.t_contact < bounds.latest))) return;
-  answer.contact = true;
-  answer.t_contact = bounds.latest = contact.t_contact;
-  answer.pair = inPosesFrame(visit, contact.at_contact, contact.t_contact);
-}
-
-/// True if there are objects, and the pose of the world is known.
-bool MotionSearch::isInWorld() {
-  return objects() && !objects()->empty() && pairs_.poses().isKnown(pairs_.poses().world());
-}
-
-/// Sets the poses at one time for questions about one state. If there are objects, the poses are in the world. If the
-/// pose of the world is not known, questions about objects in the world must not be asked.
-void MotionSearch::placeStates(double time) {
-  if (!objects() || objects()->empty()) return state_.set(pairs_.poses().at(time));
-  const RobotMotion& motion = pairs_.poses().motion();
-  const RobotMotion::State state = isInWorld() ? motion.inWorld(time) : withoutWorld(motion, time);
-  state.frames.empty() ? state_.set(state.bodies) : state_.set(state.bodies, state.frames);
-}
-
-/// Measures a few states of the motion first: their smallest distance is an upper bound, which leaves little to search.
-/// Returns false if no state contains all shapes, because the pose of the fixed objects is not known.
-bool MotionSearch::considerStates(const Pairs& pairs, const Deadline& deadline, RobotMinimum& answer) {
-  if (objects() && !objects()->empty() && !isInWorld()) return false;
-  Question question;
-  question.deadline = deadline.withoutTime();  // of the first state, so that there is an upper bound
-  for (const double time : {0.0, 0.25, 0.5, 0.75, 1.0}) {
-    placeStates(time);
-    const std::vector<PairProximity>& closest = states_.closest(state_, pairs, 1, PairRanking::Goal::Closest, question);
-    question.deadline = deadline;
-    if (closest.empty() || !(closest.front().result.upper_bound < answer.upper_bound)) continue;
-    answer.pair = inPosesFrame(closest.front(), time);
-    answer.upper_bound = answer.pair.result.upper_bound;
-    answer.time = time;
-  }
-  return true;
-}
-
-/// [m] What the transform of the poses into the world adds at time 0 to the rounding of any distance.
-double MotionSearch::roundingAtStart() {
-  double farthest = 0.0;
-  for (const std::optional<Eigen::Isometry3d>& pose : pairs_.poses().at(0.0))
-    if (pose) farthest = std::max(farthest, pose->translation().norm());
-  return kPoseRounding * (pairs_.poses().pose(pairs_.poses().world(), 0.0).translation().norm() + farthest);
-}
-
-/// Transforms an answer about the state at one time from the world, if there is one, into the frame of the poses, and
-/// widens its bounds by the rounding of the state.
-PairProximity MotionSearch::inPosesFrame(const PairProximity& in_world, double time) {
-  PairProximity pair = in_world;
-  found_pieces_ = false;
-  const double rounding = pairs_.roundingOf(pair.asked, time);
-  pair.result.lower_bound -= rounding;
-  pair.result.upper_bound += rounding;
-  const int world = pairs_.poses().world();
-  if (world < 0 || !isInWorld()) return pair;
-  const Eigen::Isometry3d poses_T_world = pairs_.poses().pose(world, time);
-  pair.result.normal = (poses_T_world.linear() * pair.result.normal).normalized();
-  pair.result.point_a = poses_T_world * pair.result.point_a;
-  pair.result.point_b = poses_T_world * pair.result.point_b;
-  return pair;
-}
-
-RobotMinimum MotionSearch::minimum(const Pairs& pairs, const RobotMotion& motion, const MotionQuestion& question) {
-  RobotMinimum answer;
-  begin(pairs, motion, {}, nullptr, answer.counts);
-  if (answer.counts.unknown == answer.counts.pairs) return answer;
-  searchMinimum(considerStates(pairs, question.deadline, answer) ? States::Seen : States::NotSeen, question, answer);
+RobotMinimum MotionSearch::minimum(const Pairs& pairs, const Motion& motion, const MotionQuestion& question) {
+  const auto minimumIn = [&](const Motion::Piece& piece) {
+    RobotMinimum found = piece.spline ? SplineSearch(pairs, piece, question, *straight_).minimum()
+                                      : straight_->minimum(pairs, piece.robot, question);
+    if (found.time >= 0.0 && !piece.spline) found.state = piece.positionsAt(found.time);
+    if (found.time >= 0.0) found.time = piece.onWhole(found.time);
+    return found;
+  };
+  RobotMinimum answer = minimumIn(motion.pieces().front());
+  for (std::size_t i = 1; i < motion.pieces().size(); ++i) answer = followedBy(answer, minimumIn(motion.pieces()[i]));
   return answer;
-}
-
-RobotMinimum MotionSearch::minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
-                                        const JointDeviations& deviations, const MotionQuestion& question) {
-  RobotMinimum answer;
-  begin(pairs, motion, deviations, nullptr, answer.counts);
-  if (answer.counts.unknown == answer.counts.pairs) return answer;
-  answer.upper_bound = answer.pair.result.upper_bound = limit;
-  searchMinimum(States::NotSeen, question, answer);
-  return answer;
-}
-
-std::optional<PairProximity> MotionSearch::closestAtStart(const Pairs& pairs, const RobotMotion& motion,
-                                                          const Deadline& deadline) {
-  const std::vector<ShapeRefPair> none;
-  pairs_.begin(none, motion);
-  if (objects() && !objects()->empty() && !isInWorld()) return std::nullopt;
-  placeStates(0.0);
-  Question question;
-  question.deadline = deadline;
-  const std::vector<PairProximity>& closest = states_.closest(state_, pairs, 1, PairRanking::Goal::Closest, question);
-  if (closest.empty() || closest.front().result.status == narrowphase::Status::Unknown) return std::nullopt;
-  return inPosesFrame(closest.front(), 0.0);
-}
-
-/// Searches the pairs that can be nearer than the upper bound of the answer.
-void MotionSearch::searchMinimum(States at_start, const MotionQuestion& question, RobotMinimum& answer) {
-  const double limit = answer.upper_bound;
-  enterAll(limit);
-  answer.status = narrowphase::Status::Converged;
-  const double proven = searchPieces(question, answer);
-  answer.counts.by_one_bound = answer.counts.pairs - answer.counts.unknown - pairs_.examined();
-  if (answer.time >= 0.0) {
-    answer.pair = ofAllPieces(answer.pair, answer.time);
-    takeUpperBound(answer.upper_bound, answer);
-  }
-  const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
-  answer.lower_bound = std::min({proven, open, answer.upper_bound});
-  if (at_start == States::NotSeen) noteQueue(limit);
-  // Without the state at the start, what is inside from the start on has not been seen.
-  if (at_start == States::NotSeen || !(answer.lower_bound > 0.0)) searchInteriors(question, answer);
-  leaveOpenIfWide(answer.pair, question);
-}
-
-/// Takes the nearest visits from the queue, and measures their pieces where they cannot be divided. Returns the
-/// smallest lower bound [m] of all pieces that it measured.
-double MotionSearch::searchPieces(const MotionQuestion& question, RobotMinimum& answer) {
-  double proven = kInfinity;
-  while (!queue_.empty() &&
-         answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance)) {
-    ++answer.counts.intervals;
-    if (question.deadline.hasPassed()) {
-      answer.status = narrowphase::Status::IterationLimit;
-      break;
-    }
-    const IntervalVisit visit = queue_.pop();
-    if (!isLeaf(visit)) {
-      split(visit, answer.upper_bound);
-      continue;
-    }
-    const narrowphase::MinimumOverMotion pieces = minimumOf(visit, question, answer.upper_bound);
-    answer.counts.queries += pieces.queries;
-    proven = std::min(proven, pieces.lower_bound);
-    PairInMotion& moving = movingPairOf(visit);
-    moving.nearest = std::min(moving.nearest, pieces.lower_bound);
-    if (pieces.status != narrowphase::Status::Threshold) answer.status = lessComplete(answer.status, pieces.status);
-    if (!(pieces.upper_bound < answer.upper_bound)) continue;
-    answer.upper_bound = pieces.upper_bound;
-    answer.time = pieces.time;
-    answer.pair = inPosesFrame(visit, pieces.at_minimum, pieces.time);
-  }
-  return proven;
-}
-
-/// Bounds a pair with interiors during an interval: the depth in the middle of the interval, minus how far the shapes
-/// can move from there.
-MotionSearch::IntervalVisit MotionSearch::withInterior(IntervalVisit visit, RobotMinimum& answer) {
-  PairInMotion& moving = movingPairOf(visit);
-  const double middle = 0.5 * (visit.interval.begin + visit.interval.end),
-               rounding = pairs_.roundingOf(moving.asked, middle);
-  const MovingBodies::Drift moved = moving.bodies.driftIn(visit.interval, pairs_.poses());
-  const double drift = moved.motion + moved.rounding + rounding;
-  placeStates(middle);
-  const DistanceBounds inside = states_.interiorOf(state_, moving.asked, drift + moving.deviation);
-  visit.travel = moved.motion;
-  visit.lower_bound = inside.lower - drift - moving.deviation;
-  if (const double upper_bound = inside.upper + rounding - moving.deviation; upper_bound < answer.upper_bound) {
-    answer.pair = inPosesFrame(states_.one(state_, moving.asked, {}), middle);
-    takeUpperBound(upper_bound, answer);
-    answer.time = middle;
-  }
-  return visit;
-}
-
-/// True if to divide an interval is vain: the state in its middle alone, by its rounding, leaves more open than the
-/// tolerance, so that the bounds cannot come within it, and no less than the motion away from there does.
-bool MotionSearch::isVain(const IntervalVisit& visit, double upper_bound, const MotionQuestion& question) {
-  const double at_middle = upper_bound - (visit.lower_bound + visit.travel);
-  return at_middle > narrowphase::usableTolerance(question.tolerance) && at_middle >= visit.travel;
-}
-
-/// Searches for depths in closed meshes that are larger than those of the pieces, the deepest first.
-void MotionSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
-  queue_.clear();
-  for (int i = 0; i < pairs_.size(); ++i)
-    if (hasInterior(pairs_[i]))
-      push(question.deadline.hasPassed() ? wholeMotionOf(i) : withInterior(wholeMotionOf(i), answer));
-  double proven = kInfinity;  // [m] the smallest lower bound of the intervals that are not divided further
-  for (int i = 0; i < kMaxInteriorIntervals && !queue_.empty() && !question.deadline.hasPassed(); ++i) {
-    if (!(answer.upper_bound - queue_.first().lower_bound > narrowphase::usableTolerance(question.tolerance))) break;
-    const IntervalVisit visit = queue_.pop();
-    ++answer.counts.intervals;
-    if (isVain(visit, answer.upper_bound, question) || !visit.interval.isLongerThan(kMaxInteriorLevels)) {
-      proven = std::min(proven, visit.lower_bound);
-      continue;
-    }
-    IntervalVisit part = visit;
-    for (const MovingBodies::Interval& half : visit.interval.halves()) {
-      part.interval = half;
-      push(withInterior(part, answer));
-    }
-  }
-  const double open = queue_.empty() ? kInfinity : queue_.first().lower_bound;
-  answer.lower_bound = std::min({answer.lower_bound, proven, open, answer.upper_bound});
-  if (answer.upper_bound - answer.lower_bound > narrowphase::usableTolerance(question.tolerance))
-    answer.status = lessComplete(answer.status, narrowphase::Status::IterationLimit);
-}
-
-/// Turns a result of the narrowphase into an answer about links and objects, and transforms it from the frame
-/// MovingBodies::middle() into that of the poses.
-PairProximity MotionSearch::inPosesFrame(const IntervalVisit& visit, const narrowphase::SignedDistance& in_middle,
-                                         double time) {
-  const PairInMotion& moving = movingPairOf(visit);
-  const Volume &a = moving.a[visit.a], &b = moving.b[visit.b];
-  narrowphase::SignedDistance result = in_middle;
-  if (moving.bodies.middle() >= 0) {
-    const Eigen::Isometry3d poses_T_middle = pairs_.poses().pose(moving.bodies.middle(), time);
-    result.normal = (poses_T_middle.linear() * result.normal).normalized();
-    result.point_a = poses_T_middle * result.point_a;
-  }
-  PairProximity proximity;
-  proximity.asked = moving.asked;
-  proximity.collision_a = pairs_.collisionNumber(moving.asked.a, moving.a.pieces[a.piece]);
-  proximity.collision_b = pairs_.collisionNumber(moving.asked.b, moving.b.pieces[b.piece]);
-  proximity.result = padded(result, moving.padding);
-  proximity.result.lower_bound -= moving.error;
-  proximity.result.upper_bound += moving.error;
-  proximity.representation = std::max(a.representation, b.representation);
-  proximity.depth_is_lower_bound = proximity.result.distance < 0.0 && moving.is_compound;
-  found_pieces_ = moving.is_compound || !moving.a.whole().isLeaf() || !moving.b.whole().isLeaf();
-  return proximity;
-}
-
-/// Widens the bounds of a pair to those of all pieces of its shapes: only two pieces were measured, and others may be
-/// nearer.
-PairProximity MotionSearch::ofAllPieces(PairProximity pair, double time) {
-  if (!found_pieces_) return pair;
-  placeStates(time);
-  const PairProximity whole = states_.one(state_, pair.asked, {});
-  return whole.result.status == narrowphase::Status::Unknown ? pair : inPosesFrame(whole, time);
 }
 
 }  // namespace proximity_server::scene

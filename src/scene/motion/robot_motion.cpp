@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/robot_motion.h"
 
+#include "proximity_server/narrowphase/assertion.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/model/body_pose.h"
 
@@ -67,6 +68,7 @@ RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& star
   require({start.size(), "poses"}, {model.bodies.size(), "bodies"});
   require({travel.size(), "travels"}, {model.joints.size(), "movable joints"});
   RobotMotion motion;
+  motion.model_ = &model;
   for (std::size_t i = 0; i < start.size(); ++i) {
     const Body& body = model.bodies[i];
     Segment segment;
@@ -108,6 +110,19 @@ RobotMotion RobotMotion::ofTwists(const BodyPoses& start, const std::vector<Twis
   return motion;
 }
 
+RobotMotion RobotMotion::after(const std::vector<double>& before, const std::vector<double>& travel) const {
+  PROXIMITY_ASSERT(model_, "Only a motion of joints goes on as one.");
+  RobotMotion motion = *this;
+  for (std::size_t i = 0; i < segments_.size(); ++i) {
+    const int index = model_->bodies[i].joint;
+    if (index < 0 || !segments_[i].is_known) continue;
+    const Joint& joint = model_->joints[index];
+    const Isometry3d start = jointScrew(joint, travelOf(*model_, index, before), segments_[i].motion.start).at(1.0);
+    motion.segments_[i].motion = jointScrew(joint, travelOf(*model_, index, travel), start);
+  }
+  return motion;
+}
+
 BodyPoses RobotMotion::at(double time) const {
   BodyPoses poses(segments_.size());
   for (std::size_t i = 0; i < segments_.size(); ++i) {
@@ -145,10 +160,9 @@ void RobotMotion::carryObjects(ObjectFrames frames) {
 RobotMotion::State RobotMotion::inWorld(double time) const {
   State state{at(time), std::vector<std::optional<Isometry3d>>(object_frames_.moving.size())};
   if (!isIdentity(object_frames_.world)) {
-    const Segment& world = object_frames_.world;
-    const std::optional<Isometry3d> parent = world.parent < 0 ? Isometry3d::Identity() : state.bodies[world.parent];
-    if (!parent || !world.is_known) return {BodyPoses(segments_.size()), std::move(state.frames)};
-    const Isometry3d world_T_poses = (*parent * world.motion.at(time)).inverse();
+    const std::optional<Isometry3d> world = worldAt(time, state.bodies);
+    if (!world) return {BodyPoses(segments_.size()), std::move(state.frames)};
+    const Isometry3d world_T_poses = world->inverse();
     for (std::optional<Isometry3d>& pose : state.bodies)
       if (pose) pose = world_T_poses * *pose;
   }
@@ -158,6 +172,13 @@ RobotMotion::State RobotMotion::inWorld(double time) const {
     if (frame.is_known && parent) state.frames[i] = *parent * frame.motion.at(time);
   }
   return state;
+}
+
+std::optional<Isometry3d> RobotMotion::worldAt(double time, const BodyPoses& bodies) const {
+  const Segment& world = object_frames_.world;
+  const std::optional<Isometry3d> parent = world.parent < 0 ? Isometry3d::Identity() : bodies[world.parent];
+  if (!parent || !world.is_known) return std::nullopt;
+  return *parent * world.motion.at(time);
 }
 
 bool isIdentity(const RobotMotion::Segment& segment) {

@@ -56,7 +56,7 @@ void ClearanceAssertion::add(const SegmentClearance& answer) {
   row.upper_bound = minimum.upper_bound;
   row.status = minimum.status;
   row.unknown_pairs = minimum.counts.unknown;
-  addRow(row, minimum.pair.asked, answer.segment.objects.get(), answer.minimumState());
+  addRow(row, minimum.pair.asked, answer.segment.objects.get(), minimum.state);
 }
 
 void ClearanceAssertion::addRow(Row row, const scene::ShapeRefPair& pair, const scene::Objects* objects,

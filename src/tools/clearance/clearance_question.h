@@ -4,8 +4,7 @@
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/joint_spline.h"
-#include "proximity_server/scene/motion/moving_scene.h"
-#include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/motion/motion_question.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
@@ -146,15 +145,7 @@ struct SegmentClearance {
   TrajectorySegment segment;
   scene::RobotMinimum minimum;
   scene::RobotTimeOfContact contact;
-  scene::Positions state_at_minimum{}, state_at_contact{};  ///< empty: that of the segment at the time
-  std::vector<scene::SplineMinimum> of_pairs{};             ///< of each pair by itself, with its state; for a report
-
-  scene::Positions minimumState() const {
-    return state_at_minimum.empty() ? segment.positionsAt(minimum.time) : state_at_minimum;
-  }
-  scene::Positions contactState() const {
-    return state_at_contact.empty() ? segment.positionsAt(contact.t_contact) : state_at_contact;
-  }
+  std::vector<scene::RobotMinimum> of_pairs{};  ///< of each pair by itself; for a report
 };
 
 }  // namespace proximity_server::tools

@@ -145,7 +145,7 @@ void ClearanceReport::add(const StateClearance& answer) {
 void ClearanceReport::add(const SegmentClearance& answer) {
   const TrajectorySegment& segment = answer.segment;
   useObjects(segment.objects);
-  for (const scene::SplineMinimum& minimum : answer.of_pairs) {
+  for (const scene::RobotMinimum& minimum : answer.of_pairs) {
     scene::PairProximity pair = minimum.pair;
     pair.result.lower_bound = minimum.lower_bound;
     pair.result.upper_bound = minimum.upper_bound;

@@ -215,7 +215,7 @@ std::string rowText(const SegmentClearance& answer, const scene::RobotModel& rob
   Row row(format, text);
   addSegment(answer, robot, row);
   if (format == RowFormat::Json)
-    row.add("contact_state", answer.contact.contact ? namedPositions(robot, answer.contactState()) : Json());
+    row.add("contact_state", answer.contact.contact ? namedPositions(robot, answer.contact.state) : Json());
   row.end();
   return text;
 }

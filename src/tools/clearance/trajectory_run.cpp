@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
-#include "proximity_server/scene/motion/spline_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/text/csv.h"
@@ -27,67 +27,39 @@ scene::RobotTimeOfContact provenFree() {
   return free;
 }
 
-scene::RobotMotion motionOf(const TrajectorySegment& segment, const scene::RobotModel& robot) {
-  scene::RobotMotion motion = scene::RobotMotion::between(robot, segment.from, segment.to);
+scene::Motion motionOf(const TrajectorySegment& segment, const scene::RobotModel& robot,
+                       const std::vector<double>& tracking_error) {
+  scene::Motion motion = segment.spline
+                             ? scene::Motion(robot, *segment.spline, tracking_error)
+                             : scene::Motion(robot, {segment.begin, segment.from}, {segment.end, segment.to});
   if (segment.objects) motion.carryObjects(framesOnLinks(*segment.objects));
   return motion;
 }
 
-scene::SplineQuestion withFrames(scene::SplineQuestion question, const TrajectorySegment& segment) {
-  if (segment.objects) question.frames = framesOnLinks(*segment.objects);
-  return question;
-}
-
-// These ask along a straight motion or along a spline.
-scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const scene::SplineQuestion& question, scene::MovingScene& scene) {
-  const scene::RobotMinimum minimum = scene.minimum(pairs, motionOf(segment, scene.model().robot), question.motion);
-  return {minimum, {}};  // GCC 9 fails with an internal error where the call stands here
-}
-
-scene::SplineMinimum minimumOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const scene::SplineQuestion& question, scene::SplineScene& scene) {
-  return scene.minimum(pairs, *segment.spline, withFrames(question, segment));
-}
-
-scene::SplineContact contactOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const scene::SplineQuestion& question, scene::MovingScene& scene) {
-  const auto contact = scene.timeOfContact(pairs, motionOf(segment, scene.model().robot), question.motion);
-  return {contact, {}};
-}
-
-scene::SplineContact contactOf(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const scene::SplineQuestion& question, scene::SplineScene& scene) {
-  return scene.timeOfContact(pairs, *segment.spline, withFrames(question, segment));
-}
-
-template <typename Scene>
 SegmentClearance answerSegment(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const scene::SplineQuestion& question, Scene& scene) {
-  const scene::SplineMinimum minimum = minimumOf(segment, pairs, question, scene);
+                               const ClearanceQuestion& question, scene::MotionSearch& search) {
+  const scene::Motion motion = motionOf(segment, search.model().robot, question.tracking_error);
+  SegmentClearance answer{segment, search.minimum(pairs, motion, question.motion), provenFree()};
+  if (answer.minimum.state.empty()) answer.minimum.state = segment.positionsAt(answer.minimum.time);
   // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
-  if (minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.motion.contact_distance)
-    return {segment, minimum, provenFree(), minimum.state};
-  const scene::SplineContact contact = contactOf(segment, pairs, question, scene);
-  return {segment, minimum, contact, minimum.state, contact.state};
+  if (answer.minimum.status == narrowphase::Status::Unknown ||
+      !(answer.minimum.lower_bound > question.motion.contact_distance))
+    answer.contact = search.timeOfContact(pairs, motion, question.motion);
+  return answer;
 }
 
 /// The minimum of each pair by itself. That of the closest pair is known.
-template <typename Scene>
-std::vector<scene::SplineMinimum> minimaOfPairs(const SegmentClearance& answer,
-                                                const std::vector<scene::ShapeRefPair>& pairs,
-                                                const scene::SplineQuestion& question, Scene& scene) {
-  std::vector<scene::SplineMinimum> minima;
+std::vector<scene::RobotMinimum> minimaOfPairs(const SegmentClearance& answer,
+                                               const std::vector<scene::ShapeRefPair>& pairs,
+                                               const ClearanceQuestion& question, scene::MotionSearch& search) {
+  const scene::Motion motion = motionOf(answer.segment, search.model().robot, question.tracking_error);
+  std::vector<scene::RobotMinimum> minima;
   const scene::ShapeRefPair& closest = answer.minimum.pair.asked;
   for (const scene::ShapeRefPair& pair : pairs) {
     const bool is_known = pair.a == closest.a && pair.b == closest.b;
     const std::vector<scene::ShapeRefPair> alone{pair};
-    scene::SplineMinimum& minimum =
-        minima.emplace_back(is_known ? scene::SplineMinimum{answer.minimum, answer.state_at_minimum}
-                                     : minimumOf(answer.segment, alone, question, scene));
-    minimum.pair.asked = pair;  // also without an answer
-    if (minimum.state.empty() && minimum.status != narrowphase::Status::Unknown)
-      minimum.state = answer.segment.positionsAt(minimum.time);
+    minima.push_back(is_known ? answer.minimum : search.minimum(alone, motion, question.motion));
+    minima.back().pair.asked = pair;  // also without an answer
   }
   return minima;
 }
@@ -256,9 +228,8 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
   const scene::RobotModel& robot = question.model->robot;
   TrajectorySegments segments(states, question.objects.get());
   if (question.start) segments.startFrom(*question.start);
-  const bool has_splines = question.interpolation != Interpolation::Linear || !question.tracking_error.empty();
-  if (has_splines) segments.interpolate(question.interpolation);
-  const scene::SplineQuestion spline{question.motion, question.tracking_error};
+  if (question.interpolation != Interpolation::Linear || !question.tracking_error.empty())
+    segments.interpolate(question.interpolation);
   SplineLimits limits(robot);
   const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
   const auto write = [&](const SegmentClearance& answer) {
@@ -269,26 +240,21 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
     if (answer.segment.spline) limits.add(answer.segment);
     output.counter.count(1);
   };
-  const auto answerAll = [&](const auto& fresh) {
-    const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
-      auto scene = fresh.forAnotherThread();
-      QuestionPairs pairs(question);
-      std::vector<SegmentClearance> answers;
-      for (const TrajectorySegment& segment : block) {
-        if (pairs.use(segment.objects)) scene.use(segment.objects);
-        SegmentClearance& answer = answers.emplace_back(answerSegment(segment, pairs.get(), spline, scene));
-        if (output.report) answer.of_pairs = minimaOfPairs(answer, pairs.list(segment.objects.get()), spline, scene);
-        question.budget.require();
-      }
-      return answers;
-    };
-    system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
-                                                                question.threads);
+  const scene::MotionSearch fresh(question.model);
+  const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
+    scene::MotionSearch search = fresh.forAnotherThread();
+    QuestionPairs pairs(question);
+    std::vector<SegmentClearance> answers;
+    for (const TrajectorySegment& segment : block) {
+      if (pairs.use(segment.objects)) search.use(segment.objects);
+      SegmentClearance& answer = answers.emplace_back(answerSegment(segment, pairs.get(), question, search));
+      if (output.report) answer.of_pairs = minimaOfPairs(answer, pairs.list(segment.objects.get()), question, search);
+      question.budget.require();
+    }
+    return answers;
   };
-  if (has_splines)
-    answerAll(scene::SplineScene(question.model));
-  else
-    answerAll(scene::MovingScene(question.model));
+  system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
+                                                              question.threads);
   return limits.warnings(states.source());
 }
 

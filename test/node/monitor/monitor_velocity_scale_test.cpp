@@ -157,7 +157,7 @@ TEST_F(ScaleOfSliders, OfAnUnchangedStateIsNotLoweredByASearchThatRanOutOfTime) 
 
 TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
   scene::PosedScene scene(robot_->sharedModel());
-  scene::MovingScene moving(robot_->sharedModel());
+  scene::MotionSearch moving(robot_->sharedModel());
   int between = 0;
   for (int i = 0; i < 50; ++i) {
     const double speed = 0.15 * i - 3.5;
@@ -180,7 +180,7 @@ TEST_F(ScaleOfSliders, KeepsTheStopDistanceOfAPair) {
   config_.thresholds.warn.of_pairs = {{{"middle", "right"}, 0.2}};
   follow("");
   scene::PosedScene scene(robot_->sharedModel());
-  scene::MovingScene moving(robot_->sharedModel());
+  scene::MotionSearch moving(robot_->sharedModel());
   const PoseSnapshot at = withTheRightSphereAt(*robot_, 0.5);
   scene.update(at.poses);
   const scene::MovingState state{at.poses, {0.0, 1.0, 0.0}, {}, {}};

@@ -1,4 +1,4 @@
-#include "node/answers/timed_motion.h"
+#include "node/answers/motions.h"
 #include "node/robot/load_config.h"
 #include "node/robot/robot.h"
 #include "node/services/joint_requests.h"
@@ -231,22 +231,21 @@ TEST(ReferenceFrames, OfAnyLinkDoNotCarryTheOtherRobotAlongATrajectory) {
           state[arm][joint] += time * (to[arm][joint] - from[arm][joint]);
       return state;
     };
-    std::vector<double> travel = cell.inOrder(to);
-    const std::vector<double> start = cell.inOrder(from);
-    for (std::size_t joint = 0; joint < travel.size(); ++joint) travel[joint] -= start[joint];
-    const TimedMotion motion = motionOfJoints(cell.robot, posesIn(cell, tf, from), travel, 0.0, 1.0);
+    const scene::BodyPoses poses = posesIn(cell, tf, from);
+    scene::Motion motion(model, inRoot(cell.robot, poses), {0.0, cell.inOrder(from)}, {1.0, cell.inOrder(to)});
+    motion.carryObjects(objectFramesInRoot(cell.robot, poses, {}, {}));
 
     const Balls balls{"left/" + kLinks[random.below(kLinks.size())], "right/" + kLinks[random.below(kLinks.size())]};
     const std::vector<scene::ShapeRefPair> pair = {{{model.findLink(balls.left)}, {model.findLink(balls.right)}}};
     const std::string what = balls.left + ", " + balls.right + " in " + cell.reference + ", cell " + std::to_string(i);
-    scene::MovingScene scene(cell.robot.sharedModel());
-    const scene::RobotMinimum found = scene.minimum(pair, motion.motion, {});
+    scene::MotionSearch scene(cell.robot.sharedModel());
+    const scene::RobotMinimum found = scene.minimum(pair, motion, {});
     ASSERT_LE(found.lower_bound, found.upper_bound) << what;
     ASSERT_NEAR(found.pair.result.distance, balls.distance(cell, at(found.time)), kMotionError) << what;
     for (int sample = 0; sample <= 20; ++sample)
       ASSERT_GE(balls.distance(cell, at(0.05 * sample)), found.lower_bound - kRounding) << what;
 
-    const Proximity said = toMessage(RobotAndObjects(model), motion, found.time, found.pair);
+    const Proximity said = toMessage(RobotAndObjects(model), motion, found.time, found.state, found.pair);
     const Isometry3d reference_T_world = cell.worldPoseOf(cell.reference, at(found.time)).inverse();
     const Vector3d a = reference_T_world * cell.worldPoseOf(balls.left, at(found.time)).translation();
     const Vector3d b = reference_T_world * cell.worldPoseOf(balls.right, at(found.time)).translation();
@@ -257,7 +256,7 @@ TEST(ReferenceFrames, OfAnyLinkDoNotCarryTheOtherRobotAlongATrajectory) {
 
     scene::MotionQuestion question;
     question.contact_distance = 0.5 * (balls.distance(cell, at(0.0)) + found.lower_bound);
-    const scene::RobotTimeOfContact contact = scene.timeOfContact(pair, motion.motion, question);
+    const scene::RobotTimeOfContact contact = scene.timeOfContact(pair, motion, question);
     for (int sample = 0; 0.05 * sample < contact.t_free; ++sample)
       ASSERT_GE(balls.distance(cell, at(0.05 * sample)), question.contact_distance - kRounding) << what;
     if (contact.contact && contact.t_contact > 0.0) {

@@ -270,7 +270,7 @@ bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object
   for (const Object& object : added) changes.push_back(AddObject{object});
   const auto objects = std::make_shared<const Objects>(Objects(robot_.model).withRules(rules).changed(changes));
   PosedScene scene(robot_.model);
-  MovingScene moving(robot_.model);
+  MotionSearch moving(robot_.model);
   scene.use(objects);
   moving.use(objects);
   scene.update(state.poses);

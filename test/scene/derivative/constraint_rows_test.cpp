@@ -6,7 +6,7 @@
 #include "proximity_server/scene/derivative/free_motion.h"
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/posed_scene.h"
@@ -796,7 +796,7 @@ TEST(WithoutAModel, NothingCanBeAsked) {
   const std::shared_ptr<const SceneModel> none;
   EXPECT_THROW(Scene{none}, std::invalid_argument);
   EXPECT_THROW(State{none}, std::invalid_argument);
-  EXPECT_THROW(MovingScene{none}, std::invalid_argument);
+  EXPECT_THROW(MotionSearch{none}, std::invalid_argument);
   EXPECT_THROW(SceneBatch{none}, std::invalid_argument);
   EXPECT_THROW(Objects{none}, std::invalid_argument);
   EXPECT_THROW(Derivatives{none}, std::invalid_argument);

@@ -2,7 +2,7 @@
 
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
@@ -65,7 +65,7 @@ double stopOf(const std::string& urdf, double position, double travel, const Sta
   const RobotModel robot = robotOf(urdf);
   const LimitedMotion limited =
       motionWithinLimits(robot, forwardKinematics(robot, std::vector<double>{position}), {travel}, stated);
-  EXPECT_LE(limited.motion.phases().size(), 2u);
+  EXPECT_LE(limited.motion.pieces().size(), 2u);
   return limited.stops.empty() ? std::numeric_limits<double>::infinity() : limited.stops.front().time;
 }
 
@@ -122,7 +122,7 @@ TEST(MotionWithinLimits, IsOneMotionWhereNoJointReachesItsLimit) {
   const BodyPoses start = forwardKinematics(robot, byJoint(robot, {}));
   const LimitedMotion limited = motionWithinLimits(robot, start, byJoint(robot, {{"left", 0.9}, {"right", -4.9}}));
   EXPECT_TRUE(limited.stops.empty());
-  EXPECT_EQ(limited.motion.phases().size(), 1u);
+  EXPECT_EQ(limited.motion.pieces().size(), 1u);
 }
 
 TEST(MotionWithinLimits, GoesOnWithTheOthersWhenOneStops) {
@@ -134,7 +134,7 @@ TEST(MotionWithinLimits, GoesOnWithTheOthersWhenOneStops) {
   EXPECT_NEAR(limited.stops[0].time, 0.25, kRounding);
   EXPECT_EQ(limited.stops[1].joint, static_cast<int>(jointOf(robot, "right")));
   EXPECT_NEAR(limited.stops[1].time, 0.375, kRounding);
-  EXPECT_EQ(limited.motion.phases().size(), 3u);
+  EXPECT_EQ(limited.motion.pieces().size(), 3u);
   const Positions position{robot, limited};
   EXPECT_NEAR(position.of("left", 0.3), 1.0, kRounding);
   EXPECT_NEAR(position.of("right", 0.3), -1.2, kRounding);
@@ -147,7 +147,7 @@ TEST(MotionWithinLimits, LeavesAJointBeyondItsLimitThereUnlessItMovesBackIn) {
   const LimitedMotion outwards = motionWithinLimits(robot, start, byJoint(robot, {{"left", 2.0}}));
   ASSERT_EQ(outwards.stops.size(), 1u);
   EXPECT_EQ(outwards.stops[0].time, 0.0);
-  EXPECT_EQ(outwards.motion.phases().size(), 1u);
+  EXPECT_EQ(outwards.motion.pieces().size(), 1u);
   EXPECT_NEAR((Positions{robot, outwards}.of("left", 1.0)), 1.001, kRounding);
   const LimitedMotion inwards = motionWithinLimits(robot, start, byJoint(robot, {{"left", -1.0}}));
   EXPECT_TRUE(inwards.stops.empty());
@@ -271,7 +271,7 @@ TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
     }
     const LimitedMotion limited = motionWithinLimits(robot, forwardKinematics(robot, from), travel);
     stops += static_cast<int>(limited.stops.size());
-    EXPECT_LE(limited.motion.phases().size(), robot.joints.size() + 1);
+    EXPECT_LE(limited.motion.pieces().size(), robot.joints.size() + 1);
     for (const double time : {0.0, unit(random), unit(random), unit(random), 1.0}) {
       std::vector<double> at;
       for (std::size_t j = 0; j < from.size(); ++j) {
@@ -296,7 +296,7 @@ TEST(MotionWithinLimits, EndsWhereEveryJointIsWithinRoundingOfItsLimit) {
     travel.push_back(1e300);
   }
   const LimitedMotion limited = motionWithinLimits(robot, forwardKinematics(robot, from), travel);
-  EXPECT_LE(limited.motion.phases().size(), robot.joints.size() + 1);
+  EXPECT_LE(limited.motion.pieces().size(), robot.joints.size() + 1);
   const BodyPoses expected = forwardKinematics(robot, from), poses = limited.motion.at(1.0);
   EXPECT_TRUE(poses.back()->isApprox(*expected.back(), 1e-9));
 }
@@ -323,21 +323,21 @@ TEST(MotionWithinLimits, RefusesTheWrongNumberOfStatedPositions) {
                std::invalid_argument);
 }
 
-TEST(PhasedMotion, RefusesPhasesThatLeaveAGap) {
+TEST(Motion, RefusesPiecesThatLeaveAGap) {
   const RobotModel robot = robotOf(oneJoint("revolute", limits(-1, 1)));
   const RobotMotion rest = RobotMotion::between(robot, std::vector<double>{0.0}, std::vector<double>{0.0});
-  using Phases = std::vector<PhasedMotion::Phase>;
-  EXPECT_THROW(PhasedMotion{Phases{}}, std::invalid_argument);
-  EXPECT_THROW((PhasedMotion{Phases{{0.0, 0.4, rest}, {0.5, 1.0, rest}}}), std::invalid_argument);
-  EXPECT_THROW((PhasedMotion{Phases{{0.0, 0.5, rest}}}), std::invalid_argument);
-  EXPECT_NO_THROW((PhasedMotion{Phases{{0.0, 0.5, rest}, {0.5, 1.0, rest}}}));
+  using Pieces = std::vector<Motion::Piece>;
+  EXPECT_THROW(Motion{Pieces{}}, std::invalid_argument);
+  EXPECT_THROW((Motion{Pieces{{0.0, 0.4, rest}, {0.5, 1.0, rest}}}), std::invalid_argument);
+  EXPECT_THROW((Motion{Pieces{{0.0, 0.5, rest}}}), std::invalid_argument);
+  EXPECT_NO_THROW((Motion{Pieces{{0.0, 0.5, rest}, {0.5, 1.0, rest}}}));
 }
 
 // ---- what a scene says of such a motion
 
 struct Carts {
   std::shared_ptr<const SceneModel> model;
-  MovingScene scene;
+  MotionSearch scene;
   LimitedMotion limited;
 
   Carts(const std::string& left_limits, const std::string& right_limits, double left_travel, double right_travel)
@@ -421,7 +421,7 @@ TEST(DeadlineOfPhases, IsOneForAllOfThem) {
 
 TEST(CountsOfPhases, TellThePairsOnce) {
   Carts carts(limits(-1, 1), limits(-1.5, 5), 4.0, -4.0);
-  ASSERT_EQ(carts.limited.motion.phases().size(), 3u);
+  ASSERT_EQ(carts.limited.motion.pieces().size(), 3u);
   EXPECT_EQ(carts.contact().counts.pairs, 1);
 }
 

@@ -1,5 +1,5 @@
 // Objects of all placements in motions: on paper, and at random beside states that are computed on their own.
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "sanitized.h"
 #include "scene/objects/placed_object.h"
 #include "scene/posed_scene.h"
@@ -68,7 +68,7 @@ class CubeAndBall : public testing::Test {
   const std::shared_ptr<const SceneModel> model_ = cubeAndBall();
   const Candidates candidates_{model_->pairs};
   std::shared_ptr<const Objects> objects_ = std::make_shared<const Objects>(model_);
-  MovingScene scene_{model_};
+  MotionSearch scene_{model_};
 };
 
 // --- on paper
@@ -225,7 +225,7 @@ TEST_F(CubeAndBall, KindOfPairsIsHeeded) {
 TEST_F(CubeAndBall, TwinHasTheSameObjects) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
   EXPECT_TRUE(scene_.forAnotherThread().timeOfContact(candidates_, motion(6.0)).contact);
-  EXPECT_TRUE(MovingScene(model_).objects()->empty());
+  EXPECT_TRUE(MotionSearch(model_).objects()->empty());
 }
 
 TEST_F(CubeAndBall, RemovedObjectIsNotMet) {
@@ -254,8 +254,8 @@ TEST_F(CubeAndBall, BadQuestionsAreRefused) {
 // The phases of a motion are parts of it, those of a screw too.
 TEST_F(CubeAndBall, PhasesCarryObjectsAsTheWholeMotionDoes) {
   const BodyPoses start = forwardKinematics(model_->robot, positions(0.0, 0.0));
-  PhasedMotion phased = motionWithinLimits(model_->robot, start, positions(20.0, 40.0)).motion;
-  ASSERT_EQ(phased.phases().size(), 3u);
+  Motion phased = motionWithinLimits(model_->robot, start, positions(20.0, 40.0)).motion;
+  ASSERT_EQ(phased.pieces().size(), 3u);
   RobotMotion whole = RobotMotion::ofTravel(model_->robot, start, positions(20.0, 40.0));
   const ObjectFrames frames{RobotMotion::withTwist(at(1, 2, 3), {{1, 0, 2}, {0, 0.7, 0.2}}),
                             {RobotMotion::withTwist(at(4, 0, 1), {{-3, 1, 0}, {0.5, 0, 1}})}};
@@ -442,7 +442,7 @@ class PairsOfSeveralPieces : public testing::Test {
 
   const std::shared_ptr<const SceneModel> model_ = randomModel();
   std::shared_ptr<const Objects> objects_;
-  MovingScene moving_{model_};
+  MotionSearch moving_{model_};
   PosedScene still_{model_};
 };
 
@@ -480,7 +480,7 @@ TEST_F(PairsOfSeveralPieces, HaveTheBoundsOfAllOfThemAboveASingleHalfSpace) {
 TEST(FarInMotion, APairWhoseBoundsAreWiderThanTheToleranceHasNotConverged) {
   const std::string balls = ball("0.1", "0.3 0.2 0.1") + ball("0.1", "-0.1 0.2 0.3");
   const auto model = modelOf(floatingLinks({balls, balls}));
-  MovingScene scene(model);
+  MotionSearch scene(model);
   const std::vector<ShapeRefPair> pairs{pairOf(*model, "0", "1")};
   Chance chance(4);
   for (int i = 0; i < 60; ++i) {
@@ -511,7 +511,7 @@ TEST(FarInMotion, BoundsHoldWhereverTheOriginsOfThePosesAndOfTheWorldAre) {
         Objects(model).changed({AddObject{makeObject("ball", {{Shape(Sphere{0.1})}}, Fixed{world_T_object})}}));
     const Vector3l centre_a = inParent(pose_a, {0.3, 0.2, 0.1}), centre_b = inParent(pose_b, {-0.1, 0.2, 0.3}),
                    centre_of_object = inParent(poses_T_world, inParent(world_T_object, Vector3l::Zero()));
-    MovingScene scene(model);
+    MotionSearch scene(model);
     scene.use(objects);
     RobotMotion motion = RobotMotion::ofTwists(posesOf(model->robot, {pose_a, pose_b}), std::vector<Twist>(3));
     motion.carryObjects({RobotMotion::atRest(poses_T_world), {}});
@@ -715,7 +715,7 @@ std::pair<std::shared_ptr<const Objects>, MotionAtRandom> nextOf(Motions& motion
 }
 
 /// Thresholds of single pairs: the contact is the earliest of all searches that are each about one pair.
-void expectTheEarliestOfAllPairs(MovingScene& moving, const Candidates& candidates,
+void expectTheEarliestOfAllPairs(MotionSearch& moving, const Candidates& candidates,
                                  const std::vector<ShapeRefPair>& list, const RobotMotion& motion, Chance& chance) {
   PairDistances thresholds(chance.between(0.0, 0.03), chance.between(0.0, 0.03));
   for (const ShapeRefPair& pair : list) {
@@ -755,7 +755,7 @@ class ObjectsInMotion : public testing::TestWithParam<Case> {};
 TEST_P(ObjectsInMotion, ComeNoCloserOnTheWayThanTheBoundsSayAndSkippingChangesNothing) {
   const std::shared_ptr<const SceneModel> model = arm();
   Motions motions(model, GetParam().moved);
-  MovingScene moving(model);
+  MotionSearch moving(model);
   PosedScene scene(model);
   const Candidates& candidates = scene.candidates();
   Chance chance(3);

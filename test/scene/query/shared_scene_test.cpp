@@ -1,7 +1,7 @@
 // Eight threads at work on one robot at the same time; ./dev test --sanitize thread looks for races between them.
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/posed_scene.h"
@@ -24,7 +24,7 @@ struct SharedRobot {
   explicit SharedRobot(const std::shared_ptr<const SceneModel>& model) : scene(model), moving_scene(model) {}
 
   const PosedScene scene;
-  const MovingScene moving_scene;
+  const MotionSearch moving_scene;
 };
 
 std::vector<double> randomPositions(const RobotModel& robot, std::mt19937& random) {
@@ -40,7 +40,7 @@ std::vector<double> randomPositions(const RobotModel& robot, std::mt19937& rando
 /// on the seed.
 std::vector<double> answers(const SharedRobot& shared, unsigned seed) {
   PosedScene scene = shared.scene.forAnotherThread();
-  MovingScene moving_scene = shared.moving_scene.forAnotherThread();
+  MotionSearch moving_scene = shared.moving_scene.forAnotherThread();
   const RobotModel& robot = scene.model().robot;
   const Candidates& pairs = scene.candidates();
   Question near;

@@ -47,7 +47,7 @@ struct FreeMotionQuestion {
 /// 5. If the set contains dq, it contains s dq for all s in [0, 1]. So the straight motion to dq is free, and so is
 ///    each motion that is part of it because joints stop earlier.
 ///
-/// To find how far one straight motion is free at all, ask MovingScene::timeOfContact() with RobotMotion::ofTravel():
+/// To find how far one straight motion is free at all, ask MotionSearch::timeOfContact() with RobotMotion::ofTravel():
 /// `t_free` is the largest s that is proven for s dq. That is a search, and as exact as its tolerance. scale() costs a
 /// few products, and finds less: a random motion to the
 /// border of the bubble of a pair is free for at least 4 times that way in the median (./dev stress free-motions).

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/question.h"
 
@@ -43,30 +44,36 @@ struct MotionCounts {
   int queries = 0;    ///< queries of the narrowphase about one time
 };
 
-/// The time of contact: the first time at which a robot comes too close to itself or to an object.
+/// The first contact: the first time at which a robot comes too close to itself or to an object. Times are parameters of
+/// the motion.
 struct RobotTimeOfContact {
   /// Converged: the answer is complete. IterationLimit (the deadline has passed, or the iterations were used up) and
   /// Degenerate: t_free still holds. Unknown: nothing is known of any pair, or nothing of a pair whose motion
-  /// overflows.
+  /// overflows. Degenerate with a `pair` but without contact: from t_free on the tube around a spline may touch, and no
+  /// state of it is known that does.
   narrowphase::Status status = narrowphase::Status::Unknown;
   bool contact = false;
-  /// Until this time every pair is proven to be above its contact distance.
+  /// Until this time every pair is proven to be above its contact distance, in all states of the tube.
   double t_free = 0.0;
-  /// See TimeOfContact.
+  /// See TimeOfContact. Of a tube it may be later than t_free, when the spline itself touches.
   double t_contact = std::numeric_limits<double>::quiet_NaN();
-  /// The pair in contact at t_contact, in the frame of the poses. Degenerate: because of rounding, its bounds are wider
-  /// than the tolerance.
+  /// The pair in contact at t_contact, in the frame of the poses; without contact the pair that may touch. Degenerate:
+  /// because of rounding, its bounds are wider than the tolerance.
   PairProximity pair;
+  Positions state{};  ///< in contact, at t_contact; empty: none, or a motion whose positions are not known
   MotionCounts counts;
 };
 
-/// The smallest distance of a robot from itself and from objects.
+/// The smallest distance of a robot from itself and from objects. Around a spline the lower bound is the guaranteed
+/// distance: no state of the tube is nearer. The upper bound is the distance of a state of the tube. Converged: the
+/// guaranteed distance is within the tolerance of what the bounds of the tube allow at one time.
 struct RobotMinimum {
   narrowphase::Status status = narrowphase::Status::Unknown;      ///< as in RobotTimeOfContact; the bounds always hold
   double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of the smallest signed distance of all pairs
   double upper_bound = std::numeric_limits<double>::infinity();   ///< [m] the distance of `pair` at `time`
-  double time = std::numeric_limits<double>::quiet_NaN();
+  double time = std::numeric_limits<double>::quiet_NaN();         ///< a parameter of the motion
   PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses; Degenerate as in RobotTimeOfContact
+  Positions state{};   ///< that of `pair`; empty as in RobotTimeOfContact
   MotionCounts counts;
 };
 

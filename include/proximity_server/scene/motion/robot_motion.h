@@ -35,6 +35,11 @@ class RobotMotion {
   };
   static RobotMotion ofTwists(const BodyPoses& start, const std::vector<Twist>& twists);
 
+  /// The motion of the joints by `travel` from where they are after `before`; both as in ofTravel(). The frames of objects
+  /// stay as they are.
+  /// Precondition: ofTravel() or between() made this motion, and the model exists.
+  RobotMotion after(const std::vector<double>& before, const std::vector<double>& travel) const;
+
   BodyPoses at(double time) const;
 
   /// One segment for each body. If its parent is -1, it is in the frame of the poses.
@@ -71,7 +76,11 @@ class RobotMotion {
   };
   State inWorld(double time) const;
 
+  /// The pose of the world in the frame of the poses, if it is known; `bodies` are the poses at this time.
+  std::optional<Eigen::Isometry3d> worldAt(double time, const BodyPoses& bodies) const;
+
  private:
+  const RobotModel* model_ = nullptr;
   std::vector<Segment> segments_;
   ObjectFrames object_frames_;
 };

@@ -21,17 +21,17 @@ inline narrowphase::Status lessComplete(narrowphase::Status p, narrowphase::Stat
   return std::min(p, q) == narrowphase::Status::Unknown ? narrowphase::Status::Unknown : std::max(p, q);
 }
 
-/// Answers questions about pairs of shapes in motion. It divides volumes and time together, and the narrowphase
+/// Answers questions about pairs of shapes in a straight motion. It divides volumes and time together, and the narrowphase
 /// computes only the pieces and intervals that neither spheres nor boxes settle. The tree of fixed objects is divided
 /// in the same way; it forms one pair with each link.
 ///
 /// A shape that is wholly inside a closed mesh was there at the start, or a contact of pieces came before. So interiors
 /// matter to the time of contact at the start only, and to a minimum only if it is at most 0. A fixed object that is
 /// not examined is too far away to matter, and so is its interior.
-class MotionSearch {
+class StraightSearch {
  public:
   /// With the model and the objects of a state, whose poses do not matter.
-  explicit MotionSearch(State state);
+  explicit StraightSearch(State state);
 
   const State& state() const { return state_; }
 

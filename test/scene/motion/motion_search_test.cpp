@@ -1,7 +1,6 @@
-#include "proximity_server/scene/motion/moving_scene.h"
+#include "proximity_server/scene/motion/motion_search.h"
 
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/motion/spline_scene.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
 #include "scene/posed_scene.h"
@@ -16,7 +15,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace proximity_server::scene::moving_scene_test {
+namespace proximity_server::scene::motion_search_test {
 
 using namespace narrowphase;
 
@@ -47,7 +46,7 @@ class SlideAndSwing : public testing::Test {
   const std::shared_ptr<const SceneModel> model_ = modelOf(kSlideAndSwing);
   const std::vector<ShapeRefPair> sled_ = {pairOf(*model_, "wall", "sled")};
   const std::vector<ShapeRefPair> arm_ = {pairOf(*model_, "post", "arm")};
-  MovingScene scene_{model_};
+  MotionSearch scene_{model_};
 };
 
 TEST_F(SlideAndSwing, SledReachesTheWallWhenItHasCoveredTheGap) {
@@ -73,7 +72,7 @@ TEST_F(SlideAndSwing, ContactDistanceIsReachedBefore) {
 TEST_F(SlideAndSwing, PairPaddingIsTakenOffTheDistance) {
   SceneModel model = *model_;
   for (LinkPair& pair : model.pairs.pairs) pair.padding = 0.5;
-  MovingScene padded(std::make_shared<const SceneModel>(model));
+  MotionSearch padded(std::make_shared<const SceneModel>(model));
   const RobotTimeOfContact contact = padded.timeOfContact(sled_, motion({}, {{"slide", -2.5}}));
   ASSERT_TRUE(contact.contact);
   EXPECT_NEAR(contact.t_contact, 1.5 / 2.5, 1e-6);
@@ -241,7 +240,7 @@ TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
         modelOf(urdfOf(link("probe", ball("0.01")) + link("hand", pieces) + slider("slide", "probe", "hand", "0 1 0")));
     MotionQuestion question;
     question.contact_distance = 0.2;
-    const RobotTimeOfContact contact = MovingScene(model).timeOfContact(
+    const RobotTimeOfContact contact = MotionSearch(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "probe", "hand")},
         RobotMotion::between(model->robot, std::vector<double>{0.0}, std::vector<double>{1.0}), question);
     ASSERT_TRUE(contact.contact);
@@ -351,7 +350,7 @@ void expectSamePoses(const BodyPoses& poses, const BodyPoses& expected) {
 /// No state on the way is closer than the bounds say, nor in contact before t_free.
 void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int motions, int states,
                          double contact_distance) {
-  MovingScene moving(model);
+  MotionSearch moving(model);
   PosedScene scene(model);
   const Candidates pairs = scene.candidates();
   JointMotions random(model->robot, 3);
@@ -396,7 +395,7 @@ void expectHoldsOnTheWay(const std::shared_ptr<const SceneModel>& model, int mot
   EXPECT_GE(exact, motions / 2);
 }
 
-TEST(MovingScene, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
+TEST(MotionSearch, DemoRobotComesNoCloserOnTheWayThanTheBoundsSay) {
   expectHoldsOnTheWay(demoModel(), 60, repeats(100), 0.02);
 }
 
@@ -410,7 +409,7 @@ TEST_P(SharedRobotInMotion, ComesNoCloserOnTheWayThanTheBoundsSay) {
   expectHoldsOnTheWay(model, is_large ? 10 : 100, repeats(100), 0.01);
 }
 
-INSTANTIATE_TEST_SUITE_P(MovingScene, SharedRobotInMotion, testing::ValuesIn(robotsToTest()),
+INSTANTIATE_TEST_SUITE_P(MotionSearch, SharedRobotInMotion, testing::ValuesIn(robotsToTest()),
                          [](const auto& robot) { return std::string(robot.param.name); });
 
 // --- closed meshes
@@ -433,22 +432,20 @@ class BallAndBracket : public testing::Test {
     const auto model = ballAt(from);
     MotionQuestion question;
     question.contact_distance = contact_distance;
-    return MovingScene(model).timeOfContact(
+    return MotionSearch(model).timeOfContact(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
         RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, {}), {to - from}), question);
   }
   /// Returns the minimum for the ball that stands still, with a tracking error.
-  SplineMinimum minimumInTube(double x, double tracking_error) const {
+  RobotMinimum minimumInTube(double x, double tracking_error) const {
     const auto model = ballAt(x);
     const Positions still(model->robot.joints.size(), 0.0);
-    SplineQuestion question;
-    question.tracking_error.assign(still.size(), tracking_error);
-    return SplineScene(model).minimum(std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-                                      SplineSegment(model->robot, {0.0, still}, {1.0, still}), question);
+    const Motion tube(model->robot, {0.0, still}, {1.0, still}, std::vector<double>(still.size(), tracking_error));
+    return MotionSearch(model).minimum(std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")}, tube);
   }
   RobotMinimum minimum(double from, double to) const {
     const auto model = ballAt(from);
-    return MovingScene(model).minimum(
+    return MotionSearch(model).minimum(
         std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
         RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, {}), {to - from}));
   }
@@ -503,7 +500,7 @@ TEST_F(BallAndBracket, HasTheMinimumOfItsPiecesOutsideOfTheBracket) {
 // Regression: the depth counted without the tracking error as an upper bound, and with it as a lower one. So the bounds
 // stayed apart, and each state was divided into a thousand intervals.
 TEST_F(BallAndBracket, ATrackingErrorInsideOfTheBracketIsNotDividedInVain) {
-  const SplineMinimum inside = minimumInTube(0.2, 0.01);  // the side at x = 0 is nearest
+  const RobotMinimum inside = minimumInTube(0.2, 0.01);  // the side at x = 0 is nearest
   EXPECT_EQ(inside.status, Status::Converged);
   EXPECT_NEAR(inside.lower_bound, -0.31, 1e-5);
   EXPECT_LE(inside.lower_bound, -0.31);
@@ -515,8 +512,8 @@ TEST_F(BallAndBracket, ATransformThatRoundsIsNotDividedInVain) {
   const auto model = ballAt(0.2);
   BodyPoses far = forwardKinematics(model->robot, {});
   for (auto& pose : far) pose->pretranslate(Vector3d(1e9, 0.0, 0.0));
-  const RobotMinimum minimum = MovingScene(model).minimum(std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
-                                                          RobotMotion::ofTravel(model->robot, far, {0.1}));
+  const RobotMinimum minimum = MotionSearch(model).minimum(std::vector<ShapeRefPair>{pairOf(*model, "bracket", "ball")},
+                                                           RobotMotion::ofTravel(model->robot, far, {0.1}));
   EXPECT_EQ(minimum.status, Status::IterationLimit);
   EXPECT_NEAR(minimum.upper_bound, -0.4, 0.01);
   EXPECT_NEAR(minimum.lower_bound, -0.4, 0.01);
@@ -532,11 +529,11 @@ const std::string kWheel =
 
 // Regression: the wheel or the ball stood still and the carriage went round it, so that 512 queries did not prove a
 // distance that never changes.
-TEST(MovingScene, MinimumOfWhatTurnsAboutItsOwnAxisConverges) {
+TEST(MotionSearch, MinimumOfWhatTurnsAboutItsOwnAxisConverges) {
   const std::shared_ptr<const SceneModel> model = modelOf(kWheel);
   const RobotMotion motion =
       RobotMotion::ofTravel(model->robot, forwardKinematics(model->robot, std::vector<double>{0.0, 0.0}), {4.0, 5.0});
-  MovingScene scene(model);
+  MotionSearch scene(model);
   for (const char* const link : {"wheel", "ball"})
     for (const ShapeRefPair& pair : {pairOf(*model, "carriage", link), pairOf(*model, link, "carriage")}) {
       const RobotMinimum minimum = scene.minimum(std::vector<ShapeRefPair>{pair}, motion);
@@ -545,4 +542,4 @@ TEST(MovingScene, MinimumOfWhatTurnsAboutItsOwnAxisConverges) {
     }
 }
 
-}  // namespace proximity_server::scene::moving_scene_test
+}  // namespace proximity_server::scene::motion_search_test
