@@ -19,9 +19,10 @@ struct JointDeviation {
 /// One for each of RobotModel::bodies; empty: every joint is where its motion says.
 using JointDeviations = std::vector<JointDeviation>;
 
-/// Per joint [rad] or [m]: how far it travels during the motion, and how far it may be off. Mimic joints follow.
-JointDeviations jointDeviations(const RobotModel& robot, const std::vector<double>& travel,
-                                const std::vector<double>& most);
+/// Sets the deviations. Per joint [rad] or [m]: how far it travels during the motion, and how far it may be off. Mimic
+/// joints follow.
+void setDeviations(const RobotModel& robot, const std::vector<double>& travel, const std::vector<double>& most,
+                   JointDeviations& deviations);
 
 /// A geometry that a frame of PosesInTime carries.
 struct Carried {
@@ -41,6 +42,8 @@ struct Carried {
 ///
 /// Error:        rounded up. Bounding volumes stand for the geometry.
 /// Precondition: the poses of both frames are known.
-double distanceDeviation(const JointDeviations& deviations, const Carried& a, const Carried& b, PosesInTime& poses);
+///               `on_a` is working memory.
+double distanceDeviation(const JointDeviations& deviations, const Carried& a, const Carried& b, PosesInTime& poses,
+                         std::vector<double>& on_a);
 
 }  // namespace proximity_server::scene

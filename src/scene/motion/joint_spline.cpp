@@ -161,8 +161,10 @@ SplineSegment SplineSegment::between(double from, double to) const {
   return segment;
 }
 
-SplineSegment::Chord SplineSegment::chord(double from, double to) const {
-  Chord chord;
+void SplineSegment::chord(double from, double to, Chord& chord) const {
+  chord.from.clear();
+  chord.to.clear();
+  chord.deviation.clear();
   for (const ControlValues& whole : joints_) {
     const ControlValues values = part(whole, from, to);
     double largest = 0.0, deviation = 0.0;
@@ -175,7 +177,6 @@ SplineSegment::Chord SplineSegment::chord(double from, double to) const {
     chord.to.push_back(values.back());
     chord.deviation.push_back(deviation + kRounding * largest);
   }
-  return chord;
 }
 
 /// Halves the parts that can be higher than all that was found. Their control values approach the polynomial by a factor

@@ -91,7 +91,9 @@ Positions Motion::Piece::positionsAt(double time) const {
 }
 
 RobotMotion Motion::Piece::restAt(const Positions& state) const {
-  return robot.after(difference(from, state), Positions(state.size()));
+  RobotMotion rest;
+  robot.after(difference(from, state), Positions(state.size()), rest);
+  return rest;
 }
 
 Motion::Place Motion::placeOf(double parameter) const {

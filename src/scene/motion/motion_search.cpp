@@ -29,19 +29,31 @@ void add(const MotionCounts& more, MotionCounts& counts) {
   counts.queries += more.queries;
 }
 
+/// A straight motion with the deviations from it, and what they are made of: working memory of SplineSearch.
+struct Straight {
+  SplineSegment::Chord chord;
+  std::vector<double> before, travel, most;
+  std::vector<double> nowhere;  ///< 0 for each joint
+  RobotMotion motion;
+  JointDeviations deviations;
+};
+
 /// Searches the parts of one piece along a spline, at times in [0, 1] of this piece.
 class SplineSearch {
  public:
-  SplineSearch(const Pairs& pairs, const Motion::Piece& piece, const MotionQuestion& question, StraightSearch& search)
+  SplineSearch(const Pairs& pairs, const Motion::Piece& piece, const MotionQuestion& question, StraightSearch& search,
+               Straight& straight)
       : pairs_(pairs),
         piece_(piece),
         segment_(*piece.spline),
         question_(question),
         search_(search),
+        straight_(straight),
         robot_(search.state().robot()),
-        tube_(piece.tracking_error) {
+        tube_(piece.tracking_error.empty() ? straight.nowhere : piece.tracking_error) {
     const std::size_t joints = robot_.joints.size();
-    if (!tube_.empty() && tube_.size() != joints)
+    straight_.nowhere.assign(joints, 0.0);
+    if (tube_.size() != joints)
       throw std::invalid_argument("there are " + std::to_string(tube_.size()) + " tracking errors for " +
                                   std::to_string(joints) + " joints");
     for (std::size_t i = 0; i < tube_.size(); ++i)
@@ -52,7 +64,6 @@ class SplineSearch {
     const RobotMotion::ObjectFrames& frames = piece.robot.objectFrames();
     if (moves(frames.world) || std::any_of(frames.moving.begin(), frames.moving.end(), moves))
       throw std::invalid_argument("a frame of the objects moves relative to its parent, which a spline does not know");
-    tube_.resize(joints, 0.0);
     has_tube_ = std::any_of(tube_.begin(), tube_.end(), [](double error) { return error > 0.0; });
   }
 
@@ -61,11 +72,6 @@ class SplineSearch {
   RobotTimeOfContact timeOfContact(double begin = 0.0);
 
  private:
-  /// A straight motion with the deviations from it.
-  struct Straight {
-    RobotMotion motion;
-    JointDeviations deviations;
-  };
   /// The pairs that may have the smallest distance during a part of the segment; nullptr: all.
   using PairList = std::shared_ptr<const std::vector<StraightSearch::OpenPair>>;
   struct Part {
@@ -75,9 +81,10 @@ class SplineSearch {
     bool operator<(const Part& other) const { return lower_bound > other.lower_bound; }
   };
 
-  Straight along(const SplineSegment::Chord& chord, const std::vector<double>& tube) const;
-  Straight along(double begin, double end) const;
-  Straight atRest(const Positions& state, const std::vector<double>& tube) const;
+  // These return straight_.
+  const Straight& alongChord(const std::vector<double>& tube);
+  const Straight& along(double begin, double end);
+  const Straight& atRest(const Positions& state, const std::vector<double>& tube);
   MotionQuestion within(double tolerance) const;
   void considerState(double time, const Pairs& pairs);
   void considerClosest(double time);
@@ -97,31 +104,38 @@ class SplineSearch {
   const SplineSegment& segment_;
   const MotionQuestion& question_;
   StraightSearch& search_;
+  Straight& straight_;
   const RobotModel& robot_;
-  std::vector<double> tube_;
+  const std::vector<double>& tube_;
   bool has_tube_ = false;
   RobotMinimum best_;  ///< its upper bound is that of the smallest guaranteed distance at any state of the spline
   double proven_ = kInfinity;  ///< [m] the smallest lower bound of the parts that need no further search
   Heap<Part> parts_;
 };
 
-SplineSearch::Straight SplineSearch::along(const SplineSegment::Chord& chord, const std::vector<double>& tube) const {
+const Straight& SplineSearch::alongChord(const std::vector<double>& tube) {
+  const SplineSegment::Chord& chord = straight_.chord;
   const std::size_t joints = chord.from.size();
-  std::vector<double> before(joints), travel(joints), most(joints);
+  for (std::vector<double>* numbers : {&straight_.before, &straight_.travel, &straight_.most}) numbers->resize(joints);
   for (std::size_t i = 0; i < joints; ++i) {
-    before[i] = chord.from[i] - piece_.from[i];
-    travel[i] = chord.to[i] - chord.from[i];
-    most[i] = chord.deviation[i] + tube[i];
+    straight_.before[i] = chord.from[i] - piece_.from[i];
+    straight_.travel[i] = chord.to[i] - chord.from[i];
+    straight_.most[i] = chord.deviation[i] + tube[i];
   }
-  return {piece_.robot.after(before, travel), jointDeviations(robot_, travel, most)};
+  piece_.robot.after(straight_.before, straight_.travel, straight_.motion);
+  setDeviations(robot_, straight_.travel, straight_.most, straight_.deviations);
+  return straight_;
 }
 
-SplineSearch::Straight SplineSearch::along(double begin, double end) const {
-  return along(segment_.chord(begin, end), tube_);
+const Straight& SplineSearch::along(double begin, double end) {
+  segment_.chord(begin, end, straight_.chord);
+  return alongChord(tube_);
 }
 
-SplineSearch::Straight SplineSearch::atRest(const Positions& state, const std::vector<double>& tube) const {
-  return along({state, state, std::vector<double>(state.size(), 0.0)}, tube);
+const Straight& SplineSearch::atRest(const Positions& state, const std::vector<double>& tube) {
+  straight_.chord.from = straight_.chord.to = state;
+  straight_.chord.deviation.assign(state.size(), 0.0);
+  return alongChord(tube);
 }
 
 MotionQuestion SplineSearch::within(double tolerance) const {
@@ -134,7 +148,7 @@ MotionQuestion SplineSearch::within(double tolerance) const {
 
 /// Takes the guaranteed distance of one state of the spline, if it is smaller than that of all before.
 void SplineSearch::considerState(double time, const Pairs& pairs) {
-  const Straight rest = atRest(segment_.at(time), tube_);
+  const Straight& rest = atRest(segment_.at(time), tube_);
   const RobotMinimum here =
       search_.minimumBelow(best_.upper_bound, pairs, rest.motion, rest.deviations, within(0.25 * question_.tolerance));
   add(here.counts, best_.counts);
@@ -147,7 +161,7 @@ void SplineSearch::considerState(double time, const Pairs& pairs) {
 
 /// Takes the guaranteed distance of the pair that is closest at one state of the spline.
 void SplineSearch::considerClosest(double time) {
-  const Straight rest = atRest(segment_.at(time), tube_);
+  const Straight& rest = atRest(segment_.at(time), tube_);
   const std::optional<PairProximity> closest = search_.closestAtStart(pairs_, rest.motion, question_.deadline);
   if (!closest) return considerState(time, pairs_);
   considerState(time, std::vector<ShapeRefPair>{closest->asked});
@@ -184,8 +198,8 @@ void SplineSearch::search(const Part& part) {
     return;
   }
   const Pairs pairs = part.pairs ? Pairs(listed) : pairs_;
-  const SplineSegment::Chord chord = segment_.chord(part.begin, part.end);
-  const Straight straight = along(chord, tube_);
+  const Straight& straight = along(part.begin, part.end);
+  const SplineSegment::Chord& chord = straight.chord;
   // More exact than the deviations, if 1 rad moves a point by a metre, the bound need not be.
   const double deviation = *std::max_element(chord.deviation.begin(), chord.deviation.end());
   const RobotMinimum found = search_.minimumBelow(best_.upper_bound, pairs, straight.motion, straight.deviations,
@@ -231,7 +245,7 @@ RobotMinimum SplineSearch::minimum() {
 
 /// The smallest distance in one state.
 RobotMinimum SplineSearch::minimumIn(const Positions& state, const Pairs& pairs) {
-  const Straight rest = atRest(state, std::vector<double>(tube_.size(), 0.0));
+  const Straight& rest = atRest(state, straight_.nowhere);
   const std::optional<PairProximity> closest =
       search_.closestAtStart(pairs, rest.motion, question_.deadline.withoutTime());
   if (!closest)
@@ -282,7 +296,7 @@ MotionQuestion SplineSearch::nearly() const {
 
 /// True if the state of the spline at one time, or of the tube there, cannot be told from one in contact.
 bool SplineSearch::touches(double time, RobotTimeOfContact& contact) {
-  const Straight rest = atRest(segment_.at(time), tube_);
+  const Straight& rest = atRest(segment_.at(time), tube_);
   const RobotTimeOfContact here = search_.timeOfContact(pairs_, rest.motion, rest.deviations, nearly());
   add(here.counts, contact.counts);
   contact.status = here.status;
@@ -293,7 +307,7 @@ bool SplineSearch::touches(double time, RobotTimeOfContact& contact) {
 
 /// Returns the time until which the spline, or the tube, is proven to be free. It begins at `begin`.
 double SplineSearch::advance(double begin, double end, RobotTimeOfContact& contact) {
-  const Straight straight = along(begin, end);
+  const Straight& straight = along(begin, end);
   const RobotTimeOfContact found =
       search_.timeOfContact(pairs_, straight.motion, straight.deviations, within(0.25 * question_.tolerance));
   add(found.counts, contact.counts);
@@ -330,9 +344,8 @@ RobotTimeOfContact SplineSearch::timeOfContact(double begin) {
 
 /// The tube may touch at `t_contact`. Looks for a state of it that does, there or where the spline itself touches later.
 void SplineSearch::touchInTube(RobotTimeOfContact& contact) {
-  const std::vector<double> nowhere(tube_.size(), 0.0);
   for (const Positions& state : {contact.state, nearestCorner(contact.state, contact.pair.asked)}) {
-    const Straight rest = atRest(state, nowhere);
+    const Straight& rest = atRest(state, straight_.nowhere);
     const RobotTimeOfContact here = search_.timeOfContact(pairs_, rest.motion, rest.deviations, nearly());
     if (!here.contact) continue;
     contact.pair = here.pair;
@@ -341,7 +354,7 @@ void SplineSearch::touchInTube(RobotTimeOfContact& contact) {
   }
   Motion::Piece without_tube = piece_;
   without_tube.tracking_error.clear();
-  SplineSearch spline(pairs_, without_tube, question_, search_);
+  SplineSearch spline(pairs_, without_tube, question_, search_, straight_);
   const RobotTimeOfContact later = spline.timeOfContact(contact.t_free);
   add(later.counts, contact.counts);
   if (later.contact) {
@@ -388,42 +401,50 @@ RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
 
 }  // namespace
 
+struct MotionSearch::Memory {
+  StraightSearch search;
+  Straight straight{};
+};
+
 MotionSearch::MotionSearch(const std::shared_ptr<const SceneModel>& model)
-    : straight_(std::make_unique<StraightSearch>(State(model))) {}
-MotionSearch::MotionSearch(const State& state)
-    : straight_(std::make_unique<StraightSearch>(state.forAnotherThread())) {}
+    : memory_(new Memory{StraightSearch(State(model))}) {}
+MotionSearch::MotionSearch(const State& state) : memory_(new Memory{StraightSearch(state.forAnotherThread())}) {}
 MotionSearch::~MotionSearch() = default;
 MotionSearch::MotionSearch(MotionSearch&&) noexcept = default;
 MotionSearch& MotionSearch::operator=(MotionSearch&&) noexcept = default;
 
-MotionSearch MotionSearch::forAnotherThread() const { return MotionSearch(straight_->state()); }
+MotionSearch MotionSearch::forAnotherThread() const { return MotionSearch(memory_->search.state()); }
 
-const SceneModel& MotionSearch::model() const { return straight_->state().model(); }
+const SceneModel& MotionSearch::model() const { return memory_->search.state().model(); }
 
-void MotionSearch::use(std::shared_ptr<const Objects> objects) { straight_->use(std::move(objects)); }
+void MotionSearch::use(std::shared_ptr<const Objects> objects) { memory_->search.use(std::move(objects)); }
 
-const Objects* MotionSearch::objects() const { return straight_->objects().get(); }
+const Objects* MotionSearch::objects() const { return memory_->search.objects().get(); }
 
 RobotTimeOfContact MotionSearch::timeOfContact(const Pairs& pairs, const Motion& motion,
                                                const MotionQuestion& question) {
   const auto contactIn = [&](const Motion::Piece& piece) {
-    RobotTimeOfContact found = piece.spline ? SplineSearch(pairs, piece, question, *straight_).timeOfContact()
-                                            : straight_->timeOfContact(pairs, piece.robot, question);
+    RobotTimeOfContact found =
+        piece.spline ? SplineSearch(pairs, piece, question, memory_->search, memory_->straight).timeOfContact()
+                     : memory_->search.timeOfContact(pairs, piece.robot, question);
     if (found.contact && !piece.spline) found.state = piece.positionsAt(found.t_contact);
     found.t_free = piece.onWhole(found.t_free);
     if (found.contact) found.t_contact = piece.onWhole(found.t_contact);
     return found;
   };
   RobotTimeOfContact answer = contactIn(motion.pieces().front());
-  for (std::size_t i = 1; i < motion.pieces().size() && !answer.contact; ++i)
+  for (std::size_t i = 1; i < motion.pieces().size() && !answer.contact; ++i) {
+    if (motion.pieces()[i - 1].spline && answer.status != Status::Converged) break;
     answer = followedBy(answer, contactIn(motion.pieces()[i]));
+  }
   return answer;
 }
 
 RobotMinimum MotionSearch::minimum(const Pairs& pairs, const Motion& motion, const MotionQuestion& question) {
   const auto minimumIn = [&](const Motion::Piece& piece) {
-    RobotMinimum found = piece.spline ? SplineSearch(pairs, piece, question, *straight_).minimum()
-                                      : straight_->minimum(pairs, piece.robot, question);
+    RobotMinimum found = piece.spline
+                             ? SplineSearch(pairs, piece, question, memory_->search, memory_->straight).minimum()
+                             : memory_->search.minimum(pairs, piece.robot, question);
     if (found.time >= 0.0 && !piece.spline) found.state = piece.positionsAt(found.time);
     if (found.time >= 0.0) found.time = piece.onWhole(found.time);
     return found;

@@ -12,33 +12,15 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// A body and all its ancestors up to the root of the motion, which is -1.
-std::vector<int> ancestry(const PosesInTime& poses, int body) {
-  std::vector<int> bodies{body};
-  while (bodies.back() >= 0) bodies.push_back(poses.segment(bodies.back()).parent);
-  return bodies;
+using Way = PosesInTime::Way;
+
+/// The motion of the frame behind a step of a way, in the frame before it.
+narrowphase::ScrewMotion motionOf(const PosesInTime& poses, const Way& way, std::size_t step) {
+  const narrowphase::ScrewMotion& motion = poses.segment(way.frame(step)).motion;
+  return step < way.left.size() ? motion.inverse() : motion;
 }
 
-/// One step on the path from body a to body b: the motion of the frame after the step, in the frame before it.
-struct Step {
-  int body;  ///< behind it
-  bool leaves_the_robot;
-  narrowphase::ScrewMotion motion;
-};
-std::vector<Step> pathBetween(const PosesInTime& poses, int body_a, int body_b) {
-  std::vector<int> up = ancestry(poses, body_a), down = ancestry(poses, body_b);
-  while (up.size() > 1 && down.size() > 1 && up[up.size() - 2] == down[down.size() - 2]) {
-    up.pop_back();
-    down.pop_back();
-  }
-  const int robot_end = static_cast<int>(poses.motion().segments().size());
-  std::vector<Step> path;
-  for (std::size_t i = 0; i + 1 < up.size(); ++i)
-    path.push_back({up[i + 1], up[i + 1] < 0 || up[i] >= robot_end, poses.segment(up[i]).motion.inverse()});
-  for (std::size_t i = down.size() - 1; i-- > 0;)
-    path.push_back({down[i], down[i] >= robot_end, poses.segment(down[i]).motion});
-  return path;
-}
+bool isRest(const PosesInTime& poses, int frame) { return poses.segment(frame).motion.isRest(); }
 
 /// Multiplies a chain by one more screw. A screw at rest is merged with its neighbour.
 void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& chain) {
@@ -48,18 +30,18 @@ void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& cha
     chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
 }
 
-/// The motions of the frames at both ends of a path, seen from the frame after its first `half` steps. Neither chain is
+/// The motions of the frames at both ends of a way, seen from the frame after its first `half` steps. Neither chain is
 /// empty.
 struct Chains {
-  narrowphase::MotionChain a, b;
+  narrowphase::MotionChain &a, &b;
 };
-Chains chainsOf(const std::vector<Step>& path, std::size_t half) {
-  Chains chains;
-  for (std::size_t i = half; i-- > 0;) append(path[i].motion.inverse(), chains.a);
-  for (std::size_t i = half; i < path.size(); ++i) append(path[i].motion, chains.b);
-  for (narrowphase::MotionChain* chain : {&chains.a, &chains.b})
-    if (chain->empty()) chain->push_back({});
-  return chains;
+void follow(const PosesInTime& poses, const Way& way, std::size_t half, const Chains& chains) {
+  chains.a.clear();
+  chains.b.clear();
+  for (std::size_t i = half; i-- > 0;) append(motionOf(poses, way, i).inverse(), chains.a);
+  for (std::size_t i = half; i < way.size(); ++i) append(motionOf(poses, way, i), chains.b);
+  if (chains.a.empty()) chains.a.emplace_back();
+  if (chains.b.empty()) chains.b.emplace_back();
 }
 
 /// The smallest distance of the origin from the points of a segment.
@@ -74,7 +56,11 @@ double distanceToSegment(const Vector3d& begin, const Vector3d& end) {
 
 // --- poses
 
-PosesInTime::PosesInTime(const RobotMotion& motion) : motion_(motion) {
+void PosesInTime::follow(const RobotMotion& motion) {
+  motion_ = &motion;
+  world_ = -1;
+  others_.clear();
+  known_.clear();
   const RobotMotion::ObjectFrames& frames = motion.objectFrames();
   const int bodies = static_cast<int>(motion.segments().size());
   if (!isIdentity(frames.world)) {
@@ -89,13 +75,32 @@ PosesInTime::PosesInTime(const RobotMotion& motion) : motion_(motion) {
 }
 
 const BodyPoses& PosesInTime::at(double time) {
-  const auto known = known_.find(time);
-  return known != known_.end() ? known->second : known_.emplace(time, motion_.at(time)).first->second;
+  const auto place =
+      std::lower_bound(known_.begin(), known_.end(), time, [](const Known& known, double t) { return known.time < t; });
+  if (place != known_.end() && place->time == time) return poses_[place->poses];
+  const std::size_t next = known_.size();
+  known_.insert(place, {time, static_cast<int>(next)});
+  if (next == poses_.size()) poses_.emplace_back();
+  motion_->at(time, poses_[next]);
+  return poses_[next];
+}
+
+const Way& PosesInTime::wayBetween(int from, int to) const {
+  way_.left.clear();
+  way_.entered.clear();
+  for (; from >= 0; from = segment(from).parent) way_.left.push_back(from);
+  for (; to >= 0; to = segment(to).parent) way_.entered.push_back(to);
+  while (!way_.left.empty() && !way_.entered.empty() && way_.left.back() == way_.entered.back()) {
+    way_.left.pop_back();
+    way_.entered.pop_back();
+  }
+  std::reverse(way_.entered.begin(), way_.entered.end());
+  return way_;
 }
 
 int PosesInTime::add(const Isometry3d& world_T_frame) {
   others_.push_back({world_, true, {world_T_frame, Vector3d::Zero(), Vector3d::Zero()}});
-  return static_cast<int>(motion_.segments().size() + others_.size()) - 1;
+  return static_cast<int>(motion_->segments().size() + others_.size()) - 1;
 }
 
 bool PosesInTime::isKnown(int frame) const {
@@ -106,7 +111,7 @@ bool PosesInTime::isKnown(int frame) const {
 
 Isometry3d PosesInTime::pose(int frame, double time) {
   if (frame < 0) return Isometry3d::Identity();
-  if (frame < static_cast<int>(motion_.segments().size())) return *at(time)[frame];
+  if (frame < static_cast<int>(motion_->segments().size())) return *at(time)[frame];
   const Segment& own = segment(frame);
   const Isometry3d parent_T_frame = own.motion.isRest() ? own.motion.start : own.motion.at(time);
   return own.parent < 0 ? parent_T_frame : pose(own.parent, time) * parent_T_frame;
@@ -114,37 +119,48 @@ Isometry3d PosesInTime::pose(int frame, double time) {
 
 // --- two bodies
 
-MovingBodies::MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b,
-                           SeenFrom seen_from)
-    : body_a_(body_a), body_b_(body_b), is_known_(poses.isKnown(body_a) && poses.isKnown(body_b)), a_(a), b_(b) {
+void MovingBodies::follow(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b,
+                          SeenFrom seen_from) {
+  body_a_ = body_a;
+  body_b_ = body_b;
+  a_ = a;
+  b_ = b;
+  intervals_.clear();
+  is_known_ = poses.isKnown(body_a) && poses.isKnown(body_b);
   if (!is_known_) return;
 
-  const std::vector<Step> path = pathBetween(poses, body_a, body_b);
-  const auto moving = std::count_if(path.begin(), path.end(), [](const Step& step) { return !step.motion.isRest(); });
-  std::size_t half = seen_from == SeenFrom::B ? path.size() : 0;
+  const Way& way = poses.wayBetween(body_a, body_b);
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < way.size(); ++i) moving += !isRest(poses, way.frame(i));
+  std::size_t half = seen_from == SeenFrom::B ? way.size() : 0;
   if (seen_from == SeenFrom::Middle)
-    for (std::ptrdiff_t seen = 0; half < path.size() && seen < moving / 2; ++half) seen += !path[half].motion.isRest();
+    for (std::size_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !isRest(poses, way.frame(half));
 
-  Chains chains = chainsOf(path, half);
+  scene::follow(poses, way, half, {chain_a_, chain_b_});
   if (seen_from == SeenFrom::Middle && moving == 1) {
     // Only one joint moves, and either body may be seen as the moving one. The body whose centre is nearer to the axis
     // moves less.
-    Chains other = chainsOf(path, path.size());
+    narrowphase::MotionChain other_a, other_b;
+    scene::follow(poses, way, way.size(), {other_a, other_b});
     const auto accelerated = [](const narrowphase::MotionChain& chain, const Bounds& of) {
       return motionBound(chain, of.centre, of.radius, 0.0, 0.0).acceleration;
     };
-    if (accelerated(other.a, a) < accelerated(chains.b, b)) {
-      half = path.size();
-      chains = std::move(other);
+    if (accelerated(other_a, a) < accelerated(chain_b_, b)) {
+      half = way.size();
+      chain_a_ = std::move(other_a);
+      chain_b_ = std::move(other_b);
     }
   }
-  chain_a_ = std::move(chains.a);
-  chain_b_ = std::move(chains.b);
-  middle_ = half == 0 ? body_a : path[half - 1].body;
+  const auto after = [&](std::size_t step) {
+    return step < way.left.size() ? poses.segment(way.left[step]).parent : way.frame(step);
+  };
+  middle_ = half == 0 ? body_a : after(half - 1);
+  const int robot_end = static_cast<int>(poses.motion().segments().size());
   bool leaves_the_robot = false;
-  for (const Step& step : path) {
-    path_length_ += step.motion.start.translation().norm();
-    leaves_the_robot |= step.leaves_the_robot;
+  path_length_ = 0.0;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    path_length_ += motionOf(poses, way, i).start.translation().norm();
+    leaves_the_robot |= after(i) < 0 || way.frame(i) >= robot_end;
   }
   if (!leaves_the_robot) path_length_ = 0.0;
   length_ = roundedLengths(chain_a_, a_.reach) + roundedLengths(chain_b_, b_.reach) + path_length_;
@@ -178,8 +194,8 @@ MovingBodies::Interval::Interval(int its_number) : number(its_number) {
 }
 
 const MovingBodies::IntervalMotion& MovingBodies::motionIn(const Interval& interval, PosesInTime& poses) {
-  if (const auto known = interval_motions_.find(interval.number); known != interval_motions_.end())
-    return known->second;
+  for (std::size_t i = intervals_.size(); i-- > 0;)
+    if (intervals_[i].number == interval.number) return intervals_[i].motion;
   const double begin = interval.begin, end = interval.end;
   const double middle = 0.5 * (begin + end), duration = end - begin;
   double far = 0.0;
@@ -201,7 +217,8 @@ const MovingBodies::IntervalMotion& MovingBodies::motionIn(const Interval& inter
                         0.5 * duration * speed,
                         0.0};
   motion.rounding = kPoseRounding * (length_ + 4.0 * far);
-  return interval_motions_.emplace(interval.number, motion).first->second;
+  intervals_.push_back({interval.number, motion});
+  return intervals_.back().motion;
 }
 
 MovingBodies::SphereGap MovingBodies::sphereGap(const Bounds& a, const Bounds& b, const Interval& interval,

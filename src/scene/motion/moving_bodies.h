@@ -4,7 +4,7 @@
 #include "proximity_server/scene/motion/robot_motion.h"
 #include "scene/bounds/bounds.h"
 
-#include <map>
+#include <array>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -18,14 +18,18 @@ class PosesInTime {
  public:
   using Segment = RobotMotion::Segment;
 
-  explicit PosesInTime(const RobotMotion& motion);
+  PosesInTime() = default;
+  explicit PosesInTime(const RobotMotion& motion) { follow(motion); }
 
-  const RobotMotion& motion() const { return motion_; }
+  /// Takes the next motion, which must outlive its use.
+  void follow(const RobotMotion& motion);
+
+  const RobotMotion& motion() const { return *motion_; }
   const BodyPoses& at(double time);
 
   const Segment& segment(int frame) const {
-    const auto index = static_cast<std::size_t>(frame), bodies = motion_.segments().size();
-    return index < bodies ? motion_.segments()[index] : others_[index - bodies];
+    const auto index = static_cast<std::size_t>(frame), bodies = motion_->segments().size();
+    return index < bodies ? motion_->segments()[index] : others_[index - bodies];
   }
 
   int world() const { return world_; }
@@ -40,11 +44,29 @@ class PosesInTime {
   /// The pose of a known frame in the frame of the poses.
   Eigen::Isometry3d pose(int frame, double time);
 
+  /// The frames between which a way leads from one frame to another: first each is left for its parent, then each is
+  /// entered from its parent.
+  struct Way {
+    std::vector<int> left, entered;
+    std::size_t size() const { return left.size() + entered.size(); }
+    /// The frame whose joint is step i.
+    int frame(std::size_t i) const { return i < left.size() ? left[i] : entered[i - left.size()]; }
+  };
+  /// Valid until the next call.
+  const Way& wayBetween(int from, int to) const;
+
  private:
-  const RobotMotion& motion_;
-  int world_ = -1, first_moving_;
-  std::vector<Segment> others_;  ///< the frames behind the bodies
-  std::map<double, BodyPoses> known_;
+  struct Known {
+    double time;
+    int poses;  ///< index into poses_
+  };
+
+  const RobotMotion* motion_ = nullptr;
+  int world_ = -1, first_moving_ = 0;
+  std::vector<Segment> others_;   ///< the frames behind the bodies
+  std::vector<Known> known_;      ///< by time
+  std::vector<BodyPoses> poses_;  ///< kept for the next motion
+  mutable Way way_;
 };
 
 /// The body from which two moving bodies are seen. Middle: the body in the middle of the moving joints, so that each of
@@ -55,9 +77,16 @@ enum class SeenFrom : unsigned char { Middle, A, B };
 /// Two bodies in motion, or other frames of PosesInTime, seen from a body between them.
 class MovingBodies {
  public:
+  MovingBodies() = default;
+
   /// `a` and `b` bound all parts of the bodies that later calls are about.
   MovingBodies(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b,
-               SeenFrom seen_from = SeenFrom::Middle);
+               SeenFrom seen_from = SeenFrom::Middle) {
+    follow(poses, body_a, a, body_b, b, seen_from);
+  }
+
+  /// Takes other bodies.
+  void follow(const PosesInTime& poses, int body_a, const Bounds& a, int body_b, const Bounds& b, SeenFrom seen_from);
 
   /// False if a pose is missing.
   bool isKnown() const { return is_known_; }
@@ -124,15 +153,19 @@ class MovingBodies {
   static narrowphase::MotionChain fixedTo(narrowphase::MotionChain chain, const Eigen::Isometry3d& pose);
   const IntervalMotion& motionIn(const Interval& interval, PosesInTime& poses);
 
-  const int body_a_, body_b_;
-  bool is_known_ = true;
+  int body_a_ = -1, body_b_ = -1;
+  bool is_known_ = false;
   int middle_ = -1;
   narrowphase::MotionChain chain_a_, chain_b_;  ///< screws at rest are merged; never empty
   Bounds a_, b_;
   /// [m] The sum of the distances from frame to frame; 0 if all of these are bodies of the robot.
   double path_length_ = 0.0;
   double length_ = 0.0;  ///< [m] of the chains and the path together; the poses of all of them are rounded
-  std::map<int, IntervalMotion> interval_motions_;  ///< by the number of the interval
+  struct KnownInterval {
+    int number;
+    IntervalMotion motion;
+  };
+  std::vector<KnownInterval> intervals_;
 };
 
 }  // namespace proximity_server::scene

@@ -19,6 +19,8 @@ constexpr int kNoFrame = -2;  // the frame of a moving object, if the motion has
 // [m] A pair with a half-space is unknown in a motion that leads farther away from the half-space.
 constexpr double kFarthestReach = 1e12;
 
+constexpr double kMiddle = 0.5;  // of the motion
+
 /// The box of HalfSpaceBox; its upper face is on the plane.
 Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
   constexpr double kSmallest = 1e-3;  // [m] so that the box has a size even for a point at the origin
@@ -52,18 +54,19 @@ MovingPairs::MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_pt
     : model_(std::move(model)), volumes_(std::move(volumes)), paddings_(paddingsOf(model_->pairs)) {}
 
 void MovingPairs::begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
-                        const MotionQuestion* contact) {
+                        const MotionQuestion* contact, double limit) {
   requireFrames(motion);
   contact_ = contact;
+  limit_ = limit;
   deviations_ = deviations;
   slide_ = 0.0;
   for (const JointDeviation& joint : deviations) slide_ += joint.turns ? 0.0 : joint.most;
-  pairs_.clear();
+  size_ = 0;
   half_spaces_.clear();
   fixed_frames_.clear();
   at_leaf_.clear();
   asked_ = unknown_ = too_far_ = 0;
-  poses_.emplace(motion);
+  poses_.follow(motion);
   has_frames_ = !motion.objectFrames().moving.empty();
   if (pairs.includeLinks())
     for (const ShapeRefPair& pair : pairs.list()) unknown_ += !add(participant(pair.a), participant(pair.b));
@@ -84,7 +87,8 @@ void MovingPairs::requireFrames(const RobotMotion& motion) const {
 
 int MovingPairs::examined() const {
   int count = 0, last = -1;
-  for (const PairInMotion& pair : pairs_) {
+  for (int i = 0; i < size_; ++i) {
+    const PairInMotion& pair = pairs_[i];
     if (!pair.is_examined || pair.kind == PairInMotion::Kind::FixedObjects || pair.number == last) continue;
     last = pair.number;
     ++count;
@@ -94,7 +98,7 @@ int MovingPairs::examined() const {
 
 double MovingPairs::roundingOf(const ShapeRefPair& pair, double time) {
   const Participant a = participant(pair.a), b = participant(pair.b);
-  return MovingBodies(*poses_, a.body, a.whole().bounds, b.body, b.whole().bounds).roundingAt(time, *poses_);
+  return MovingBodies(poses_, a.body, a.whole().bounds, b.body, b.whole().bounds).roundingAt(time, poses_);
 }
 
 int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const {
@@ -114,18 +118,18 @@ int MovingPairs::frameOf(int number, const PlacedObject& object) {
     case PlacedObject::Kind::Attached:
       return object.body;
     case PlacedObject::Kind::Moving:
-      return has_frames_ ? poses_->moving(objects_->frameOf(number)) : kNoFrame;
+      return has_frames_ ? poses_.moving(objects_->frameOf(number)) : kNoFrame;
     case PlacedObject::Kind::Fixed:
       break;
   }
   const auto [place, is_new] = fixed_frames_.emplace(number, 0);
-  if (is_new) place->second = poses_->add(object.world_T_object);
+  if (is_new) place->second = poses_.add(object.world_T_object);
   return place->second;
 }
 
 bool MovingPairs::isKnown(const Participant& who) const {
-  if (who.isFree() && !poses_->isKnown(poses_->world())) return false;
-  return who.body != kNoFrame && poses_->isKnown(who.body);
+  if (who.isFree() && !poses_.isKnown(poses_.world())) return false;
+  return who.body != kNoFrame && poses_.isKnown(who.body);
 }
 
 // --- pairs
@@ -134,13 +138,60 @@ bool MovingPairs::isKnown(const Participant& who) const {
 bool MovingPairs::add(const Participant& a, const Participant& b) {
   if (a.isUnbounded() && b.isUnbounded()) throw std::invalid_argument("the distance of two half-spaces is not defined");
   if (!isKnown(a) || !isKnown(b)) return false;
-  const std::size_t before = pairs_.size();
+  const double contact_distance = contactDistanceOf({a.ref, b.ref});
+  if (stayApart(a, b, std::max(0.0, std::min(limit_, contact_distance)))) {
+    ++asked_;
+    return true;
+  }
+  const int before = size_;
   addSolids(a, b);
   if (a.isUnbounded() || b.isUnbounded()) addHalfSpaces(a, b);
-  if (pairs_.size() == before) return false;
-  for (std::size_t i = before; i < pairs_.size(); ++i) pairs_[i].contact_distance = contactDistanceOf({a.ref, b.ref});
+  if (size_ == before) return false;
+  for (int i = before; i < size_; ++i) pairs_[i].contact_distance = contact_distance;
   ++asked_;
   return true;
+}
+
+/// True if two solids are farther apart than `limit` during the whole motion, by their spheres in its middle and by how
+/// far the frames between them, with the deviations of joints, move them from there. In a slow motion that holds for most
+/// pairs, and costs a fraction of their exact motion.
+///
+/// A point moves from its place in the middle of a motion by at most half of the way of its frame's origin, which has a
+/// constant speed, and half of the turn times its distance from this origin. The frames move one after the other, those
+/// next to the geometry last: so each distance is that of the middle of the motion.
+bool MovingPairs::stayApart(const Participant& a, const Participant& b, double limit) {
+  if (a.isUnbounded() || b.isUnbounded() || a.whole().isEmpty() || b.whole().isEmpty()) return false;
+  const Bounds &of_a = a.whole().bounds, &of_b = b.whole().bounds;
+  const Isometry3d pose_a = poses_.pose(a.body, kMiddle), pose_b = poses_.pose(b.body, kMiddle);
+  const BodyPoses& middle = poses_.at(kMiddle);
+  const auto originOf = [&](int frame) -> Vector3d {
+    if (frame < static_cast<int>(middle.size())) return middle[frame]->translation();
+    return poses_.pose(frame, kMiddle).translation();
+  };
+  const Vector3d centre_a = pose_a * of_a.centre, centre_b = pose_b * of_b.centre;
+  const double between = (centre_b - centre_a).norm() - of_a.radius - of_b.radius - paddings_.of({a.ref, b.ref});
+  if (!(between > limit)) return false;
+  double lengths = of_a.reach + of_b.reach + 4.0 * std::max(pose_a.translation().norm(), pose_b.translation().norm());
+  const auto effect = [&](int frame, const Vector3d& centre, double radius) {
+    const narrowphase::ScrewMotion& motion = poses_.segment(frame).motion;
+    double slide = 0.5 * motion.linear.norm(), turn = 0.5 * motion.angular.norm();
+    if (frame < static_cast<int>(deviations_.size()))
+      (deviations_[frame].turns ? turn : slide) += deviations_[frame].most;
+    return turn > 0.0 ? slide + turn * ((centre - originOf(frame)).norm() + radius) : slide;
+  };
+  const PosesInTime::Way& way = poses_.wayBetween(a.body, b.body);
+  effects_.assign(1, 0.0);
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    const narrowphase::ScrewMotion& motion = poses_.segment(way.frame(i)).motion;
+    lengths += 2.0 * (motion.start.translation().norm() + motion.linear.norm());
+    effects_.push_back(effects_.back() + effect(way.frame(i), centre_a, of_a.radius));
+  }
+  double of_joints = effects_.back(), on_b = 0.0;
+  for (std::size_t i = way.size(); i-- > 0;) {
+    on_b += effect(way.frame(i), centre_b, of_b.radius);
+    of_joints = std::min(of_joints, effects_[i] + on_b);
+  }
+  return between - (1.0 + kPoseRounding) * of_joints - kPoseRounding * lengths > limit;
 }
 
 double MovingPairs::contactDistanceOf(const ShapeRefPair& pair) const {
@@ -151,19 +202,32 @@ double MovingPairs::contactDistanceOf(const ShapeRefPair& pair) const {
   return distance;
 }
 
+/// A new pair of parts, as yet without motion. The memory of a pair of an earlier motion is used again.
+PairInMotion& MovingPairs::next(const ShapeRefPair& asked, const Part& a, const Part& b) {
+  if (size_ == static_cast<int>(pairs_.size())) pairs_.emplace_back();
+  PairInMotion& pair = pairs_[size_++];
+  MovingBodies bodies = std::move(pair.bodies);
+  pair = PairInMotion();
+  pair.bodies = std::move(bodies);
+  pair.asked = asked;
+  pair.number = asked_;
+  pair.a = a;
+  pair.b = b;
+  return pair;
+}
+
 void MovingPairs::addSolids(const Participant& a, const Participant& b) {
   const Volume &root_a = a.whole(), &root_b = b.whole();
   if (root_a.isEmpty() || root_b.isEmpty()) return;
-  const ShapeRefPair asked{a.ref, b.ref};
+  PairInMotion& pair = next({a.ref, b.ref}, a, b);
+  pair.padding = paddings_.of(pair.asked);
   const SeenFrom from = b.isFree() ? SeenFrom::B : a.isFree() ? SeenFrom::A : SeenFrom::Middle;
-  MovingBodies bodies(*poses_, a.body, root_a.bounds, b.body, root_b.bounds, from);
-  double error = bodies.chainRounding();
+  pair.bodies.follow(poses_, a.body, root_a.bounds, b.body, root_b.bounds, from);
+  pair.error = pair.bodies.chainRounding();
   for (const Participant* who : {&a, &b})
-    if (who->object) error += who->object->geometry->excessRounding();
-  pairs_.push_back({asked, asked_, paddings_.of(asked), error, a, b, std::move(bodies)});
-  const bool has_half_space = a.isUnbounded() || b.isUnbounded();
-  pairs_.back().is_compound = !root_a.isLeaf() || !root_b.isLeaf() || has_half_space;
-  pairs_.back().deviation = deviationOf(a, root_a.bounds, b, root_b.bounds);
+    if (who->object) pair.error += who->object->geometry->excessRounding();
+  pair.is_compound = !root_a.isLeaf() || !root_b.isLeaf() || a.isUnbounded() || b.isUnbounded();
+  pair.deviation = deviationOf(a, root_a.bounds, b, root_b.bounds);
 }
 
 /// Adds the pairs of a solid and half-spaces. The half-spaces are seen at rest.
@@ -172,11 +236,11 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
   const Participant &solid = in_a ? b : a, &unbounded = in_a ? a : b;
   if (solid.whole().isEmpty()) return;
   const SeenFrom from = in_a ? SeenFrom::A : SeenFrom::B;
-  const auto bodies = [&](const Bounds& stand_in) {
-    return MovingBodies(*poses_, a.body, in_a ? stand_in : a.whole().bounds, b.body, in_a ? b.whole().bounds : stand_in,
-                        from);
+  const auto follow = [&](const Bounds& stand_in, MovingBodies& bodies) {
+    bodies.follow(poses_, a.body, in_a ? stand_in : a.whole().bounds, b.body, in_a ? b.whole().bounds : stand_in, from);
   };
-  const MovingBodies without_box = bodies(Bounds());
+  MovingBodies without_box;
+  follow(Bounds(), without_box);
   const double reach = without_box.reach() + slide_, rounding = without_box.chainRounding();
   const double rounding_of_solid = solid.object ? solid.object->geometry->excessRounding() : 0.0;
   if (!(reach <= kFarthestReach)) return;
@@ -184,24 +248,20 @@ void MovingPairs::addHalfSpaces(const Participant& a, const Participant& b) {
   for (const PlacedHalfSpace& half_space : half_spaces) {
     const HalfSpaceBox& box = half_spaces_.emplace_back(half_space, reach);
     const Part stand_in{&box.volume, &box.piece};
-    pairs_.push_back({{a.ref, b.ref},
-                      asked_,
-                      0.0,
-                      box.error + rounding + rounding_of_solid,
-                      in_a ? stand_in : a,
-                      in_a ? b : stand_in,
-                      bodies(box.volume.bounds)});
-    pairs_.back().kind = PairInMotion::Kind::HalfSpace;
+    PairInMotion& pair = next({a.ref, b.ref}, in_a ? stand_in : a, in_a ? b : stand_in);
+    follow(box.volume.bounds, pair.bodies);
+    pair.error = box.error + rounding + rounding_of_solid;
+    pair.kind = PairInMotion::Kind::HalfSpace;
     // The way out of one half-space is the same for all pieces.
-    pairs_.back().is_compound = half_spaces.size() > 1 || !unbounded.whole().isEmpty();
+    pair.is_compound = half_spaces.size() > 1 || !unbounded.whole().isEmpty();
     const Bounds &box_bounds = box.volume.bounds, &solid_bounds = solid.whole().bounds;
-    pairs_.back().deviation = deviationOf(a, in_a ? box_bounds : solid_bounds, b, in_a ? solid_bounds : box_bounds);
+    pair.deviation = deviationOf(a, in_a ? box_bounds : solid_bounds, b, in_a ? solid_bounds : box_bounds);
   }
 }
 
 double MovingPairs::deviationOf(const Participant& a, const Bounds& bounds_a, const Participant& b,
                                 const Bounds& bounds_b) {
-  return distanceDeviation(deviations_, {a.body, bounds_a}, {b.body, bounds_b}, *poses_);
+  return distanceDeviation(deviations_, {a.body, bounds_a}, {b.body, bounds_b}, poses_, effects_);
 }
 
 // --- candidates with objects
@@ -229,16 +289,17 @@ void MovingPairs::addPairsOf(const Participant& searcher) {
 }
 
 void MovingPairs::addFixedObjects(const Participant& searcher) {
-  if (tree().empty() || !poses_->isKnown(poses_->world())) return;
+  if (tree().empty() || !poses_.isKnown(poses_.world())) return;
   const Bounds bounds = searcher.whole().bounds;
-  MovingBodies bodies(*poses_, searcher.body, bounds, poses_->world(), boundsOf(tree()[0].box), SeenFrom::B);
-  const ShapeRefPair asked{searcher.ref, ShapeRef()};
-  pairs_.push_back({asked, -1, 0.0, 0.0, searcher, {}, std::move(bodies)});
-  pairs_.back().kind = PairInMotion::Kind::FixedObjects;
   Participant all;
-  all.body = poses_->world();
-  pairs_.back().deviation = deviationOf(searcher, bounds, all, boundsOf(tree()[0].box));
-  pairs_.back().contact_distance = contactDistanceOf(asked);
+  all.body = poses_.world();
+  const Bounds of_all = boundsOf(tree()[0].box);
+  PairInMotion& pair = next({searcher.ref, ShapeRef()}, searcher, {});
+  pair.number = -1;
+  pair.kind = PairInMotion::Kind::FixedObjects;
+  pair.bodies.follow(poses_, searcher.body, bounds, all.body, of_all, SeenFrom::B);
+  pair.deviation = deviationOf(searcher, bounds, all, of_all);
+  pair.contact_distance = contactDistanceOf(pair.asked);
 }
 
 void MovingPairs::addIfChecked(const Participant& searcher, int number) {

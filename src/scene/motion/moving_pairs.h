@@ -27,11 +27,11 @@ namespace proximity_server::scene {
 struct PairInMotion {
   ShapeRefPair asked;  ///< b is missing if it stands for all fixed objects
   /// number of the pair in the question; the pairs that an object with half-spaces makes have the same number
-  int number;
-  double padding;  ///< [m]
+  int number = 0;
+  double padding = 0.0;  ///< [m]
   /// [m] How far the distance may be off: MovingBodies::chainRounding(), and for a half-space also the error of the box
   /// that stands for it, see HalfSpaceBox.
-  double error;
+  double error = 0.0;
   Part a, b;
   MovingBodies bodies;
   enum class Kind : unsigned char { Shapes, HalfSpace, FixedObjects };
@@ -78,16 +78,17 @@ class MovingPairs {
   /// nullptr before use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
-  /// `contact` is the question about a contact, and must outlive the pairs; nullptr if there is none.
+  /// `contact` is the question about a contact, and must outlive the pairs; nullptr if there is none. Of pairs that stay
+  /// farther apart than `limit` [m] and than their contact distance, some may be left out.
   ///
   /// Throws std::invalid_argument for a motion with a different number of bodies or frames, and for a link, <collision>
   /// or object that does not exist.
   void begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations = {},
-             const MotionQuestion* contact = nullptr);
+             const MotionQuestion* contact = nullptr, double limit = std::numeric_limits<double>::infinity());
 
-  int size() const { return static_cast<int>(pairs_.size()); }
+  int size() const { return size_; }
   PairInMotion& operator[](int pair) { return pairs_[pair]; }
-  PosesInTime& poses() { return *poses_; }
+  PosesInTime& poses() { return poses_; }
 
   /// unknownOfList(): the number of pairs of the list without a pose or geometry. tooFar(): the number of candidates
   /// with objects that have no answer, although all poses are known, because the motion leads too far away.
@@ -126,6 +127,8 @@ class MovingPairs {
   int frameOf(int number, const PlacedObject& object);
   bool isKnown(const Participant& who) const;
   bool add(const Participant& a, const Participant& b);
+  bool stayApart(const Participant& a, const Participant& b, double limit);
+  PairInMotion& next(const ShapeRefPair& asked, const Part& a, const Part& b);
   void addSolids(const Participant& a, const Participant& b);
   void addHalfSpaces(const Participant& a, const Participant& b);
   void addObjectPairs();
@@ -140,11 +143,14 @@ class MovingPairs {
   const PairDistances paddings_;
   std::shared_ptr<const Objects> objects_;
 
-  std::optional<PosesInTime> poses_;
+  PosesInTime poses_;
   JointDeviations deviations_;
   double slide_ = 0.0;  ///< [m] the deviations of all joints that do not turn, together
   const MotionQuestion* contact_ = nullptr;
-  std::vector<PairInMotion> pairs_;
+  double limit_ = std::numeric_limits<double>::infinity();
+  std::vector<PairInMotion> pairs_;  ///< those behind size_ are kept for the next motion
+  int size_ = 0;
+  std::vector<double> effects_;           ///< working memory of distanceDeviation()
   std::deque<HalfSpaceBox> half_spaces_;  ///< pairs refer to them
   std::map<int, int> fixed_frames_;       ///< the frame in PosesInTime of each fixed object, by the object's number
   std::map<std::pair<int, int>, int> at_leaf_;  ///< results of pairAt(), by pair and item

@@ -110,9 +110,10 @@ RobotMotion RobotMotion::ofTwists(const BodyPoses& start, const std::vector<Twis
   return motion;
 }
 
-RobotMotion RobotMotion::after(const std::vector<double>& before, const std::vector<double>& travel) const {
+void RobotMotion::after(const std::vector<double>& before, const std::vector<double>& travel,
+                        RobotMotion& motion) const {
   PROXIMITY_ASSERT(model_, "Only a motion of joints goes on as one.");
-  RobotMotion motion = *this;
+  motion = *this;
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     const int index = model_->bodies[i].joint;
     if (index < 0 || !segments_[i].is_known) continue;
@@ -120,11 +121,16 @@ RobotMotion RobotMotion::after(const std::vector<double>& before, const std::vec
     const Isometry3d start = jointScrew(joint, travelOf(*model_, index, before), segments_[i].motion.start).at(1.0);
     motion.segments_[i].motion = jointScrew(joint, travelOf(*model_, index, travel), start);
   }
-  return motion;
 }
 
 BodyPoses RobotMotion::at(double time) const {
-  BodyPoses poses(segments_.size());
+  BodyPoses poses;
+  at(time, poses);
+  return poses;
+}
+
+void RobotMotion::at(double time, BodyPoses& poses) const {
+  poses.assign(segments_.size(), std::nullopt);
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     const Segment& segment = segments_[i];
     if (!segment.is_known) continue;
@@ -133,7 +139,6 @@ BodyPoses RobotMotion::at(double time) const {
     else if (const auto& parent = poses[segment.parent])
       poses[i] = *parent * segment.motion.at(time);
   }
-  return poses;
 }
 
 // --- frames that carry objects

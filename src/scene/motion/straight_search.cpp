@@ -90,11 +90,11 @@ void StraightSearch::use(std::shared_ptr<const Objects> objects) {
 
 /// If the question is about a contact, the earliest interval comes first; otherwise the nearest.
 void StraightSearch::begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
-                           const MotionQuestion* contact, MotionCounts& counts) {
+                           const MotionQuestion* contact, MotionCounts& counts, double limit) {
   order_ = contact ? Order::Earliest : Order::Nearest;
   queue_.clear();
   settled_nodes_.clear();
-  pairs_.begin(pairs, motion, deviations, contact);
+  pairs_.begin(pairs, motion, deviations, contact, limit);
   std::int64_t total = pairs.includeLinks() ? static_cast<std::int64_t>(pairs.size()) : 0;
   std::int64_t unknown = pairs_.unknownOfList();
   if (pairs.includeObjects(objects().get())) {
@@ -462,7 +462,7 @@ RobotMinimum StraightSearch::minimum(const Pairs& pairs, const RobotMotion& moti
 RobotMinimum StraightSearch::minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
                                           const JointDeviations& deviations, const MotionQuestion& question) {
   RobotMinimum answer;
-  begin(pairs, motion, deviations, nullptr, answer.counts);
+  begin(pairs, motion, deviations, nullptr, answer.counts, limit);
   if (answer.counts.unknown == answer.counts.pairs) return answer;
   answer.upper_bound = answer.pair.result.upper_bound = limit;
   searchMinimum(States::NotSeen, question, answer);

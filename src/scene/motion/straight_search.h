@@ -90,7 +90,8 @@ class StraightSearch {
   enum class States : unsigned char { Seen, NotSeen };
 
   void begin(const Pairs& pairs, const RobotMotion& motion, const JointDeviations& deviations,
-             const MotionQuestion* contact, MotionCounts& counts);
+             const MotionQuestion* contact, MotionCounts& counts,
+             double limit = std::numeric_limits<double>::infinity());
   void searchMinimum(States at_start, const MotionQuestion& question, RobotMinimum& answer);
   std::int64_t unknownPairsWithObjects();
   void enterAll(double limit);

@@ -78,7 +78,7 @@ class SplineSegment {
     Positions from, to;
     std::vector<double> deviation;  ///< [rad] or [m]
   };
-  Chord chord(double from, double to) const;
+  void chord(double from, double to, Chord& chord) const;
 
   /// A joint beyond a limit, where it is farthest beyond.
   struct Excess {

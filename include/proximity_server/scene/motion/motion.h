@@ -24,7 +24,7 @@ class Motion {
     /// `from`, and so are the frames of objects in their parents; a joint whose position changes moves from there by
     /// the difference, all others may stand anywhere.
     RobotMotion robot;
-    Positions from{}, to{};                ///< of a straight piece, if they are known
+    Positions from{}, to{};                 ///< of a straight piece, if they are known
     std::optional<SplineSegment> spline{};  ///< over the time [0, 1] of this piece
     /// Along a spline, per joint [rad] or [m]: how far the robot may be off it at any time; mimic joints follow. Empty:
     /// nowhere.

@@ -10,8 +10,6 @@
 
 namespace proximity_server::scene {
 
-class StraightSearch;
-
 /// Finds the first contact of a robot with its objects during a motion, and the smallest distance; with the working
 /// memory of one caller. Not thread-safe.
 ///
@@ -28,7 +26,7 @@ class StraightSearch;
 ///    begins where the proof ended, until its begin is in contact. No sample decides anything.
 /// 4. With a tube, the state that is nearest by its bound is taken, and from there the corner of the tube to which each
 ///    joint by itself leads nearer.
-/// 5. Pieces are searched in their order, for a contact until one is found. One deadline holds for all. The counts of
+/// 5. Pieces are searched in their order, for a contact until one is found, or until one along a spline is not decided. One deadline holds for all. The counts of
 ///    pairs are the largest of the searched pieces, and by_one_bound is the smallest; all other counts are sums.
 ///
 /// Objects: an attached object moves with the body of its link; a fixed object stands in the world; a moving object
@@ -68,7 +66,8 @@ class MotionSearch {
   RobotMinimum minimum(const Pairs& pairs, const Motion& motion, const MotionQuestion& question = {});
 
  private:
-  std::unique_ptr<StraightSearch> straight_;
+  struct Memory;
+  std::unique_ptr<Memory> memory_;
 };
 
 }  // namespace proximity_server::scene

@@ -35,12 +35,13 @@ class RobotMotion {
   };
   static RobotMotion ofTwists(const BodyPoses& start, const std::vector<Twist>& twists);
 
-  /// The motion of the joints by `travel` from where they are after `before`; both as in ofTravel(). The frames of objects
-  /// stay as they are.
+  /// Sets `motion` to that of the joints by `travel` from where they are after `before`; both as in ofTravel(). The frames
+  /// of objects stay as they are.
   /// Precondition: ofTravel() or between() made this motion, and the model exists.
-  RobotMotion after(const std::vector<double>& before, const std::vector<double>& travel) const;
+  void after(const std::vector<double>& before, const std::vector<double>& travel, RobotMotion& motion) const;
 
   BodyPoses at(double time) const;
+  void at(double time, BodyPoses& poses) const;
 
   /// One segment for each body. If its parent is -1, it is in the frame of the poses.
   const std::vector<Segment>& segments() const { return segments_; }
