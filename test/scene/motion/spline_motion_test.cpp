@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/motion_search.h"
 
+#include "allocations.h"
 #include "chance.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/objects/object_editor.h"
@@ -303,6 +304,27 @@ TEST(RandomSplines, AgreeWithTheirStates) {
     EXPECT_GT(counts.contacts, 15);
     EXPECT_GT(counts.free, 15);
   }
+}
+
+// What the narrowphase is asked about needs some.
+TEST(RandomSplines, ThoseThatBoundsSettleNeedNoNewMemoryTheSecondTime) {
+  if (kIsSanitized) GTEST_SKIP() << "a sanitizer allocates";
+  const std::shared_ptr<const SceneModel> model = modelOf(urdfOf(twoArms()));
+  const Candidates candidates(model->pairs);
+  MotionSearch search(model);
+  Chance chance(12);
+  int free = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Motion motion(model->robot, randomSegment(model->robot, chance).between(0.5, 0.51),
+                        std::vector<double>(model->robot.joints.size(), 1e-3));
+    const RobotTimeOfContact first = search.timeOfContact(candidates, motion);
+    if (first.t_free < 1.0 || first.counts.queries > 0) continue;
+    const long before = allocations();
+    search.timeOfContact(candidates, motion);
+    EXPECT_EQ(allocations(), before) << "spline " << i;
+    ++free;
+  }
+  EXPECT_GT(free, 10);
 }
 
 TEST(RandomSplines, TubesContainTheirStates) {
