@@ -72,20 +72,20 @@ Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, cons
 }
 
 /// The motion for a length [s] at constant velocities; a joint stops at its limit.
-LimitedMotion motionAlong(const RobotModel& model, const MovingState& state, std::vector<double> velocities,
-                          double length) {
+LimitedMotion motionAlong(const State& start, const MovingState& state, std::vector<double> velocities, double length) {
   for (double& joint : velocities) joint *= length;
-  LimitedMotion limited = motionWithinLimits(model, state.poses, velocities, state.positions);
+  LimitedMotion limited = motionWithinLimits(start.robot(), start.poses(), velocities, state.positions);
   limited.motion.carryObjects(state.frames);
   return limited;
 }
 
 /// Returns whether it is known how far the inequalities are from being broken, of which a joint moves.
-bool areInequalitiesKnown(const RobotModel& model, const MovingState& state, const std::vector<double>& velocities) {
+bool areInequalitiesKnown(const State& start, const MovingState& state, const std::vector<double>& velocities) {
+  const RobotModel& model = start.robot();
   const auto moves = [&](const JointInequality::Term& term) { return velocities[term.joint] != 0.0; };
   return std::all_of(model.inequalities.begin(), model.inequalities.end(), [&](const JointInequality& inequality) {
     return std::none_of(inequality.terms.begin(), inequality.terms.end(), moves) ||
-           excessAt(model, inequality, state.poses, state.positions);
+           excessAt(model, inequality, start.poses(), state.positions);
   });
 }
 
@@ -158,7 +158,7 @@ class StopSearch {
 };
 
 /// The scale with which all pairs stay above their stop distances. `motion` is the way to the stop.
-VelocityScale scaleOfPairs(StopSearch& search, const RobotModel& model, const MovingState& state,
+VelocityScale scaleOfPairs(StopSearch& search, const State& start, const MovingState& state,
                            const std::vector<double>& velocities, const Stop& to_stop, const Motion& motion) {
   const bool rests =
       to_stop.length() == 0.0 || std::all_of(velocities.begin(), velocities.end(), [](double v) { return v == 0.0; });
@@ -168,17 +168,17 @@ VelocityScale scaleOfPairs(StopSearch& search, const RobotModel& model, const Mo
   const double free = kRoundedDown * found.t_free * to_stop.length();
   const bool ends_in_contact = found.contact && found.status == narrowphase::Status::Converged;
   const PairProximity* near = ends_in_contact ? search.nearAtStart(found.pair) : nullptr;
-  if (near && search.approaches(*near, motionAlong(model, state, velocities, 0.5 * free).motion))
+  if (near && search.approaches(*near, motionAlong(start, state, velocities, 0.5 * free).motion))
     return {found.status, 0.0, *near};
   return {found.status, to_stop.scaleOf(free), ends_in_contact ? found.pair : PairProximity()};
 }
 
 /// The scale with which the robot stops before it breaks an inequality.
-double scaleOfInequalities(const RobotModel& model, const MovingState& state, const std::vector<double>& velocities,
+double scaleOfInequalities(const State& start, const MovingState& state, const std::vector<double>& velocities,
                            const Stop& to_stop) {
-  if (model.inequalities.empty()) return 1.0;
+  if (start.robot().inequalities.empty()) return 1.0;
   const Stop since_poses{to_stop.latency + state.age, to_stop.braking};
-  const auto broken = motionAlong(model, state, velocities, since_poses.length()).broken;
+  const auto broken = motionAlong(start, state, velocities, since_poses.length()).broken;
   return broken ? since_poses.scaleOf(kRoundedDown * broken->time * since_poses.length()) : 1.0;
 }
 
@@ -198,13 +198,13 @@ VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& sta
   requireLegal(model, state, braking, stop);
   const std::vector<double> velocities = leadersOnly(model, state.velocities);
   if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return {};
-  if (!areInequalitiesKnown(model, state, velocities)) return {};
+  if (!areInequalitiesKnown(start, state, velocities)) return {};
 
   const Stop to_stop = stopOf(model, velocities, braking);
-  const Motion motion = motionAlong(model, state, velocities, to_stop.length()).motion;
+  const Motion motion = motionAlong(start, state, velocities, to_stop.length()).motion;
   StopSearch search(moving, scene, start, stop, state.largest_loss, deadline);
-  const VelocityScale of_pairs = scaleOfPairs(search, model, state, velocities, to_stop, motion);
-  const double of_inequalities = scaleOfInequalities(model, state, velocities, to_stop);
+  const VelocityScale of_pairs = scaleOfPairs(search, start, state, velocities, to_stop, motion);
+  const double of_inequalities = scaleOfInequalities(start, state, velocities, to_stop);
   if (of_pairs.status == narrowphase::Status::Unknown || of_pairs.scale <= of_inequalities) return of_pairs;
   return {narrowphase::Status::Converged, of_inequalities, {}};
 }

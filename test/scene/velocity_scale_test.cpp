@@ -45,7 +45,7 @@ class StoppingRobot : public testing::Test {
 
   const RobotModel& robot() const { return model_->robot; }
 
-  void stand(const ByName& positions) { state_.poses = forwardKinematics(robot(), positions); }
+  void stand(const ByName& positions) { poses_ = forwardKinematics(robot(), positions); }
   static void set(const RobotModel& robot, const ByName& by_name, std::vector<double>& values) {
     for (std::size_t i = 0; i < robot.joints.size(); ++i)
       if (const auto found = by_name.find(robot.joints[i].name); found != by_name.end()) values[i] = found->second;
@@ -63,7 +63,7 @@ class StoppingRobot : public testing::Test {
     moving_.use(all);
   }
   VelocityScale ask(std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max()) {
-    scene_.update(state_.poses);
+    scene_.update(poses_);
     return velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_, deadline);
   }
 
@@ -80,6 +80,7 @@ class StoppingRobot : public testing::Test {
   const std::shared_ptr<const SceneModel> model_;
   PosedScene scene_{model_};
   MotionSearch moving_{model_};
+  BodyPoses poses_;
   MovingState state_;
   Braking braking_;
   PairDistances stop_;
@@ -195,7 +196,7 @@ TEST_F(CoupledRobot, CountsTheStopsOfJointsAtTheirLimits) {
 TEST_F(CoupledRobot, IsUnknownWithoutAPoseOfAnInequalityOfWhichAJointMoves) {
   brake(0.1, {});
   stand({});
-  state_.poses[bodyOf(robot(), "sensor")].reset();  // no pair needs it
+  poses_[bodyOf(robot(), "sensor")].reset();  // no pair needs it
   move({{"swing", 0.1}});
   EXPECT_EQ(ask().status, Status::Converged);
   move({{"slide", 0.1}});
@@ -332,7 +333,7 @@ TEST_F(StoppingRobot, MissingPoseOrVelocityIsUnknown) {
   EXPECT_EQ(ask().status, Status::Unknown);
   EXPECT_EQ(ask().scale, 0.0);
   move({{"slide", 0.0}});
-  state_.poses[bodyOf(robot(), "sled")] = std::nullopt;
+  poses_[bodyOf(robot(), "sled")] = std::nullopt;
   EXPECT_EQ(ask().status, Status::Unknown);
   EXPECT_EQ(ask().scale, 0.0);
 }
@@ -370,7 +371,7 @@ TEST_F(StoppingRobot, ObjectThatMovesOnItsOwnIsRefused) {
   RobotMotion::Twist twist;
   twist.linear.x() = 1.0;
   state_.frames.moving = {RobotMotion::withTwist(at(0, 0, 50), twist)};
-  scene_.update(state_.poses, {at(0, 0, 50)});
+  scene_.update(poses_, {at(0, 0, 50)});
   EXPECT_THROW(velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_), std::invalid_argument);
 }
 

@@ -84,7 +84,7 @@ class Cell : public ControlledCell {
   void chooseStop() {
     const std::size_t joints = positions_.size();
     state_ = {};
-    state_.poses = forwardKinematics(model_->robot, positions_);
+    poses_ = forwardKinematics(model_->robot, positions_);
     state_.velocities.assign(joints, 0.0);
     for (const std::optional<Eigen::Isometry3d>& frame : frames_)
       state_.frames.moving.push_back(RobotMotion::atRest(frame));
@@ -96,7 +96,7 @@ class Cell : public ControlledCell {
       if (only < 0 || only == static_cast<int>(i)) state_.velocities[i] = chance_.between(-2, 2);
       braking_.deceleration[i] = chance_.between(0.5, 10.0);
     }
-    place(state_.poses);
+    place(poses_);
     const auto nearestOf = [&](PairKind kind) {
       const PairProximity* nearest = scene_.minimum(Pairs(scene_.candidates(), kind));
       return nearest ? nearest->result.lower_bound : 0.0;
@@ -184,7 +184,7 @@ class Cell : public ControlledCell {
     tally_.add("open", !converged);
     if (answer.status == narrowphase::Status::Unknown) failure = "a scale is unknown";
     observeInequalities(answer);
-    place(state_.poses);
+    place(poses_);
     const std::map<Key, PairProximity> too_near = near(kRetreatTolerance);
     if (answer.scale > 0.0) stopFrom(answer.scale, too_near);
     const bool is_retreat = isRetreat(too_near, evenSteps());
@@ -241,6 +241,7 @@ class Cell : public ControlledCell {
   static constexpr double kRounding = 1e-13;
 
   MotionSearch moving_;
+  BodyPoses poses_;
   std::vector<double> positions_;
   MovingState state_;
   Braking braking_;

@@ -19,9 +19,8 @@ struct Braking {
   std::vector<double> deceleration{};
 };
 
-/// A moving robot.
+/// How a robot moves from a state.
 struct MovingState {
-  BodyPoses poses;  ///< the poses of the scene
   /// [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
   std::vector<double> velocities;
   std::vector<std::optional<double>> positions{};  ///< [rad] stated positions, see motionWithinLimits(); or empty
@@ -79,7 +78,7 @@ constexpr double kRetreatTolerance = 1e-6;
 ///          finite, for a deceleration that is not positive (with the name of the joint), for a wrong number of them,
 ///          and for frames of objects that move on their own.
 ///
-/// `moving` must have the objects of `start`, and `state` its poses.
+/// `moving` must have the objects of `start`.
 VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                             const Braking& braking, const PairDistances& stop, const Deadline& deadline = {});
 

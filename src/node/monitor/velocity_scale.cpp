@@ -47,7 +47,7 @@ StoppingScale searchScale(const Robot& robot, PosedScenes& scenes, const Lookahe
                           const ros::Duration& age, const MonitorSettings& settings,
                           scene::GuaranteedDistances* guaranteed) {
   const scene::Braking braking = brakingOf(robot, age, settings);
-  scene::MovingState state{start.poses, velocities.velocities, start.stated,
+  scene::MovingState state{velocities.velocities, start.stated,
                            objectFramesAtStart(robot, start.frames, start.frame_poses.poses)};
   if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
   if (guaranteed)

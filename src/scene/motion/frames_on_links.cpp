@@ -44,17 +44,15 @@ Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses)
   return *poses[robot.links[link].body] * robot.links[link].body_T_link;
 }
 
-FramePoses framePoses(const Objects& objects, const BodyPoses& poses) {
-  const RobotModel& robot = objects.model().robot;
+void setPoses(State& state, const BodyPoses& poses) {
   FramePoses frames;
-  for (const std::string& frame : objects.frames())
-    frames.emplace_back(poseOfLink(robot, linkOfFrame(robot, frame), poses));
-  return frames;
+  for (const std::string& frame : state.objects()->frames())
+    frames.emplace_back(poseOfLink(state.robot(), linkOfFrame(state.robot(), frame), poses));
+  state.set(poses, frames);
 }
 
 void setPositions(State& state, const Positions& positions) {
-  const BodyPoses poses = forwardKinematics(state.robot(), positions);
-  state.set(poses, framePoses(*state.objects(), poses));
+  setPoses(state, forwardKinematics(state.robot(), positions));
 }
 
 RobotMotion::ObjectFrames framesOnLinks(const Objects& objects) {

@@ -164,7 +164,7 @@ TEST_F(ScaleOfSliders, IsThatOfTheSceneToTheLastBit) {
     const PoseSnapshot at = withTheRightSphereAt(*robot_, 0.5);
     const StoppingScale found = scaleIn(at, velocities(-speed, speed, 0.5 * speed));
     scene.update(at.poses);
-    const scene::MovingState state{at.poses, {-speed, speed, 0.5 * speed}, {}, {}};
+    const scene::MovingState state{{-speed, speed, 0.5 * speed}, {}, {}};
     const scene::VelocityScale expected =
         scene::velocityScale(moving, scene.scene, scene.state, state, {0.1, {2.0, 2.0, 2.0}}, {0.02, 0.02});
     EXPECT_EQ(found.scale, expected.scale) << speed;
@@ -183,7 +183,7 @@ TEST_F(ScaleOfSliders, KeepsTheStopDistanceOfAPair) {
   scene::MotionSearch moving(robot_->sharedModel());
   const PoseSnapshot at = withTheRightSphereAt(*robot_, 0.5);
   scene.update(at.poses);
-  const scene::MovingState state{at.poses, {0.0, 1.0, 0.0}, {}, {}};
+  const scene::MovingState state{{0.0, 1.0, 0.0}, {}, {}};
   const scene::VelocityScale expected =
       scene::velocityScale(moving, scene.scene, scene.state, state, {0.1, {2.0, 2.0, 2.0}}, {0.2, 0.2});
   EXPECT_LT(middleAt(1.0), before);

@@ -238,7 +238,7 @@ std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(Chance& chanc
   Posture posture{motion_.jointStateAt(time), motion_.transformsAt(time), {}, 0.0, 0.0};
   const std::vector<double> positions = motion_.positionsAt(time);
   MovingState state;
-  state.poses = forwardKinematics(robot, positions);
+  const BodyPoses poses = forwardKinematics(robot, positions);
   state.positions.assign(positions.begin(), positions.end());
   for (std::size_t i = 0; i < positions.size(); ++i) {
     state.velocities.push_back(i == joint || !isSettable(robot.joints[i]) ? 0.0 : chance.between(-kSpeed, kSpeed));
@@ -248,14 +248,14 @@ std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(Chance& chanc
   const Eigen::Vector3d ahead(chance.between(-1.0, 1.0), chance.between(-1.0, 1.0), chance.between(0.0, 1.5));
   posture.objects.changes.changes = {overlap.change, ballAt(ahead)};
 
-  const auto poseOf = [&](const Link& link) { return *state.poses[link.body] * link.body_T_link; };
+  const auto poseOf = [&](const Link& link) { return *poses[link.body] * link.body_T_link; };
   Attached held{holder.name, {}, poseOf(holder).inverse() * poseOf(overlapped) * overlap.overlapped_T_held};
   for (const Link& link : robot.links) held.touch_links.push_back(link.name);
   ObjectOptions exact;
   exact.meshes.tolerance = 0.0;
   const Fixed ball_place{Eigen::Isometry3d(Eigen::Translation3d(ahead))};
   const bool is_useful = setScales(
-      state,
+      poses, state,
       {makeObject("held", {overlap.shape}, held, exact), makeObject("ahead", {{Shape(Sphere{kSize})}}, ball_place)},
       posture);
   return is_useful ? std::optional(posture) : std::nullopt;
@@ -263,7 +263,8 @@ std::optional<SimulatedNode::Posture> SimulatedNode::randomPosture(Chance& chanc
 
 /// Sets the scales of a posture, for a robot that may touch what it holds. Returns whether an object limits them, and
 /// they are not nearly 0.
-bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object>& added, Posture& posture) const {
+bool SimulatedNode::setScales(const BodyPoses& poses, const MovingState& state, const std::vector<Object>& added,
+                              Posture& posture) const {
   ObjectRules rules;
   rules.base = ObjectRules::Base::StandsStill;
   std::vector<scene::ObjectChange> changes;
@@ -273,7 +274,7 @@ bool SimulatedNode::setScales(const MovingState& state, const std::vector<Object
   MotionSearch moving(robot_.model);
   scene.use(objects);
   moving.use(objects);
-  scene.update(state.poses);
+  scene.update(poses);
   const auto scaleWith = [&](double latency) {
     const Braking braking{latency, std::vector<double>(state.velocities.size(), kDeceleration)};
     return velocityScale(moving, scene.scene, scene.state, state, braking, {levels_.stop, levels_.stop});

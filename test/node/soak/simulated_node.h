@@ -77,7 +77,8 @@ class SimulatedNode {
   void onClearance(const Clearance& message);
   void onScale(const std_msgs::Float64& message);
   std::optional<Posture> randomPosture(Chance& chance) const;
-  bool setScales(const MovingState& state, const std::vector<Object>& added, Posture& posture) const;
+  bool setScales(const scene::BodyPoses& poses, const MovingState& state, const std::vector<Object>& added,
+                 Posture& posture) const;
 
   const TestRobot& robot_;
   SoakRecord& record_;

@@ -102,7 +102,7 @@ class NewScene {
  private:
   PosedScene placed() const {
     PosedScene scene = fresh_.forAnotherThread();
-    scene.update(poses_, framePoses(*scene.objects(), poses_));
+    setPoses(scene.state, poses_);
     return scene;
   }
 

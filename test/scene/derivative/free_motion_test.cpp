@@ -234,8 +234,7 @@ TEST(FreeMotion, ObjectsThatABodyCarriesHaveTheRadiusOfTheirPlace) {
     const auto objects = std::make_shared<const Objects>(Objects(model).changed({AddObject{object}}));
     const ShapeRefPair pair{{model->robot.findLink("post")}, ShapeRef::ofObject(objects->find(object.id))};
     scene.use(objects, carriersOnLinks(*objects));
-    const FramePoses frames = framePoses(*objects, poses);
-    scene.update(poses, frames);
+    setPoses(scene.state, poses);
     VectorXd weights(2);
     ASSERT_TRUE(free.weights(scene.state, pair, weights));
     FreeMotionQuestion question;

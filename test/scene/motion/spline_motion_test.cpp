@@ -252,7 +252,7 @@ Counts compareWithStates(const std::shared_ptr<const SceneModel>& model, const s
   };
   const auto distanceAt = [&](const Positions& positions) {
     const BodyPoses poses = forwardKinematics(robot, positions);
-    objects ? states.update(poses, framePoses(*objects, poses)) : states.update(poses);
+    setPoses(states.state, poses);
     return states.minimum(states.candidates())->result.distance;
   };
   Counts counts;

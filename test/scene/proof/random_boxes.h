@@ -15,7 +15,7 @@ namespace proximity_server::scene {
 inline double distanceIn(PosedScene& scene, const Positions& positions, const ShapeRefPair& pair) {
   const BodyPoses poses = forwardKinematics(scene.model().robot, positions);
   if (scene.objects())
-    scene.update(poses, framePoses(*scene.objects(), poses));
+    setPoses(scene.state, poses);
   else
     scene.update(poses);
   return scene.proximity(pair).result.upper_bound;

@@ -79,8 +79,7 @@ TEST(GuaranteedDistances, HalfSpacesThatTurnLoseTheDistanceOfTheOther) {
   scene.use(objects, carriersOnLinks(*objects));
   GuaranteedDistances distances(model);
   const BodyPoses poses = forwardKinematics(model->robot, {});
-  const FramePoses frames = framePoses(*objects, poses);
-  scene.update(poses, frames);
+  setPoses(scene.state, poses);
   Uncertainty uncertainty(model->robot);
   uncertainty.positions = {0.1, 0.0};
   distances.assume(uncertainty);

@@ -54,7 +54,7 @@ class SceneBatch {
   const SceneModel& model() const;
 
   /// Takes the objects that all following questions are about, too. A moving object moves with the link that its frame
-  /// names, see framePoses().
+  /// names, see setPoses().
   /// Failure: throws std::invalid_argument for the objects of another model, and naming a moving object whose frame is
   ///          not a link. Then the batch keeps the objects that it had.
   void use(std::shared_ptr<const Objects> objects);

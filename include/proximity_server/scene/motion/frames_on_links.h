@@ -45,10 +45,10 @@ int carryingLink(const RobotModel& robot, const Object& object);
 /// The pose of a link in the frame of the poses. The poses must contain that of the link's body.
 Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses);
 
-/// The poses of the frames of moving objects, as State::set() takes them.
-FramePoses framePoses(const Objects& objects, const BodyPoses& poses);
+/// Sets the poses of a state, in the frame of the root link: those of all bodies, and with them those of the frames.
+void setPoses(State& state, const BodyPoses& poses);
 
-/// Sets the poses of a state, in the frame of the root link, to those at some positions of the joints.
+/// Sets them to those at some positions of the joints.
 void setPositions(State& state, const Positions& positions);
 
 /// The frames of moving objects for a motion: each frame is at rest relative to its link.

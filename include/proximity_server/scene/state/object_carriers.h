@@ -13,7 +13,7 @@ struct ObjectCarriers {
   std::vector<int> of_frames{};  ///< carries each of Objects::frames()
 };
 
-/// The carriers of objects whose frames are links, where the roots are at rest; see framePoses().
+/// The carriers of objects whose frames are links, where the roots are at rest; see setPoses().
 ObjectCarriers carriersOnLinks(const Objects& objects);
 
 }  // namespace proximity_server::scene
