@@ -201,13 +201,28 @@ bool asksThreshold(const Options& options) {
   return options.stop_above < kNone || options.stop_below > -kNone;
 }
 
-/// True if a threshold is asked about two cores whose support planes have formulas without support points. Their centres
-/// are the origins of their frames.
+/// True for a core whose support planes have formulas without support points. Its centre is the origin of its frame.
+bool hasFormula(const Shape& shape) {
+  switch (shape.kind()) {
+    case Shape::Kind::Point:
+    case Shape::Kind::Segment:
+    case Shape::Kind::Box:
+    case Shape::Kind::Cylinder:
+      return true;
+    case Shape::Kind::Cone:
+    case Shape::Kind::Ellipsoid:
+    case Shape::Kind::Hull:
+    case Shape::Kind::Sweep:
+      break;
+  }
+  return false;
+}
+
+/// True if a threshold is asked about two cores with formulas.
 bool hasFirstBounds(const Shape& a, const Shape& b, const Options& options) {
-  constexpr Shape::Kind kLast = Shape::Kind::Cylinder;
   const bool is_asked = options.stop_above < std::numeric_limits<double>::infinity() ||
                         (areBoxes(a, b) && options.stop_below > -std::numeric_limits<double>::infinity());
-  return is_asked && a.kind() <= kLast && b.kind() <= kLast;
+  return is_asked && hasFormula(a) && hasFormula(b);
 }
 
 /// [m] Height of the support plane of such a core along `direction`, times the length of the direction.

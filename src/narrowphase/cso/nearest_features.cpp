@@ -183,7 +183,19 @@ std::optional<Foot> footOf(const Points& p, int count_p, const Points& q, int co
 
 /// True for a core with stored neighbours, and for a box, a segment or a point. A sweep has none.
 bool knowsNeighbours(const Shape& polytope) {
-  return polytope.kind() == Shape::Kind::Hull || polytope.kind() <= Shape::Kind::Box;
+  switch (polytope.kind()) {
+    case Shape::Kind::Point:
+    case Shape::Kind::Segment:
+    case Shape::Kind::Box:
+    case Shape::Kind::Hull:
+      return true;
+    case Shape::Kind::Cylinder:
+    case Shape::Kind::Cone:
+    case Shape::Kind::Ellipsoid:
+    case Shape::Kind::Sweep:
+      break;
+  }
+  return false;
 }
 
 }  // namespace
