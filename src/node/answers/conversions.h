@@ -67,7 +67,7 @@ void assignCounts(Message& message, const scene::PairCounts& counts) {
   message.pairs_unknown = static_cast<std::uint32_t>(counts.unknown);
   message.pairs_at_rest = static_cast<std::uint32_t>(counts.at_rest);
   message.pairs_by_motion = static_cast<std::uint32_t>(counts.by_motion);
-  message.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds + counts.by_proof);
+  message.pairs_by_bounds = static_cast<std::uint32_t>(counts.by_bounds);
   message.pairs_computed = static_cast<std::uint32_t>(counts.computed);
 }
 

@@ -83,7 +83,6 @@ struct Config {
   scene::PairFilterOptions filter;
   /// a list for scene::setJointInequalities(), or an absolute path
   scene::FileValue joint_inequalities{scene::FileValue::List()};
-  std::string conditional_pairs;    ///< an absolute path, see scene::addConditionalPairs(); "": none
   double tolerance = 1e-9;          ///< [m] accepted gap between the bounds of a distance
   double max_tf_age = 0.2;          ///< [s]
   double max_tf_skew = 0.05;        ///< [s]

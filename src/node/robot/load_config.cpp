@@ -66,6 +66,13 @@ class Parameters {
   /// Accepts a parameter that another library reads in this namespace.
   void acceptUnread(const std::string& name) { known_.push_back(name); }
 
+  /// Warns about a parameter that is gone, if it is given.
+  void warnAboutRemoved(const std::string& name, const std::string& instead) {
+    if (!values_.valid() || !values_.hasMember(name)) return;
+    acceptUnread(name);
+    ROS_WARN_STREAM("parameter " << fullName(name) << " has no effect any more: " << instead);
+  }
+
   void warnAboutUnknown() {
     if (!values_.valid()) return;
     for (const auto& [name, value] : values_) {
@@ -313,10 +320,11 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
   Parameters parameters(values, name_space);
   for (const Parameter& parameter : parameterTable(config)) parameters.read(parameter);
   parameters.acceptUnread("diagnostic_period");  // diagnostic_updater reads it
+  parameters.warnAboutRemoved(
+      "conditional_pairs", "its file is not read, and its pairs are measured as all others are, with the same answers");
   parameters.warnAboutUnknown();
   config.model.mesh_cache = config.mesh_cache == "user" ? scene::userMeshCache() : config.mesh_cache;
   const std::pair<const char*, const std::string&> paths[] = {{"objects_file", config.objects_file},
-                                                              {"conditional_pairs", config.conditional_pairs},
                                                               {"record_directory", config.record_directory}};
   for (const auto& [parameter, path] : paths)
     parameters.require(path.empty() || path.front() == '/', parameter, "is '" + path + "', no absolute path");

@@ -84,10 +84,6 @@ std::vector<Parameter> parameterTable(Config& config) {
       "Limits that couple joints, as a cable or a differential does: `[\"2*j1 - j2 <= 1.7\"]`, or the absolute path of "
       "a file with this list. See [coupled limits](#coupled-limits). An unknown joint, and inequalities without a "
       "solution, stop the node.");
-  add("conditional_pairs", &config.conditional_pairs, {}, "", kReload,
-      "Absolute path of a file of `pair_audit --write-conditional-pairs`: ranges of joint positions in which pairs are "
-      "proven apart. Where the bound of a pair is enough, it is not measured; no answer changes. The file of another "
-      "robot, padding or mesh tolerance is refused. \"\": none.");
   add("tolerance", &config.tolerance, {1e-14, 0.1}, "m", kReload,
       "Accepted gap between the two certified bounds of a distance. A larger gap is faster.");
 

@@ -7,7 +7,6 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
-#include "proximity_server/scene/proof/conditional_pairs.h"
 #include "proximity_server/scene/state/degrees_of_freedom.h"
 
 #include <ros/console.h>
@@ -92,7 +91,6 @@ scene::LevelThresholds thresholdsOf(const scene::RobotModel& robot, const std::v
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {
   const std::vector<std::string> srdfs = srdfsOf(texts);
   scene::SceneModel model = scene::makeSceneModel(loadModel(texts, config), srdfs, config.filter);
-  if (!config.conditional_pairs.empty()) scene::readConditionalPairs(config.conditional_pairs, model);
   scene::warnOfNearPairs(model, thresholdsOf(model.robot, srdfs, config));
   setInequalities(config.joint_inequalities, model.robot);  // after the random states, none of which may be within them
   return std::make_shared<const scene::SceneModel>(std::move(model));

@@ -37,8 +37,6 @@ class Field {
   std::vector<double> numbers() const;
   std::vector<std::string> texts() const;
 
-  const FileValue& value() const { return value_; }
-
   /// The names of the members of a map.
   std::vector<std::string> members() const;
 

@@ -243,7 +243,7 @@ PairTable filterPairs(const RobotModel& model, const std::vector<std::string>& s
       const OrderedPair pair(a, b);
       const PairReason reason = reasonFor(pair, links, rules);
       if (reason == PairReason::Checked) table.checked.push_back(static_cast<int>(table.pairs.size()));
-      table.pairs.push_back({a, b, reason, detailFor(pair, rules), 0.0, {}});
+      table.pairs.push_back({a, b, reason, detailFor(pair, rules)});
     }
   }
   addPadding(options, links, table);

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/proof/joint_box.h"
 
+#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/files/field.h"
 
@@ -7,7 +8,6 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
-#include <utility>
 
 namespace proximity_server::scene {
 namespace {
@@ -64,10 +64,7 @@ JointBox boxAbout(const RobotModel& robot, const Positions& state, const std::ve
 }
 
 JointBox jointBoxFrom(const std::string& yaml, const std::string& source, const RobotModel& robot, JointBox box) {
-  return jointBoxFrom(readYaml(yaml, source), source, robot, std::move(box));
-}
-
-JointBox jointBoxFrom(const FileValue& value, const std::string& source, const RobotModel& robot, JointBox box) {
+  const FileValue value = readYaml(yaml, source);
   const Field file(value, source);
   for (const std::string& name : file.members()) {
     const Field member = file.member(name);

@@ -96,8 +96,7 @@ PairBox pairBox(const RobotModel& robot, const Objects* objects, const ShapeRefP
   const Path a = pathTo(body_a, robot, box), b = pathTo(body_b, robot, box);
   const double lengths = a.lengths + b.lengths + reachOf(pair.a, robot, objects) + reachOf(pair.b, robot, objects);
   const double joints = 1.0 + a.joints + b.joints;
-  result.lever = joints * lengths;
-  result.rounding = 128.0 * std::numeric_limits<double>::epsilon() * result.lever;
+  result.rounding = 128.0 * std::numeric_limits<double>::epsilon() * (joints * lengths);
   return result;
 }
 

@@ -9,8 +9,6 @@ namespace proximity_server::scene {
 /// The part of a box that matters to a pair.
 struct PairBox {
   JointBox joints;  ///< those that move the two relative to each other, without mimic joints
-  /// [m] An upper bound of the sum, over the joints between the two, of the distances of their points from each joint.
-  double lever = 0.0;
   /// [m] An upper bound of how much the distance of the two in any state of the box differs by rounding of the
   /// kinematics: from a state in real numbers to poses by forwardKinematics(), and from the ends of an interval that
   /// stands for a full turn.

@@ -40,8 +40,6 @@ int& countOf(Visit::Bound bound, PairCounts& counts) {
       return counts.at_rest;
     case Visit::Bound::Motion:
       return counts.by_motion;
-    case Visit::Bound::Proof:
-      return counts.by_proof;
     case Visit::Bound::Sphere:
     case Visit::Bound::Box:
       break;
@@ -55,14 +53,12 @@ PairMeasurement::PairMeasurement(const SceneModel& model, Skipping skipping, Mem
       memory_(memory),
       pieces_(model.robot.pieces.size(), skipping, memory),
       kept_(memory == Memory::None ? 0 : rememberedPairs(model.pairs.checked.size())),
-      paddings_(paddingsOf(model.pairs)),
-      proven_(model) {}
+      paddings_(paddingsOf(model.pairs)) {}
 
 void PairMeasurement::see(const PlacedRobot& robot) {
   robot_ = &robot;
   pieces_.see(robot);
   if (memory_ == Memory::None) return;
-  proven_.forgetPositions();
   if (robot.objects() != objects_) take(robot.objects());
 }
 
@@ -111,14 +107,6 @@ Visit PairMeasurement::refined(Visit visit, double limit) {
     if (bound > visit.lower_bound) {
       visit.lower_bound = bound;
       visit.bound = Visit::Bound::Box;
-    }
-  }
-  if (!(visit.lower_bound > limit) && !proven_.empty()) {
-    // A bound that does not settle the pair is not used, so that pairs are visited in the same order as without proofs.
-    const double bound = proven_.boundAbove(limit + visit.padding, visit, *robot_) - visit.padding;
-    if (bound > limit) {
-      visit.lower_bound = bound;
-      visit.bound = Visit::Bound::Proof;
     }
   }
   return visit;

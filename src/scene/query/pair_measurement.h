@@ -4,7 +4,6 @@
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "scene/query/closest_pieces.h"
-#include "scene/query/proven_pairs.h"
 #include "scene/state/pair_memory.h"
 #include "scene/state/placed_robot.h"
 #include "scene/state/visit_queue.h"
@@ -28,8 +27,7 @@ struct DistanceBounds {
 /// 1. the bounding spheres of both shapes;
 /// 2. the kept answer minus a bound on the motion since then, or the kept answer itself if the two are at rest;
 /// 3. the bounding boxes of both shapes;
-/// 4. what is proven for the positions of the joints, if a file of conditional pairs was given (ProvenPairs);
-/// 5. the interiors of closed meshes and the closest pieces of both, by the narrowphase.
+/// 4. the interiors of closed meshes and the closest pieces of both, by the narrowphase.
 ///
 /// Spheres and boxes of whole shapes are convex, so they contain the interiors too.
 ///
@@ -117,7 +115,6 @@ class PairMeasurement {
   PieceSearch pieces_;
   PairMemory<KeptAnswer> kept_;
   PairDistances paddings_;
-  ProvenPairs proven_;
   PairCounts counts_;
 };
 

@@ -268,12 +268,10 @@ void PairRanking::countTheRest(const Search& search) {
   PairCounts& counts = measurement_.counts();
   counts.total = static_cast<int>(search.total);
   for (const Visit& visit : queue_.all()) {
-    counts.by_proof += visit.bound == Visit::Bound::Proof;
     counts.at_rest += visit.bound == Visit::Bound::Rest;
     counts.by_motion += visit.bound == Visit::Bound::Motion;
   }
-  counts.by_bounds =
-      counts.total - counts.unknown - counts.by_proof - counts.at_rest - counts.by_motion - counts.computed;
+  counts.by_bounds = counts.total - counts.unknown - counts.at_rest - counts.by_motion - counts.computed;
 }
 
 /// Keeps the nearest pairs for the next question. After a question about links alone, the pairs with objects of the

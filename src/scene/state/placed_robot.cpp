@@ -195,13 +195,10 @@ RelativePose PlacedRobot::relative(int a, int b) const {
                    "No part has one of these numbers: they may be volumes within a part.");
   const Part &part_a = (*this)[a], &part_b = (*this)[b];
   if (part_a.body == part_b.body) return {};
-  return relative(bodies_[part_a.body], bodies_[part_b.body]);
-}
-
-RelativePose PlacedRobot::relative(const BodyPlace& a, const BodyPlace& b) {
+  const BodyPlace &body_a = bodies_[part_a.body], &body_b = bodies_[part_b.body];
   RelativePose a_T_b;
-  a_T_b.rotation.noalias() = a.rotation.transpose() * b.rotation;
-  a_T_b.translation.noalias() = a.rotation.transpose() * (b.origin - a.origin);
+  a_T_b.rotation.noalias() = body_a.rotation.transpose() * body_b.rotation;
+  a_T_b.translation.noalias() = body_a.rotation.transpose() * (body_b.origin - body_a.origin);
   return a_T_b;
 }
 

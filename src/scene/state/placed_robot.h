@@ -84,9 +84,6 @@ class PlacedRobot {
   /// The pose of part b's body in the frame of part a's body.
   RelativePose relative(int a, int b) const;
 
-  /// The pose of a body of the robot in the frame of another one. Both must be known.
-  RelativePose relativeBodies(int a, int b) const { return relative(bodies_[a], bodies_[b]); }
-
   /// True if the first of two has half-spaces, which only the second may have. Throws std::invalid_argument if both have.
   bool isUnboundedFirst(int a, int b) const;
 
@@ -147,7 +144,6 @@ class PlacedRobot {
     Eigen::Vector3d centre;
   };
 
-  static RelativePose relative(const BodyPlace& a, const BodyPlace& b);
   static double gapOf(const Sphere& a, const Sphere& b) { return (b.centre - a.centre).norm() - (a.radius + b.radius); }
   double gapWithObject(int a, int b) const;
   const BodyPlace& bodyOf(int part) const { return bodies_[(*this)[part].body]; }

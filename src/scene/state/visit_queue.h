@@ -10,7 +10,7 @@ namespace proximity_server::scene {
 /// A pair that may have to be examined.
 struct Visit : PartPair {
   /// How the lower bound was found. Only a Sphere bound can be improved without computing the pair.
-  enum class Bound : unsigned char { Sphere, Box, Motion, Rest, Proof };
+  enum class Bound : unsigned char { Sphere, Box, Motion, Rest };
   double lower_bound;  ///< [m] of their signed distance minus the padding
   int number;          ///< decides between equal bounds
   double padding;      ///< [m]

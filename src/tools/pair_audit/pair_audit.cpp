@@ -2,9 +2,9 @@
 #include "proximity_server/scene/levels/always_near.h"
 #include "system/whole_file.h"
 #include "tools/pair_audit/audit_report.h"
-#include "tools/pair_audit/conditional_search.h"
 #include "tools/pair_audit/level_shares.h"
 #include "tools/pair_audit/pair_study.h"
+#include "tools/pair_audit/range_search.h"
 #include "tools/pair_audit/robot_setup.h"
 #include "tools/pair_audit/safe_limits.h"
 #include "tools/pair_audit/srdf_writer.h"
@@ -20,6 +20,7 @@
 #include <iostream>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -32,8 +33,9 @@ constexpr scene::StopAndWarn kUsual{0.02, 0.05};  // [m] the defaults of the nod
 struct AuditArguments {
   RobotFiles robot;
   StudyOptions study;
-  std::string write, write_thresholds, write_conditional, write_limits, setup;
-  double conditional_distance = kUsual.warn, safe_distance = 0.0;  ///< [m]
+  std::string write, write_thresholds, write_limits, setup;
+  std::optional<double> ranges;  ///< [m] how far apart pairs are in the ranges to print
+  double safe_distance = 0.0;    ///< [m]
   long boxes = 2000;
 };
 
@@ -57,11 +59,8 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
                     "an SRDF that disables what is adjacent, always in contact or never near");
   program.addOutput("--write-thresholds", "FILE", arguments.write_thresholds,
                     "parameters of the node (YAML): stop and warn distances for the pairs that are always near");
-  program.addOutput("--write-conditional-pairs", "FILE", arguments.write_conditional,
-                    "for the parameter conditional_pairs: ranges of joint positions in which pairs are proven apart");
-  addLength(program, "--conditional-distance", arguments.conditional_distance, 0.0,
-            "how far they are proven apart there (default: 0.05, the warn distance of the node)")
-      .needs = "--write-conditional-pairs";
+  addLength(program, "--ranges", arguments.ranges, 0.0,
+            "print ranges of joint positions in which pairs are proven this far apart");
   program.addOutput("--write-safe-limits", "FILE", arguments.write_limits,
                     "limits for prove --box, within which the robot is proven not to collide with itself");
   addLength(program, "--safe-distance", arguments.safe_distance, 0.0,
@@ -167,15 +166,14 @@ auto searchRanges(const AuditArguments& arguments, double distance, const std::s
   return search(options);
 }
 
-/// Writes what is proven of joint ranges, as far as the options ask for it.
+/// Prints and writes what is proven of joint ranges, as far as the options ask for it.
 void writeProofs(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
                  const PairStudy& study) {
-  if (!arguments.write_conditional.empty()) {
-    const std::vector<scene::ConditionalPair> pairs =
-        searchRanges(arguments, arguments.conditional_distance, "conditional pairs",
-                     [&](const RangeOptions& options) { return conditionalPairs(model, study, options); });
-    writeTo(std::cout, "standard output", conditionalText(model->robot, pairs));
-    system::replaceFile(arguments.write_conditional, scene::conditionalPairsYaml(model->robot, pairs));
+  if (arguments.ranges) {
+    const std::vector<PairRanges> pairs =
+        searchRanges(arguments, *arguments.ranges, "ranges",
+                     [&](const RangeOptions& options) { return provenRanges(model, study, options); });
+    writeTo(std::cout, "standard output", rangesText(model->robot, pairs));
   }
   if (!arguments.write_limits.empty()) {
     const SafeLimits safe =

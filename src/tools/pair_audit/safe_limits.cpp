@@ -6,7 +6,7 @@
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "proximity_server/scene/query/scene.h"
 #include "tools/pair_audit/box_growth.h"
-#include "tools/pair_audit/conditional_search.h"
+#include "tools/pair_audit/range_search.h"
 #include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
 
@@ -149,7 +149,7 @@ class SafeLimitSearch {
   /// Tightens the joint of a pair that is apart in a large range of it.
   void tightenWithin(const PairEvidence& evidence) {
     const scene::JointRange* best = nullptr;
-    const scene::ConditionalPair found = provenRanges(model_, evidence, within_, options_);
+    const PairRanges found = provenRanges(model_, evidence, within_, options_);
     for (const scene::JointBox& range : found.ranges) {
       if (range.empty()) return;  // apart in all of within_
       if (!best || shareOf(range, within_) > shareOf({*best}, within_)) best = &range[0];

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "proximity_server/scene/proof/joint_box.h"
-#include "tools/pair_audit/conditional_search.h"
 #include "tools/pair_audit/pair_study.h"
+#include "tools/pair_audit/range_search.h"
 
 #include <memory>
 #include <optional>

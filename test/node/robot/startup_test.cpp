@@ -76,6 +76,21 @@ TEST_F(Startup, WarnsAboutAnUnknownParameterWithTheNearestName) {
   expectRefusal("parameter /broken/treshold is unknown and has no effect: did you mean 'threshold'?");
 }
 
+// It is neither read nor refused, whatever it names.
+TEST_F(Startup, WarnsOnceAboutConditionalPairsAndStarts) {
+  ros::param::set("/former/conditional_pairs", "no/absolute/path.yaml");
+  const scene::TemporaryFiles files;
+  const std::string output = files.write("output", "");
+  Inbox<ModelInfo> info(ros::NodeHandle(), "/former/model_info");
+  const ChildProcess node({"sh", "-c", "exec " NODE_EXECUTABLE " __name:=former >" + output + " 2>&1"});
+  EXPECT_TRUE(info.next());
+  const std::string log = scene::readFile(output);
+  const std::size_t first = log.find("conditional_pairs");
+  ASSERT_NE(log.find("parameter /former/conditional_pairs has no effect any more"), std::string::npos) << log;
+  EXPECT_EQ(log.find("conditional_pairs", first + 1), std::string::npos) << log;
+  ros::param::del("/former");
+}
+
 TEST_F(Startup, KnowsEveryParameterOfItsDocumentation) {
   ros::param::del("/robot_description");  // ends the node
   const auto outcome = runNode("documented");

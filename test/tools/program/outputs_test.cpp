@@ -125,8 +125,7 @@ TEST_F(Outputs, OfTheOtherToolsAreNoneOfTheirInputs) {
   expectRefused(prove + "--certificate box.yaml", "--certificate box.yaml", "--box box.yaml", "box.yaml");
   expectRefused(prove + "--refuting robot.urdf", "--refuting robot.urdf", "robot robot.urdf", "robot.urdf");
   const std::string audit = PAIR_AUDIT " robot.urdf --srdf robot.srdf ";
-  for (const std::string option :
-       {"--write", "--write-thresholds", "--write-conditional-pairs", "--write-safe-limits"}) {
+  for (const std::string option : {"--write", "--write-thresholds", "--write-safe-limits"}) {
     expectRefused(audit + option + " robot.urdf", option + " robot.urdf", "robot robot.urdf", "robot.urdf");
     expectRefused(audit + option + " robot.srdf", option + " robot.srdf", "--srdf robot.srdf", "robot.srdf");
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "proximity_server/scene/files/file_value.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/model/robot_model.h"
 
@@ -33,6 +32,5 @@ JointBox boxAbout(const RobotModel& robot, const Positions& state, const std::ve
 ///          exist, that has no single position or that follows another one, a lower end above the upper one, no finite
 ///          number.
 JointBox jointBoxFrom(const std::string& yaml, const std::string& source, const RobotModel& robot, JointBox box);
-JointBox jointBoxFrom(const FileValue& value, const std::string& source, const RobotModel& robot, JointBox box);
 
 }  // namespace proximity_server::scene

@@ -41,7 +41,6 @@ struct PairCounts {
   int at_rest = 0;    ///< the relative pose of the two bodies is that of the last computed answer
   int by_motion = 0;  ///< an earlier bound, minus the motion since then, was enough
   int by_bounds = 0;  ///< bounding volumes were enough, or `first` had found a pair before
-  int by_proof = 0;   ///< the joints are where the pair is proven apart, see ProvenRanges
   int computed = 0;   ///< at least one pair of pieces was computed by the narrowphase
 };
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include "proximity_server/scene/model/joint_ranges.h"
-
 #include <string>
 #include <vector>
 
@@ -28,25 +26,11 @@ enum class PairReason : unsigned char {
 };
 const char* toString(PairReason reason);
 
-/// Ranges of joint positions in which a pair is proven apart, see addConditionalPairs().
-struct ProvenRanges {
-  /// [m] A lower bound of the distance, before the padding of the pair is subtracted, in all poses whose joints agree
-  /// with the kinematics within kJointAgreement and are in one of the ranges.
-  double distance = 0.0;
-  /// Each has an interval for each joint that moves the two relative to each other, and for the leaders of mimic joints.
-  std::vector<std::vector<JointRange>> ranges;
-};
-
-/// The pose of a joint agrees with the kinematics if its translation [m], and the Frobenius norm of its rotation, differ
-/// by at most this from those of its position. The pose of a calibrated joint frame does not.
-constexpr double kJointAgreement = 1e-9;
-
 struct LinkPair {
   int link_a, link_b;  ///< link_a < link_b, both with geometry
   PairReason reason;
-  std::string detail;        ///< the SRDF's reason attribute, or in which ranges the pair is proven apart, or ""
-  double padding = 0;        ///< [m] subtracted from the distance of this pair, half on each side
-  ProvenRanges proven = {};  ///< no ranges: nothing is proven
+  std::string detail;  ///< the SRDF's reason attribute, or ""
+  double padding = 0;  ///< [m] subtracted from the distance of this pair, half on each side
 };
 
 /// An entry without effect in a list of the SRDF or of the configuration.

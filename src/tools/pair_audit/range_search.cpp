@@ -1,4 +1,4 @@
-#include "tools/pair_audit/conditional_search.h"
+#include "tools/pair_audit/range_search.h"
 
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "system/pipeline.h"
@@ -20,7 +20,7 @@ class RangeSearch {
   RangeSearch(std::shared_ptr<const scene::SceneModel> model, const PairEvidence& evidence, const RangeOptions& options)
       : model_(std::move(model)), evidence_(evidence), budget_(options.budget), question_(options.question()) {}
 
-  scene::ConditionalPair run(const scene::JointBox& limits) {
+  PairRanges run(const scene::JointBox& limits) {
     if (proves(limits)) return {evidence_.pair, bound_, {{}}};
     for (const int joint : leadersBetween()) limits_.push_back(*scene::intervalOf(limits, joint));
     for (std::size_t at = 0; at < limits_.size(); ++at) {
@@ -88,13 +88,13 @@ class RangeSearch {
 
 }  // namespace
 
-scene::ConditionalPair provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
-                                    const scene::JointBox& limits, const RangeOptions& options) {
+PairRanges provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
+                        const scene::JointBox& limits, const RangeOptions& options) {
   return RangeSearch(model, evidence, options).run(limits);
 }
 
-std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const scene::SceneModel>& model,
-                                                     const PairStudy& study, const RangeOptions& options) {
+std::vector<PairRanges> provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
+                                     const RangeOptions& options) {
   std::vector<const PairEvidence*> pairs;
   for (const PairEvidence& evidence : study.pairs) {
     const int pair = model->pairs.find(evidence.pair.a.link(), evidence.pair.b.link());
@@ -103,10 +103,10 @@ std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const
   }
   struct Search {
     const PairEvidence* evidence = nullptr;
-    scene::ConditionalPair found{};
+    PairRanges found{};
   };
   const scene::JointBox limits = scene::knownRanges(model->robot);
-  std::vector<scene::ConditionalPair> conditional;
+  std::vector<PairRanges> proven;
   std::size_t next = 0, done = 0;
   const auto read = [&](Search& search) {
     if (next == pairs.size()) return false;
@@ -115,24 +115,24 @@ std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const
   };
   const auto work = [&](Search& search, int) { search.found = provenRanges(model, *search.evidence, limits, options); };
   const auto keep = [&](const Search& search) {
-    if (!search.found.ranges.empty()) conditional.push_back(search.found);
+    if (!search.found.ranges.empty()) proven.push_back(search.found);
     if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(pairs.size()));
   };
   system::runPipeline<Search>({read, work, keep}, {options.threads});
-  return conditional;
+  return proven;
 }
 
-std::string conditionalText(const scene::RobotModel& robot, const std::vector<scene::ConditionalPair>& pairs) {
+std::string rangesText(const scene::RobotModel& robot, const std::vector<PairRanges>& pairs) {
   std::string text =
       "\nProven apart in a range of one joint, or in all states (" + std::to_string(pairs.size()) + ")\n";
-  for (const scene::ConditionalPair& conditional : pairs) {
+  for (const PairRanges& proven : pairs) {
     std::string ranges;
-    for (const scene::JointBox& range : conditional.ranges)
+    for (const scene::JointBox& range : proven.ranges)
       for (const scene::JointRange& interval : range)
         ranges += ", " + robot.joints[interval.joint].name + " from " + shortest(interval.lower) + " to " +
                   shortest(interval.upper);
-    text += "  " + nameOf(conditional.pair.a, robot) + " - " + nameOf(conditional.pair.b, robot) + ": at least " +
-            shortest(conditional.distance) + " m" + (ranges.empty() ? ", always" : ranges) + "\n";
+    text += "  " + nameOf(proven.pair.a, robot) + " - " + nameOf(proven.pair.b, robot) + ": at least " +
+            shortest(proven.distance) + " m" + (ranges.empty() ? ", always" : ranges) + "\n";
   }
   return text;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/proof/conditional_pairs.h"
+#include "proximity_server/scene/proof/joint_box.h"
 #include "tools/pair_audit/pair_study.h"
 
 #include <functional>
@@ -9,6 +9,13 @@
 #include <vector>
 
 namespace proximity_server::tools {
+
+/// A pair of links, and the ranges of one joint in which it is proven apart, whatever the other joints do within limits.
+struct PairRanges {
+  scene::ShapeRefPair pair;
+  double distance;                      ///< [m] a lower bound of the distance in all the ranges
+  std::vector<scene::JointBox> ranges;  ///< without an interval: all states
+};
 
 /// For searches of ranges in which pairs are proven apart.
 struct RangeOptions {
@@ -38,17 +45,17 @@ struct RangeOptions {
 ///
 /// `limits` has an interval for each joint between the two.
 /// Failure: throws as TimeBudget::require().
-scene::ConditionalPair provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
-                                    const scene::JointBox& limits, const RangeOptions& options);
+PairRanges provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairEvidence& evidence,
+                        const scene::JointBox& limits, const RangeOptions& options);
 
 /// provenRanges() of the checked pairs that have any, within the limits of the URDF. Pairs with a joint whose limits are
 /// not known are left out. The result is the same for any number of threads.
-std::vector<scene::ConditionalPair> conditionalPairs(const std::shared_ptr<const scene::SceneModel>& model,
-                                                     const PairStudy& study, const RangeOptions& options);
+std::vector<PairRanges> provenRanges(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
+                                     const RangeOptions& options);
 
 constexpr double kLeastShare = 0.05;
 
 /// The ranges of each pair, for people.
-std::string conditionalText(const scene::RobotModel& robot, const std::vector<scene::ConditionalPair>& pairs);
+std::string rangesText(const scene::RobotModel& robot, const std::vector<PairRanges>& pairs);
 
 }  // namespace proximity_server::tools
