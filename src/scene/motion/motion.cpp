@@ -102,11 +102,6 @@ Motion::Place Motion::placeOf(double parameter) const {
   return {piece, (parameter - piece.begin) / (piece.end - piece.begin)};
 }
 
-Positions Motion::positionsAt(double parameter) const {
-  const Place place = placeOf(parameter);
-  return place.piece.positionsAt(place.time);
-}
-
 BodyPoses Motion::at(double parameter, const Positions& state) const {
   const auto [piece, time] = placeOf(parameter);
   return piece.spline ? piece.restAt(state.empty() ? piece.positionsAt(time) : state).at(0.0) : piece.robot.at(time);

@@ -14,7 +14,7 @@
 namespace proximity_server::scene {
 
 /// A motion of a robot and of the frames that carry its objects, in pieces that follow each other. Its parameter goes
-/// from 0 to 1 and stands for an interval of time.
+/// from 0 to 1 and stands for an interval of time. The model of a motion along a spline must outlive it.
 class Motion {
  public:
   /// A part of the motion: straight, or along a spline of the joints, or anywhere in a tube around the spline.
@@ -69,9 +69,6 @@ class Motion {
   /// The poses at one parameter; in a piece along a spline those at the positions `state`, or, if it is empty, on the
   /// spline.
   BodyPoses at(double parameter, const Positions& state = {}) const;
-
-  /// The positions at one parameter; empty: not known.
-  Positions positionsAt(double parameter) const;
 
   /// See RobotMotion::inWorld() and worldAt().
   RobotMotion::State inWorld(double parameter) const;
