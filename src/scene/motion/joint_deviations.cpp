@@ -12,7 +12,8 @@ using Eigen::Isometry3d;
 
 using Way = PosesInTime::Way;
 
-/// What the joints of a way do to a geometry at one end of it, from there on.
+/// Sums up how far the joints between a geometry and another frame, by their deviations, can move the points of the
+/// geometry. The joint next to the geometry comes first.
 class Effects {
  public:
   Effects(const Carried& who, const JointDeviations& deviations, PosesInTime& poses)

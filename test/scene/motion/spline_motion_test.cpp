@@ -306,7 +306,7 @@ TEST(RandomSplines, AgreeWithTheirStates) {
   }
 }
 
-// What the narrowphase is asked about needs some.
+// Splines for which the narrowphase is asked are left out: its questions about motions allocate memory.
 TEST(RandomSplines, ThoseThatBoundsSettleNeedNoNewMemoryTheSecondTime) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer allocates";
   const std::shared_ptr<const SceneModel> model = modelOf(urdfOf(twoArms()));
