@@ -148,20 +148,25 @@ void checkFormat(const std::string& path, std::size_t size) {
   }
 }
 
-// --- after a file is read
+}  // namespace
 
 void checkMesh(const TriangleMesh& mesh) {
-  if (mesh.triangles.empty()) throw std::invalid_argument("it has no triangle");
+  if (mesh.triangles.size() > kMaxTriangles)
+    throw std::invalid_argument("the mesh has more than " + std::to_string(kMaxTriangles) + " triangles");
   for (const Vector3d& vertex : mesh.vertices) {
-    if (!vertex.allFinite()) throw std::invalid_argument("a coordinate is not finite");
+    if (!vertex.allFinite()) throw std::invalid_argument("a vertex of the mesh is not finite");
     if (vertex.cwiseAbs().maxCoeff() <= kFarthest) continue;
     std::ostringstream text;
-    text << "a vertex at (" << vertex.transpose() << ") m, farther than 1e6 m from its origin";
+    text << "a vertex of the mesh is at (" << vertex.transpose() << ") m, farther than 1e6 m from its origin";
     throw std::invalid_argument(text.str());
   }
+  const int count = static_cast<int>(mesh.vertices.size());
+  for (const auto& triangle : mesh.triangles)
+    for (const int vertex : triangle)
+      if (vertex < 0 || vertex >= count)
+        throw std::invalid_argument("a triangle of the mesh names vertex " + std::to_string(vertex) + " of " +
+                                    std::to_string(count));
 }
-
-}  // namespace
 
 MeshWithUnit readMesh(const std::string& path, const Vector3d& scale, const std::atomic<bool>* stop) try {
   if (!scale.allFinite() || (scale.array() == 0.0).any()) {
@@ -173,6 +178,7 @@ MeshWithUnit readMesh(const std::string& path, const Vector3d& scale, const std:
                                      stop};
   const auto bytes = [&] { return toBytes(importMesh(path, stlText(path, size), scale)); };
   MeshWithUnit read = meshFromBytes(system::answerOfChild(bytes, limits));
+  if (read.mesh.triangles.empty()) throw std::invalid_argument("it has no triangle");
   checkMesh(read.mesh);
   return read;
 } catch (const std::exception& error) {

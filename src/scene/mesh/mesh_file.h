@@ -16,6 +16,10 @@ struct MeshWithUnit {
 /// Reads a mesh as loadMesh() does, with its unit. Throws as requireNoStop() does once `stop` is set.
 MeshWithUnit readMesh(const std::string& path, const Eigen::Vector3d& scale, const std::atomic<bool>* stop = nullptr);
 
+/// Throws std::invalid_argument for more than kMaxTriangles, for a triangle with a vertex that there is not, and for a
+/// vertex that is not finite, or farther than kFarthest from the origin along an axis.
+void checkMesh(const TriangleMesh& mesh);
+
 /// The sentence for a user about a unit that is not the metre, without a full stop; "" for the metre.
 std::string unitRemark(double unit);
 

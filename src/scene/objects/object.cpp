@@ -82,7 +82,7 @@ class PartsReader {
   }
 
   ConvexParts operator()(const TriangleMesh& mesh) const {
-    checkMesh(mesh);
+    if (mesh.triangles.empty()) throw std::invalid_argument("the mesh has no triangle");
     return ofMesh(mesh, "mesh of " + std::to_string(mesh.triangles.size()) + " triangles");
   }
 
@@ -103,21 +103,6 @@ class PartsReader {
   }
 
  private:
-  /// Requires what loadMesh() guarantees for a file.
-  static void checkMesh(const TriangleMesh& mesh) {
-    if (mesh.triangles.empty()) throw std::invalid_argument("the mesh has no triangle");
-    if (mesh.triangles.size() > kMaxTriangles)
-      throw std::invalid_argument("the mesh has more than " + std::to_string(kMaxTriangles) + " triangles");
-    for (const Vector3d& vertex : mesh.vertices)
-      if (!vertex.allFinite()) throw std::invalid_argument("a vertex of the mesh is not finite");
-    const int count = static_cast<int>(mesh.vertices.size());
-    for (const auto& triangle : mesh.triangles)
-      for (const int vertex : triangle)
-        if (vertex < 0 || vertex >= count)
-          throw std::invalid_argument("a triangle of the mesh names vertex " + std::to_string(vertex) + " of " +
-                                      std::to_string(count));
-  }
-
   ConvexParts ofMesh(const TriangleMesh& mesh, const std::string& description, const std::string& unit = "") const {
     MeshPieces pieces = convexPieces(mesh, options_.meshes);
     if (pieces.hulls.empty()) throw std::invalid_argument(description + " has no geometry");

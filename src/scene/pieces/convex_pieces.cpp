@@ -1,5 +1,6 @@
 #include "proximity_server/scene/pieces/convex_pieces.h"
 
+#include "scene/mesh/mesh_file.h"
 #include "scene/mesh/stop_flag.h"
 #include "scene/pieces/decomposition.h"
 #include "scene/pieces/interior.h"
@@ -392,6 +393,7 @@ MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options) {
   if (!(options.time_budget > 0.0)) throw std::invalid_argument("a mesh's time budget must be above 0");
   requireNoStop(options.stop);
   if (mesh.triangles.empty()) return {};
+  checkMesh(mesh);
   const MeshCache cache(options.cache, mesh, options.tolerance, options.time_budget);
   MeshPieces pieces;
   std::optional<Clustering> clustering = cache.find();

@@ -83,7 +83,9 @@ Vector3d nearestPoint(const Triangle& triangle, const Vector3d& p) {
   const Vector3d ab = b - a, bc = c - b, ca = a - c, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const Vector3d normal = ab.cross(ac);
   const bool above_face = normal.dot(ab.cross(ap)) > 0 && normal.dot(bc.cross(bp)) > 0 && normal.dot(ca.cross(cp)) > 0;
-  if (above_face) return p - normal.dot(ap) / normal.squaredNorm() * normal;
+  // The square of a smaller normal underflows. Such a triangle is no wider than 1e-77 m: its edges are near enough.
+  const double squared = normal.squaredNorm();
+  if (above_face && squared >= std::numeric_limits<double>::min()) return p - normal.dot(ap) / squared * normal;
 
   NearestOffered best(p, nearestPointOnSegment(a, b, ab, ap));
   best.offer(nearestPointOnSegment(b, c, bc, bp));

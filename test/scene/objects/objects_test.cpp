@@ -150,6 +150,9 @@ TEST(AnObject, IsRefusedWithItsIdAndShape) {
   EXPECT_EQ(refusal({{TriangleMesh{}}}), "object \"box\": shape 1: the mesh has no triangle");
   EXPECT_EQ(refusal({{TriangleMesh{{{0, 0, kNan}}, {{0, 0, 0}}}}}),
             "object \"box\": shape 1: a vertex of the mesh is not finite");
+  EXPECT_EQ(refusal({{TriangleMesh{{{0, 0, 0}, {1e160, 0, 0}, {0, 1e160, 0}}, {{0, 1, 2}}}}}),
+            "object \"box\": shape 1: a vertex of the mesh is at (1e+160      0      0) m, farther than 1e6 m from its "
+            "origin");
   EXPECT_EQ(refusal({{TriangleMesh{{{0, 0, 0}}, {{0, 0, 1}}}}}),
             "object \"box\": shape 1: a triangle of the mesh names vertex 1 of 1");
   EXPECT_EQ(refusal({{MeshFile{"package://x/y.stl"}}}),

@@ -53,6 +53,20 @@ TEST(NearestPointOfATriangle, BeyondACornerIsTheCorner) {
   expectNearest(kRight, {-1, 5, 1}, {0, 2, 0});
 }
 
+// The square of their normals underflows, and rounding lets a few seem to be below the point.
+TEST(NearestPointOfATriangle, OfAtomsIsFinite) {
+  Chance chance(1);
+  const auto within = [&](double size) {
+    return Vector3d(size * chance.between(-1, 1), size * chance.between(-1, 1), size * chance.between(-1, 1));
+  };
+  constexpr double kAtom = 1.8e-108;
+  for (int i = 0; i < 300000; ++i) {
+    const Triangle triangle{within(kAtom), within(kAtom), within(kAtom)};
+    const Vector3d p = within(1.0);
+    ASSERT_NEAR((nearestPoint(triangle, p) - p).norm(), p.norm(), 1e-14) << p.transpose();
+  }
+}
+
 TEST(NearestPointOfATriangle, WithoutAreaIsThatOfTheSegment) {
   const Triangle segment{Vector3d(0, 0, 0), Vector3d(1, 1, 0), Vector3d(3, 3, 0)};
   expectNearest(segment, {2, 0, 5}, {1, 1, 0});

@@ -68,8 +68,9 @@ struct MeshPieces {
 ///          components is not 0, see Interior. Clusters and triangles stand for its surface, hulls for all of it.
 /// Limit:   a shape that lies wholly inside an open component may touch none of the pieces, and then counts as apart
 ///          from it. In overlap, the depth of the deepest two pieces is a lower bound of the depth of the solids.
-/// Failure: throws std::invalid_argument for a tolerance that is negative or not finite, or a time budget that is not
-///          above 0; std::runtime_error once MeshOptions::stop is set.
+/// Failure: throws std::invalid_argument for a tolerance that is negative or not finite, a time budget that is not above
+///          0, more than 200,000 triangles, a triangle with a vertex that there is not, and a vertex that is not finite, or
+///          farther than 1e6 m from the origin along an axis; std::runtime_error once MeshOptions::stop is set.
 MeshPieces convexPieces(const TriangleMesh& mesh, const MeshOptions& options = {});
 
 /// Returns the folder of the user's decompositions: $XDG_CACHE_HOME/proximity_server, else ~/.cache/proximity_server;
