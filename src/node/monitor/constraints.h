@@ -7,7 +7,7 @@
 #include "proximity_server/Clearance.h"
 #include "proximity_server/ConstraintRows.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 
 #include <cstddef>
 #include <vector>

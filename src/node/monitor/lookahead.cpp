@@ -26,9 +26,8 @@ constexpr std::size_t kMostChoices = 32;
 
 /// Tells that moving objects are assumed to rest, unless it is known that they do; "" for none.
 std::string restingText(const LookaheadStart& start) {
-  const std::vector<int>& moving = start.frame_poses.may_move;
-  if (moving.empty()) return {};
-  return "objects in frame '" + start.frames.names[moving.front()] + "' are taken to rest where they are";
+  if (start.may_move.empty()) return {};
+  return "objects in frame '" + start.frames.names[start.may_move.front()] + "' are taken to rest where they are";
 }
 
 scene::MotionQuestion questionOf(const scene::PairDistances& stop, std::chrono::steady_clock::time_point deadline) {
@@ -40,7 +39,7 @@ scene::MotionQuestion questionOf(const scene::PairDistances& stop, std::chrono::
 
 /// The frames of objects, for a motion from inRoot().
 scene::RobotMotion::ObjectFrames objectFrames(const Robot& robot, const LookaheadStart& start) {
-  return objectFramesInRoot(robot, start.poses, start.frames, start.frame_poses.poses);
+  return objectFramesInRoot(robot, start.state.poses(), start.frames, start.state.frames());
 }
 
 /// The motion of the joints during the lookahead. Returns nullopt, with the reason in `status`, if a velocity is too
@@ -53,7 +52,8 @@ std::optional<scene::LimitedMotion> motionAhead(const Robot& robot, const Lookah
   try {
     if (!std::all_of(travel.begin(), travel.end(), [](double joint) { return std::isfinite(joint); }))
       throw std::invalid_argument("a velocity times the lookahead is not finite");
-    scene::LimitedMotion limited = motionWithinLimits(robot, start.poses, travel, start.stated, settings.lookahead);
+    scene::LimitedMotion limited =
+        motionWithinLimits(robot, start.state.poses(), travel, start.stated, settings.lookahead);
     limited.motion.carryObjects(objectFrames(robot, start));
     return limited;
   } catch (const std::invalid_argument& error) {
@@ -138,7 +138,7 @@ scene::Motion motionAlong(const CommandedMotion& commanded, const Robot& robot, 
       point.positions[i] += velocities[i] * std::clamp(time, 0.0, stops[i]);
     return point;
   };
-  auto rest = scene::RobotMotion::ofTravel(robot.robotModel(), inRoot(robot, start.poses),
+  auto rest = scene::RobotMotion::ofTravel(robot.robotModel(), inRoot(robot, start.state.poses()),
                                            std::vector<double>(velocities.size()));
   rest.carryObjects(objectFrames(robot, start));
   const std::vector<double> knots = knotsOf(commanded, others, search);
@@ -158,7 +158,7 @@ scene::Motion motionAlong(const CommandedMotion& commanded, const Robot& robot, 
 }
 
 /// Tells which inequality is broken first along the splines until a parameter, and when; "" for none.
-std::string brokenText(const scene::Motion& motion, double until, const scene::RobotModel& robot) {
+std::string brokenAlong(const scene::Motion& motion, double until, const scene::RobotModel& robot) {
   for (const scene::Motion::Piece& piece : motion.pieces()) {
     if (piece.begin > 0.0 && !(piece.begin < until)) break;
     const auto broken = piece.spline->brokenInequalities(robot);
@@ -177,10 +177,10 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
   const std::vector<double> of_others = withoutFollowers(velocities.velocities, commanded);
   const std::optional<scene::LimitedMotion> others = motionAhead(robot, start, of_others, settings, result.status);
   if (!others) return result;
-  const bool is_spline = !commanded.followed.empty();
   const SearchTime time = searchTimeOf(commanded, settings.lookahead);
-  const scene::Motion motion =
-      is_spline ? motionAlong(commanded, robot, start, *others, of_others, time) : others->motion;
+  std::optional<scene::Motion> spline;
+  if (!commanded.followed.empty()) spline = motionAlong(commanded, robot, start, *others, of_others, time);
+  const scene::Motion& motion = spline ? *spline : others->motion;
   const scene::RobotTimeOfContact found = scene.timeOfContact(robot.candidates(), motion, question);
   result.status = completeness(found.counts);
   if (result.status.code != QueryStatus::OK) return result;
@@ -200,8 +200,8 @@ Lookahead contactAlong(const CommandedMotion& commanded, const Robot& robot, sce
   if (result.status.code != QueryStatus::OK) return result;
   const double until = found.contact ? found.t_contact : 1.0;
   const std::string limits =
-      is_spline ? joined(brokenText(motion, until, robot.robotModel()), assumedText(robot.robotModel(), *others))
-                : limitsText(robot.robotModel(), start.poses, start.stated, *others);
+      spline ? joined(brokenAlong(motion, until, robot.robotModel()), assumedText(robot.robotModel(), *others))
+             : limitsText(robot.robotModel(), start.state.poses(), start.stated, *others);
   result.status.message = joined(restingText(start), limits);
   return result;
 }

@@ -5,8 +5,8 @@
 #include "node/robot/robot.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Lookahead.h"
-#include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/motion_search.h"
+#include "proximity_server/scene/state/state.h"
 
 #include <chrono>
 #include <vector>
@@ -16,12 +16,12 @@ namespace proximity_server::node {
 /// A lookahead without a result: OFF if the settings switch it off, else UNKNOWN.
 Lookahead noLookahead(const MonitorSettings& settings);
 
-/// The poses at which a lookahead, or a stop, begins. All poses that are needed are known.
+/// The state in which a lookahead, or a stop, begins. All poses that are needed are known.
 struct LookaheadStart {
-  const scene::BodyPoses& poses;
+  const scene::State& state;
   const JointValues& stated;  ///< PoseSnapshot::stated
   const CarrierFrames& frames;
-  const FrameSnapshot& frame_poses;  ///< the poses of `frames`
+  const std::vector<int>& may_move;  ///< FrameSnapshot::may_move
 };
 
 /// [s] How long a search may take: a quarter of the monitor's period, so that the whole cycle ends in time. At rate 0

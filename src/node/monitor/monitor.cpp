@@ -61,7 +61,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
 
   Clearance& message = message_.write({snapshot, frames, settings, state, assessment_, bounded, question.guaranteed});
   message.lookahead =
-      lookAhead({snapshot.poses, snapshot.stated, monitored_.frames, frames}, velocities, settings, commanded);
+      lookAhead({state, snapshot.stated, monitored_.frames, frames.may_move}, velocities, settings, commanded);
   message.computation_time = ros::Duration(std::chrono::duration<double>(Clock::now() - start).count());
   return message;
 }
@@ -124,8 +124,8 @@ Lookahead Monitor::lookAhead(const LookaheadStart& start, const VelocitySnapshot
 StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                      const MonitorSettings& settings, const FrameSnapshot& frames) {
   if (!assessment_.level) return {0.0, latest().status};
-  return scales_.find(*robot_, *scenes_, {snapshot.poses, snapshot.stated, monitored_.frames, frames}, velocities,
-                      joints(), thresholds_.stop, snapshot.age, settings, guaranteed());
+  return scales_.find(*robot_, *scenes_, {scenes_->state, snapshot.stated, monitored_.frames, frames.may_move},
+                      velocities, joints(), thresholds_.stop, snapshot.age, settings, guaranteed());
 }
 
 }  // namespace proximity_server::node

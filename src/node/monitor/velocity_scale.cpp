@@ -29,6 +29,11 @@ QueryStatus decelerationStatus(const Robot& robot, const std::vector<int>& joint
   return {};
 }
 
+/// The time [s] until the robot begins to brake. `age` is that of the poses.
+double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
+  return settings.stop_latency + std::max(0.0, age.toSec());
+}
+
 /// The latency and decelerations for scene::velocityScale(). With `pose_latency` the uncertainty contains the motion
 /// during the age of the poses. A joint without a deceleration gets infinity: it does not move, or it is a mimic joint
 /// and stops with its leader.
@@ -48,7 +53,7 @@ StoppingScale searchScale(const Robot& robot, PosedScenes& scenes, const Lookahe
                           scene::GuaranteedDistances* guaranteed) {
   const scene::Braking braking = brakingOf(robot, age, settings);
   scene::MovingState state{velocities.velocities, start.stated,
-                           objectFramesAtStart(robot, start.frames, start.frame_poses.poses)};
+                           objectFramesAtStart(robot, start.frames, start.state.frames())};
   if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
   if (guaranteed)
     state.largest_loss = guaranteed->largestLoss(
@@ -65,23 +70,7 @@ StoppingScale searchScale(const Robot& robot, PosedScenes& scenes, const Lookahe
   return result;
 }
 
-bool areSame(const std::vector<std::optional<Eigen::Isometry3d>>& p,
-             const std::vector<std::optional<Eigen::Isometry3d>>& q) {
-  return std::equal(p.begin(), p.end(), q.begin(), q.end(),
-                    [](const auto& a, const auto& b) { return a && b ? a->matrix() == b->matrix() : !a && !b; });
-}
-
-}  // namespace
-
-double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
-  return settings.stop_latency + std::max(0.0, age.toSec());
-}
-
-bool StoppingScales::differInLatencyOnly(const Input& p, const Input& q) {
-  return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.stated == q.stated &&
-         areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
-}
-
+/// Calls searchScale() if the numbers that it needs are known.
 StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
                             const VelocitySnapshot& velocities, const std::vector<int>& joints,
                             const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
@@ -100,14 +89,29 @@ StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const Looka
   }
 }
 
+bool areSame(const std::vector<std::optional<Eigen::Isometry3d>>& p,
+             const std::vector<std::optional<Eigen::Isometry3d>>& q) {
+  return std::equal(p.begin(), p.end(), q.begin(), q.end(),
+                    [](const auto& a, const auto& b) { return a && b ? a->matrix() == b->matrix() : !a && !b; });
+}
+
+}  // namespace
+
+bool StoppingScales::differInLatencyOnly(const Input& p, const Input& q) {
+  return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.stated == q.stated &&
+         areSame(p.poses, q.poses) && areSame(p.frames, q.frames);
+}
+
 StoppingScale StoppingScales::find(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
                                    const VelocitySnapshot& velocities, const std::vector<int>& joints,
                                    const scene::PairDistances& stop, const ros::Duration& age,
                                    const MonitorSettings& settings, scene::GuaranteedDistances* guaranteed) {
   StoppingScale found = stoppingScale(robot, scenes, start, velocities, joints, stop, age, settings, guaranteed);
   if (found.status.code != QueryStatus::OK) return found;
-  Input input{start.poses, start.frame_poses.poses,   velocities.velocities, start.stated, scenes.state.objects(),
-              stop,        stopLatency(age, settings)};
+  Input input{start.state.poses(),       start.state.frames(),
+              velocities.velocities,     start.stated,
+              scenes.state.objects(),    stop,
+              stopLatency(age, settings)};
   const double period = settings.rate > 0.0 ? 1.0 / settings.rate : 0.0;
   if (found.is_complete) {
     input_ = std::move(input);

@@ -4,8 +4,8 @@
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/query/pair_distances.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <ros/duration.h>
 
@@ -21,23 +21,17 @@ struct StoppingScale {
   bool is_complete = false;  ///< false if the search ended before it found the largest scale
 };
 
-/// Searches for the largest scale of the joint velocities from which the robot can stop above the stop distances, with
-/// the decelerations in the parameters. Motions away from a near pair are not slowed, see scene::velocityScale(). The
-/// robot begins to brake after stopLatency(). With PoseLatency the uncertainty contains the motion during the age,
-/// which does not count as latency then. `age` is that of the poses, and `joints` are those that move a checked pair.
-/// The state of `scenes` must have the poses of the start. `guaranteed` is given if they are not known exactly: then
-/// all pairs stay above their stop distances in every state within the uncertainty. If searchDeadline() ends the
-/// search, the scale is smaller than the largest one, which is safe, and is_complete is false.
-StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
-                            const VelocitySnapshot& velocities, const std::vector<int>& joints,
-                            const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
-                            scene::GuaranteedDistances* guaranteed = nullptr);
-
 /// The scales of one robot, cycle after cycle.
 class StoppingScales {
  public:
-  /// Calls stoppingScale(). If that ran out of time, a larger scale that was found before in the same state is returned,
-  /// unless the latency has grown by more than a period of the cycles since then.
+  /// Searches for the largest scale of the joint velocities from which the robot can stop above the stop distances,
+  /// with the decelerations in the parameters. Motions away from a near pair are not slowed, see scene::velocityScale().
+  /// The robot begins to brake after the age of the poses, `age`, and MonitorSettings::stop_latency. With PoseLatency the
+  /// uncertainty contains the motion during the age, which does not count as latency then. `joints` move a checked pair.
+  /// The start is the state of `scenes`. `guaranteed` is given if its poses are not known exactly: then all pairs stay
+  /// above their stop distances in every state within the uncertainty, else it is nullptr. If searchDeadline() ends the
+  /// search, the scale is smaller than the largest one, which is safe, and is_complete is false; then a larger scale that
+  /// was found before in the same state is returned, unless the latency has grown by more than a period of the cycles.
   StoppingScale find(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
                      const VelocitySnapshot& velocities, const std::vector<int>& joints,
                      const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
@@ -59,8 +53,5 @@ class StoppingScales {
   Input input_;         ///< of the latest search that was complete
   double scale_ = 0.0;  ///< its result
 };
-
-/// The time [s] until the robot begins to brake: `age` of the poses and MonitorSettings::stop_latency.
-double stopLatency(const ros::Duration& age, const MonitorSettings& settings);
 
 }  // namespace proximity_server::node
