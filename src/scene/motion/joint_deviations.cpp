@@ -12,16 +12,16 @@ using Eigen::Isometry3d;
 
 using Way = PosesInTime::Way;
 
-/// Sums up how far the joints between a geometry and another frame, by their deviations, can move the points of the
-/// geometry. The joint next to the geometry comes first.
+/// How far the joints between a geometry and another frame, by their deviations, can move the points of the geometry. The
+/// joint next to the geometry comes first.
 class Effects {
  public:
   Effects(const Carried& who, const JointDeviations& deviations, PosesInTime& poses)
       : deviations_(deviations), poses_(poses), who_(who), pose_(poses.pose(who.frame, kMiddle)) {}
 
-  /// Returns the effect [m] of all joints until the next one.
-  double with(int frame) {
-    if (frame >= static_cast<int>(deviations_.size())) return sum_;
+  /// Returns the effect [m] of the next joint.
+  double of(int frame) {
+    if (frame >= static_cast<int>(deviations_.size())) return 0.0;
     const JointDeviation& joint = deviations_[frame];
     double radius = 1.0, effect = joint.most;  // of a translation
     if (joint.turns) {
@@ -30,17 +30,16 @@ class Effects {
       effect = (radius + growth_) * joint.most;
     }
     growth_ += radius * joint.half_travel;
-    return sum_ += effect;
+    return effect;
   }
 
  private:
-  static constexpr double kMiddle = 0.5;
+  static constexpr double kMiddle = PosesInTime::kMiddle;
 
   const JointDeviations& deviations_;
   PosesInTime& poses_;
   const Carried& who_;
   const Isometry3d pose_;
-  double sum_ = 0.0;
   double growth_ = 0.0;  // [m] of the distance from an axis, by the motion of the joints so far
 };
 
@@ -65,10 +64,8 @@ double distanceDeviation(const JointDeviations& deviations, const Carried& a, co
   if (deviations.empty()) return 0.0;
   const Way& way = poses.wayBetween(a.frame, b.frame);
   Effects of_a(a, deviations, poses), of_b(b, deviations, poses);
-  on_a.assign(1, 0.0);
-  for (std::size_t i = 0; i < way.size(); ++i) on_a.push_back(of_a.with(way.frame(i)));
-  double smallest = on_a.back();
-  for (std::size_t i = way.size(); i-- > 0;) smallest = std::min(smallest, on_a[i] + of_b.with(way.frame(i)));
+  const double smallest = way.smallestSum(
+      on_a, [&](int frame) { return of_a.of(frame); }, [&](int frame) { return of_b.of(frame); });
   return (1.0 + kPoseRounding) * smallest;
 }
 

@@ -24,6 +24,8 @@ class PosesInTime {
   /// Takes the next motion, which must outlive its use.
   void follow(const RobotMotion& motion);
 
+  static constexpr double kMiddle = 0.5;  ///< the time in the middle of the motion
+
   const RobotMotion& motion() const { return *motion_; }
   const BodyPoses& at(double time);
 
@@ -51,6 +53,21 @@ class PosesInTime {
     std::size_t size() const { return left.size() + entered.size(); }
     /// The frame whose joint is step i.
     int frame(std::size_t i) const { return i < left.size() ? left[i] : entered[i - left.size()]; }
+
+    /// The smallest sum of what the steps do to the two ends, as they are seen from one of the frames of the way:
+    /// `to_from(frame)` of each step between it and the first frame, and `to_to(frame)` of the others. Both are called
+    /// from the end on. `sums` is working memory.
+    template <class ToFrom, class ToTo>
+    double smallestSum(std::vector<double>& sums, const ToFrom& to_from, const ToTo& to_to) const {
+      sums.assign(1, 0.0);
+      for (std::size_t i = 0; i < size(); ++i) sums.push_back(sums.back() + to_from(frame(i)));
+      double smallest = sums.back(), others = 0.0;
+      for (std::size_t i = size(); i-- > 0;) {
+        others += to_to(frame(i));
+        smallest = std::min(smallest, sums[i] + others);
+      }
+      return smallest;
+    }
   };
   /// Valid until the next call.
   const Way& wayBetween(int from, int to) const;

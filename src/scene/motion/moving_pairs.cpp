@@ -19,7 +19,7 @@ constexpr int kNoFrame = -2;  // the frame of a moving object, if the motion has
 // [m] A pair with a half-space is unknown in a motion that leads farther away from the half-space.
 constexpr double kFarthestReach = 1e12;
 
-constexpr double kMiddle = 0.5;  // of the motion
+constexpr double kMiddle = PosesInTime::kMiddle;
 
 /// The box of HalfSpaceBox; its upper face is on the plane.
 Piece boxBelow(const PlacedHalfSpace& half_space, double reach) {
@@ -180,17 +180,13 @@ bool MovingPairs::stayApart(const Participant& a, const Participant& b, double l
     return turn > 0.0 ? slide + turn * ((centre - originOf(frame)).norm() + radius) : slide;
   };
   const PosesInTime::Way& way = poses_.wayBetween(a.body, b.body);
-  effects_.assign(1, 0.0);
   for (std::size_t i = 0; i < way.size(); ++i) {
     const narrowphase::ScrewMotion& motion = poses_.segment(way.frame(i)).motion;
     lengths += 2.0 * (motion.start.translation().norm() + motion.linear.norm());
-    effects_.push_back(effects_.back() + effect(way.frame(i), centre_a, of_a.radius));
   }
-  double of_joints = effects_.back(), on_b = 0.0;
-  for (std::size_t i = way.size(); i-- > 0;) {
-    on_b += effect(way.frame(i), centre_b, of_b.radius);
-    of_joints = std::min(of_joints, effects_[i] + on_b);
-  }
+  const double of_joints = way.smallestSum(
+      effects_, [&](int frame) { return effect(frame, centre_a, of_a.radius); },
+      [&](int frame) { return effect(frame, centre_b, of_b.radius); });
   return between - (1.0 + kPoseRounding) * of_joints - kPoseRounding * lengths > limit;
 }
 
