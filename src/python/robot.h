@@ -2,10 +2,10 @@
 
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/derivative/free_motion.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/state/state.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "python/joint_positions.h"
 #include "python/loading.h"
 #include "python/pair_numbers.h"

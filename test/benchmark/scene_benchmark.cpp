@@ -11,8 +11,8 @@
 #include "peers/robots.h"
 #include "peers/scene_library.h"
 #include "proximity_server/scene/derivative/constraint_rows.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/model/kinematics.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "scene/posed_scene.h"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 
 #include <cstdint>
 #include <optional>

@@ -1,9 +1,9 @@
 #pragma once
 
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/motion/motion_search.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/state.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <functional>
 #include <memory>

@@ -1,9 +1,9 @@
 #pragma once
 
 #include "proximity_server/scene/derivative/free_motion.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/proof/pair_proof.h"
 #include "proximity_server/scene/query/scene.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "scene/proof/pair_box.h"
 
 #include <memory>

@@ -2,12 +2,12 @@
 
 #include "proximity_server/scene/answers/deciding_pair.h"
 #include "proximity_server/scene/batch/scene_batch.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/object_carriers.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 #include "system/numbers.h"
 #include "system/pipeline.h"
 #include "tools/clearance/clearance_rows.h"

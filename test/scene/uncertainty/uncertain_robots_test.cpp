@@ -1,5 +1,5 @@
 // Real robots whose joints are not where they are said to be. With PROXIMITY_REPEATS many more states are searched.
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "scene/example_robots.h"
 #include "scene/posed_scene.h"
 #include "scene/random_states.h"

@@ -1,11 +1,11 @@
 #pragma once
 
 #include "proximity_server/scene/answers/deciding_pair.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/joint_inequality.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/state.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 #include <limits>
 #include <optional>

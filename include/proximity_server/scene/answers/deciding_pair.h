@@ -1,8 +1,8 @@
 #pragma once
 
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/query/scene.h"
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
 
 namespace proximity_server::scene {
 

@@ -1,4 +1,4 @@
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 
 #include "allocations.h"
 #include "proximity_server/scene/loading/joined_robots.h"

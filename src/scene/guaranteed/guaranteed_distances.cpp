@@ -1,11 +1,14 @@
-#include "proximity_server/scene/uncertainty/guaranteed_distances.h"
+#include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 
+#include "scene/guaranteed/largest_loss.h"
+#include "scene/guaranteed/pair_bounds.h"
 #include "scene/model/numbers.h"
 #include "scene/scene_model/given_model.h"
-#include "scene/uncertainty/pair_bounds.h"
+#include "scene/uncertainty/uncertain_places.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -38,37 +41,63 @@ void requireFinite(const PairDistances& thresholds) {
 
 }  // namespace
 
+struct GuaranteedDistances::Parts {
+  explicit Parts(const std::shared_ptr<const SceneModel>& model)
+      : places(model), bounds(*model, places), largest_loss(places) {}
+
+  UncertainPlaces places;
+  PairBounds bounds;
+  LargestLoss largest_loss;
+  std::optional<double> loss;  ///< [m] the largest at the present state
+};
+
 GuaranteedDistances::GuaranteedDistances(const std::shared_ptr<const SceneModel>& model)
-    : bounds_((given(model), std::make_unique<PairBounds>(model))) {}
+    : parts_((given(model), std::make_unique<Parts>(model))) {}
 GuaranteedDistances::~GuaranteedDistances() = default;
 GuaranteedDistances::GuaranteedDistances(GuaranteedDistances&&) noexcept = default;
 GuaranteedDistances& GuaranteedDistances::operator=(GuaranteedDistances&&) noexcept = default;
 
-void GuaranteedDistances::assume(const Uncertainty& uncertainty) { bounds_->assume(uncertainty); }
-void GuaranteedDistances::divideInto(int most_parts) { bounds_->divideInto(most_parts); }
-const Uncertainty& GuaranteedDistances::uncertainty() const { return bounds_->uncertainty(); }
+void GuaranteedDistances::assume(const Uncertainty& uncertainty) { parts_->places.assume(uncertainty); }
+void GuaranteedDistances::divideInto(int most_parts) { parts_->bounds.divideInto(most_parts); }
+const Uncertainty& GuaranteedDistances::uncertainty() const { return parts_->places.uncertainty(); }
 
-void GuaranteedDistances::limit(const GuaranteeLimits& limits) { bounds_->limit(limits); }
-std::int64_t GuaranteedDistances::steps() const { return bounds_->work().steps(); }
-GuaranteeEnd GuaranteedDistances::end() const { return bounds_->work().end(); }
+void GuaranteedDistances::limit(const GuaranteeLimits& limits) { parts_->bounds.limit(limits); }
+std::int64_t GuaranteedDistances::steps() const { return parts_->bounds.work().steps(); }
+GuaranteeEnd GuaranteedDistances::end() const { return parts_->bounds.work().end(); }
+
+void GuaranteedDistances::see(const State& state) {
+  const UncertainPlaces::News news = parts_->places.see(state);
+  if (news == UncertainPlaces::News::None) return;
+  if (news == UncertainPlaces::News::Objects) parts_->bounds.forget();
+  parts_->bounds.forgetState();
+  parts_->loss.reset();
+}
 
 double GuaranteedDistances::of(const State& state, const PairProximity& pair, double enough) {
-  return bounds_->of(state, pair, enough);
+  see(state);
+  return parts_->bounds.of(pair, enough);
 }
 
 const ReachedState* GuaranteedDistances::reached(const State& state, const PairProximity& pair, double threshold) {
-  return bounds_->reached(state, pair, threshold);
+  see(state);
+  return parts_->bounds.reached(pair, threshold);
 }
 
 void GuaranteedDistances::forget() {
-  bounds_->forget();
+  parts_->bounds.forget();
   found_ = {};
   closest_ = kFewest;
 }
 
-double GuaranteedDistances::largestLoss(const State& state) { return bounds_->largestLoss(state); }
+double GuaranteedDistances::largestLoss(const State& state) {
+  see(state);
+  if (!parts_->loss) parts_->loss = parts_->largest_loss.of({});
+  return *parts_->loss;
+}
+
 double GuaranteedDistances::largestLoss(const State& state, const std::vector<double>& travel) {
-  return bounds_->largestLoss(state, travel);
+  see(state);
+  return parts_->largest_loss.of(travel);
 }
 
 /// [m] Two free objects of a list may lose more than largestLoss() if they are not checked.
@@ -131,8 +160,8 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const State& state, co
     }
     const ListedPairs listed{closest.data(), closest.data() + closest.size(), others};
     if (settle(state, listed, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
-    bounds_->work().count(kStepsOfListedPair * static_cast<std::int64_t>(closest.size()));
-    if (ends(bounds_->work(), others - loss, minimum)) return minimum;
+    parts_->bounds.work().count(kStepsOfListedPair * static_cast<std::int64_t>(closest.size()));
+    if (ends(parts_->bounds.work(), others - loss, minimum)) return minimum;
   }
 }
 
@@ -144,7 +173,7 @@ GuaranteedMinimum GuaranteedDistances::find(Scene& scene, const State& state, co
   const ListedPairs with_excess{listed.begin, listed.end, listed.others - thresholds.range(kindOf(pairs)).largest};
   const double loss = largestLossOf(state, pairs);
   if (settle(state, with_excess, kindOf(pairs), thresholds, enough, loss, minimum)) return minimum;
-  if (ends(bounds_->work(), with_excess.others - loss, minimum)) return minimum;
+  if (ends(parts_->bounds.work(), with_excess.others - loss, minimum)) return minimum;
   return find(scene, state, pairs, thresholds, question, enough);
 }
 

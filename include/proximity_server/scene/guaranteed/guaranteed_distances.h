@@ -1,12 +1,12 @@
 #pragma once
 
+#include "proximity_server/scene/guaranteed/guarantee_limits.h"
+#include "proximity_server/scene/guaranteed/reached_state.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "proximity_server/scene/state/state.h"
-#include "proximity_server/scene/uncertainty/guarantee_limits.h"
-#include "proximity_server/scene/uncertainty/reached_state.h"
 #include "proximity_server/scene/uncertainty/uncertainty.h"
 
 #include <array>
@@ -15,8 +15,6 @@
 #include <vector>
 
 namespace proximity_server::scene {
-
-class PairBounds;
 
 /// The pair of a scene with the smallest guaranteed distance minus its threshold.
 struct GuaranteedMinimum {
@@ -134,7 +132,10 @@ class GuaranteedDistances {
   bool settle(const State& state, const ListedPairs& listed, PairKind kind, const PairDistances& thresholds,
               double enough, double loss, GuaranteedMinimum& minimum);
 
-  std::unique_ptr<PairBounds> bounds_;
+  void see(const State& state);
+
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
   int closest_ = 2;                      ///< how many pairs find() asks for
   std::array<ShapeRefPair, 3> found_{};  ///< the pair of the last minimum of each PairKind
 };

@@ -1,5 +1,6 @@
+#include "scene/guaranteed/divided.h"
+
 #include "scene/model/numbers.h"
-#include "scene/uncertainty/pair_bounds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,21 +12,24 @@ using Eigen::Isometry3d;
 using Eigen::Vector3d;
 using narrowphase::SignedDistance;
 
-/// The joint that leads a displacement; nullptr if it is that of a frame, a base or an object.
-const Joint::Mimic* PairBounds::leaderOf(const Displacement& own) const {
-  const bool is_of_joint = own.kind == Displacement::Kind::Turn || own.kind == Displacement::Kind::Slide;
-  return is_of_joint ? &leaders_[model_->robot.bodies[own.place].joint] : nullptr;
-}
+DividedBound::DividedBound(const UncertainPlaces& places, DisplacedPair& pair, PiecesBound& pieces,
+                           ReachedStates& reached, LimitedWork& work)
+    : places_(places),
+      pair_(pair),
+      pieces_(pieces),
+      reached_(reached),
+      work_(work),
+      column_of_(places.robot().joints.size(), kNoColumn) {}
 
 /// Returns false if no joint is between the two, or if one of them may be anywhere.
-bool PairBounds::findLeadersBetween() {
+bool DividedBound::findLeadersBetween() {
   for (const int joint : leaders_between_) column_of_[joint] = kNoColumn;
   leaders_between_.clear();
   levers_.clear();
-  for (const Side* side : {&a_, &b_}) {
+  for (const DisplacedShape* side : {&pair_.a, &pair_.b}) {
     const Bounds& bounds = side->part.whole().bounds;
     for (const Displacement& own : side->chain) {
-      const Joint::Mimic* leader = leaderOf(own);
+      const Joint::Mimic* leader = places_.leaderOf(own);
       if (!leader) continue;
       if (!std::isfinite(own.width)) return false;
       std::size_t& column = column_of_[leader->joint];
@@ -46,7 +50,7 @@ bool PairBounds::findLeadersBetween() {
 /// Places one shape in the middle of a part, with what is left of its displacements. Returns the error of its points
 /// [m]: a joint moves them by its position, which is off by half a unit in the last place, in a rotation and sums that
 /// are off by less than 32 units in all.
-double PairBounds::displaceSide(const Side& whole, const Box& box, Side& side) const {
+double DividedBound::displaceSide(const DisplacedShape& whole, const Box& box, DisplacedShape& side) const {
   const Bounds& bounds = whole.part.whole().bounds;
   Isometry3d motion = Isometry3d::Identity();
   double rounding = 0.0;
@@ -55,7 +59,7 @@ double PairBounds::displaceSide(const Side& whole, const Box& box, Side& side) c
     Displacement& own = side.chain[i];
     own.origin = motion * present.origin;
     own.axis = motion.linear() * present.axis;
-    const Joint::Mimic* leader = leaderOf(present);
+    const Joint::Mimic* leader = places_.leaderOf(present);
     if (!leader) continue;
     const auto [lower, upper] = intervals_[box.intervals + column_of_[leader->joint]];
     own.width = std::abs(leader->multiplier) * halfWidth(lower, upper);
@@ -67,16 +71,8 @@ double PairBounds::displaceSide(const Side& whole, const Box& box, Side& side) c
   return 64.0 * std::numeric_limits<double>::epsilon() * rounding;
 }
 
-/// Takes the state in the middle of a part. Returns the error of the distance in it [m].
-double PairBounds::placeInMiddle(const Box& box) {
-  const double rounding = displaceSide(whole_a_, box, a_) + displaceSide(whole_b_, box, b_);
-  placeSides();
-  loss_ = chains_[frame_].of_a.travel() + chains_[frame_].of_b.travel() + swelling_;
-  return rounding;
-}
-
 /// The joint whose interval moves the points of the two the most.
-std::size_t PairBounds::widestOf(const Box& box) const {
+std::size_t DividedBound::widestOf(const Box& box) const {
   std::size_t widest = 0;
   double most = -1.0;
   for (std::size_t column = 0; column < levers_.size(); ++column) {
@@ -91,7 +87,7 @@ std::size_t PairBounds::widestOf(const Box& box) const {
 }
 
 /// Divides a part at the middle of its widest interval. Its intervals become those of the lower half.
-std::pair<PairBounds::Box, PairBounds::Box> PairBounds::halve(const Box& box) {
+std::pair<DividedBound::Box, DividedBound::Box> DividedBound::halve(const Box& box) {
   const std::size_t widest = widestOf(box), count = leaders_between_.size();
   Box high = box;
   high.intervals = intervals_.size();
@@ -102,53 +98,49 @@ std::pair<PairBounds::Box, PairBounds::Box> PairBounds::halve(const Box& box) {
 }
 
 /// Bounds the pair in a part, along a direction of its own. `nearest` [m] is lowered to the distance in its middle.
-void PairBounds::boundPart(Box& box, double enough, double& nearest) {
-  const double rounding = placeInMiddle(box);
-  const SignedDistance middle = measured(box.leaves, a_T_b_, kInfinity);
-  if (middle.upper_bound - swelling_ < nearest) {
-    nearest = middle.upper_bound - swelling_;
-    nearest_state_.assign(leaders_.size(), 0.0);
+void DividedBound::boundPart(Box& box, double enough, double& nearest) {
+  const double rounding = displaceSide(whole_a_, box, pair_.a) + displaceSide(whole_b_, box, pair_.b);
+  pair_.place();
+  const SignedDistance middle = pair_.measured(box.leaves, pair_.a_T_b, kInfinity);
+  if (middle.upper_bound - pair_.swelling < nearest) {
+    nearest = middle.upper_bound - pair_.swelling;
+    nearest_state_.assign(places_.leaders().size(), 0.0);
     for (std::size_t column = 0; column < leaders_between_.size(); ++column) {
       const auto [lower, upper] = intervals_[box.intervals + column];
       nearest_state_[leaders_between_[column]] = 0.5 * (lower + upper);
     }
   }
-  Known known{a_.pose.linear() * middle.normal, middle.lower_bound, box.bound, kNegligible};
-  findGaps(known);
-  likely_ = {asked_, box.leaves};
-  deciding_.leaves = {};
-  box.bound = std::max(box.bound, ofAllPieces(known, enough + rounding) - rounding);
-  if (deciding_.leaves.areLeaves()) box.leaves = deciding_.leaves;
+  pieces_.likely = {pair_.asked, box.leaves};
+  const Vector3d normal = pair_.a.pose.linear() * middle.normal;
+  const double of_pieces =
+      pieces_.ofAllPieces({normal, middle.lower_bound, pair_.travel(), box.bound, kNegligible}, enough + rounding);
+  box.bound = std::max(box.bound, of_pieces - rounding);
+  if (pieces_.deciding.leaves.areLeaves()) box.leaves = pieces_.deciding.leaves;
 }
 
-/// Divides the positions of the joints into parts, and bounds the pair in each of them: two states may need different
-/// directions. The part with the lowest bound is divided next (Land, Doig, An Automatic Method of Solving Discrete
-/// Programming Problems, 1960). This ends when the bound loses at most kMuch times as much as a state that was found, or
-/// when such a state is in contact, or with the work of the pair. Returns a bound [m] of all states that is at least
-/// `whole`, and not improved above `enough`.
-double PairBounds::divided(double whole, const Known& known, double enough) {
+double DividedBound::improved(double whole, double lower_bound, double enough) {
   constexpr double kMuch = 1.5;
-  const double present = known.lower_bound - swelling_;
+  const double present = lower_bound - pair_.swelling;
   nearest_state_.clear();
   if (whole >= enough || present <= 0.0 || present - whole <= kNegligible || most_parts_ == 0) return whole;
   if (work_.isOver()) return whole;
-  if (!deciding_.leaves.areLeaves() || b_.part.isUnbounded() || !findLeadersBetween()) return whole;
-  Deciding where = deciding_;
-  double nearest = where.normal.allFinite() ? bringTogether(where) : present;
+  if (!pieces_.deciding.leaves.areLeaves() || pair_.b.part.isUnbounded() || !findLeadersBetween()) return whole;
+  DisplacedPair::Where where = pieces_.deciding;
+  double nearest = where.normal.allFinite() ? reached_.bringTogether(where) : present;
   const auto isGood = [&](const Box& box) {
     return box.bound >= enough || nearest <= 0.0 || present - box.bound <= kMuch * (present - nearest) + kNegligible;
   };
   const auto isAfter = [](const Box& one, const Box& other) { return one.bound > other.bound; };
   intervals_.clear();
   for (const int joint : leaders_between_) {
-    const double most = uncertainty_.positions[joint];
+    const double most = places_.uncertainty().positions[joint];
     intervals_.push_back({-most, most});
   }
-  boxes_.assign(1, Box{0, whole, deciding_.leaves});
+  boxes_.assign(1, Box{0, whole, pieces_.deciding.leaves});
   if (isGood(boxes_.front())) return whole;
-  const Deciding deciding = deciding_;
-  whole_a_ = a_;
-  whole_b_ = b_;
+  const DisplacedPair::Where deciding = pieces_.deciding;
+  whole_a_ = pair_.a;
+  whole_b_ = pair_.b;
   for (int parts = 0; parts + 2 <= most_parts_ && !isGood(boxes_.front()) && !work_.isOver(); parts += 2) {
     std::pop_heap(boxes_.begin(), boxes_.end(), isAfter);
     auto [low, high] = halve(boxes_.back());
@@ -159,11 +151,11 @@ double PairBounds::divided(double whole, const Known& known, double enough) {
       std::push_heap(boxes_.begin(), boxes_.end(), isAfter);
     }
   }
-  a_ = whole_a_;
-  b_ = whole_b_;
-  placeSides();
-  deciding_ = deciding;
-  likely_ = {asked_, deciding.leaves};
+  pair_.a = whole_a_;
+  pair_.b = whole_b_;
+  pair_.place();
+  pieces_.deciding = deciding;
+  pieces_.likely = {pair_.asked, deciding.leaves};
   return boxes_.front().bound;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/uncertainty/guarantee_limits.h"
+#include "proximity_server/scene/guaranteed/guarantee_limits.h"
 
 #include <algorithm>
 #include <cstdint>
