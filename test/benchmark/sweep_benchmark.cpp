@@ -14,7 +14,6 @@
 #include "scene/kernels/lane_kernels.h"
 
 #include <sched.h>
-#include <time.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -38,13 +37,6 @@ constexpr int kFewest = 64;            // states of a library that is slow
 constexpr double kAccuracy = 1e-4;     // [m] of the minimum that planners need
 constexpr SceneQuestion kQuestions[] = {SceneQuestion::AnyBelow, SceneQuestion::Minimum, SceneQuestion::Closest,
                                         SceneQuestion::Below};
-
-/// Returns the processor time [s] of this thread: other work of the machine hardly counts.
-double processorSeconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 struct NamedLibrary {
   std::string name;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <time.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,6 +18,21 @@ double timeOf(const Step& step) {
   const auto start = Clock::now();
   step();
   return std::chrono::duration<double, Unit>(Clock::now() - start).count();
+}
+
+/// Returns the processor time [s] of this process: other work of the machine hardly counts.
+inline double processorSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// timeOf() by the processor time of this process.
+template <typename Unit, typename Step>
+double processorTimeOf(const Step& step) {
+  const double start = processorSeconds();
+  step();
+  return (processorSeconds() - start) * Unit::den / Unit::num;
 }
 
 /// Returns the value that `share` (0 to 1) of the values do not exceed; 0 if there are none.

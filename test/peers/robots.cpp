@@ -117,13 +117,17 @@ NamedRobot demoRobot() {
           load(kDemoFolder + "robot.urdf", kDemoFolder + "robot.srdf", packageResolver({PROXIMITY_SOURCE_DIR}))};
 }
 
+std::optional<NamedRobot> exampleRobot(const ExampleRobot& robot) {
+  const MeshResolver resolve = exampleRobotsResolver();
+  if (!findsExampleRobots(resolve)) return std::nullopt;
+  return NamedRobot{robot.name,
+                    load(exampleRobotFile(resolve, robot.urdf), exampleRobotFile(resolve, robot.srdf), resolve)};
+}
+
 std::vector<NamedRobot> exampleRobots() {
   std::vector<NamedRobot> robots;
-  const MeshResolver resolve = exampleRobotsResolver();
-  if (!findsExampleRobots(resolve)) return robots;
   for (const ExampleRobot& robot : kExampleRobots)
-    robots.push_back(
-        {robot.name, load(exampleRobotFile(resolve, robot.urdf), exampleRobotFile(resolve, robot.srdf), resolve)});
+    if (const std::optional<NamedRobot> loaded = exampleRobot(robot)) robots.push_back(*loaded);
   return robots;
 }
 

@@ -7,6 +7,10 @@
 #include <string>
 #include <vector>
 
+namespace proximity_server::scene {
+struct ExampleRobot;
+}
+
 namespace proximity_server::peers {
 
 using namespace scene;
@@ -21,6 +25,9 @@ struct NamedRobot {
 
 /// Returns the robot of ./dev demo with the filter of its SRDF.
 NamedRobot demoRobot();
+
+/// Returns a robot with the filter of its SRDF; nullopt if the package example-robot-data is not found.
+std::optional<NamedRobot> exampleRobot(const ExampleRobot& robot);
 
 /// Returns Panda, UR5 and PR2 with the filters of their SRDFs; none if the package example-robot-data is not found.
 std::vector<NamedRobot> exampleRobots();

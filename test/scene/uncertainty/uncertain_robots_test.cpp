@@ -54,33 +54,8 @@ void searchStatesWithin(const std::shared_ptr<const SceneModel>& model, int coun
   EXPECT_GT(close, pairs / 5) << "the search comes near to the bounds";
 }
 
-/// The smallest distance(state) [m] that a search along one joint after the other finds.
-template <typename Distance>
-double smallestOfSearch(const RobotModel& robot, Chance& chance, const Distance& distance) {
-  StateWithin state = someStateWithin(robot, nullptr, chance);
-  double smallest = distance(state);
-  for (bool is_better = true; is_better;) {
-    is_better = false;
-    for (double& position : state.positions) {
-      double best = position;
-      for (const double other : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
-        position = other;
-        const double found = distance(state);
-        if (found > smallest - 1e-12) continue;
-        smallest = found;
-        best = other;
-        is_better = true;
-      }
-      position = best;
-    }
-  }
-  return smallest;
-}
-
-/// Returns for some states the loss of the guaranteed distance of the closest pair, divided by the loss of the worst state
-/// that a search finds. The quotients are sorted. A micrometre is added to both losses.
+/// Returns for some states the lossFactor() of the closest pair. The factors are sorted.
 std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, double size, int count, Chance& chance) {
-  constexpr double kLittle = 1e-6;  // [m]
   PosedScene scene(model), within(model);
   GuaranteedDistances distances(model);
   std::vector<double> factors;
@@ -93,13 +68,7 @@ std::vector<double> lossesOf(const std::shared_ptr<const SceneModel>& model, dou
     const PairProximity pair = *scene.minimum(scene.candidates());
     if (pair.result.lower_bound <= 0.0) continue;
     const double bound = distances.of(scene.state, pair);
-    const auto in = [&](const StateWithin& state) {
-      within.update(posesWithin(model->robot, poses, uncertainty, state));
-      return within.proximity(pair.asked).result.distance;
-    };
-    double worst = pair.result.distance;
-    for (int i = 0; i < 3; ++i) worst = std::min(worst, smallestOfSearch(model->robot, chance, in));
-    factors.push_back((pair.result.distance - bound + kLittle) / (pair.result.distance - worst + kLittle));
+    factors.push_back(lossFactor(pair, bound, pair.result.distance, within, poses, uncertainty, chance));
   }
   std::sort(factors.begin(), factors.end());
   return factors;
