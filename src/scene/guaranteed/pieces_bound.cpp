@@ -40,8 +40,8 @@ void PiecesBound::findGaps(const Known& known) {
   if (!hasNormal()) return;
   in_a_ = pair_.a.pose.linear().transpose() * known_.normal;
   in_b_ = pair_.b.pose.linear().transpose() * known_.normal;
-  between_ = (pair_.b.pose.translation() - pair_.a.pose.translation()).dot(known_.normal) -
-                  pair_.rounding() - pair_.padding;
+  between_ =
+      (pair_.b.pose.translation() - pair_.a.pose.translation()).dot(known_.normal) - pair_.rounding() - pair_.padding;
   loss_ = kInfinity;
   if (pair_.a.part.whole().isLeaf() && pair_.b.part.whole().isLeaf()) return;
   DisplacedPair::Chains& chains = pair_.chains(pair_.frame);
@@ -125,8 +125,8 @@ double PiecesBound::ofInteriors(const Vector3d& normal) {
   if (!normal.allFinite() || pair_.b.part.isUnbounded()) return -kInfinity;
   DisplacedPair::Chains& chains = pair_.chains(pair_.frame);
   const Vector3d from = pair_.a.pose.translation();
-  const double margins = chains.of_a.remainder(-normal) + chains.of_b.remainder(normal) + pair_.surfaces() +
-                         4.0 * pair_.rounding();
+  const double margins =
+      chains.of_a.remainder(-normal) + chains.of_b.remainder(normal) + pair_.surfaces() + 4.0 * pair_.rounding();
   const auto lowest = [&](Displacements& of, const Part& part, const Vector3d& n, const auto& heightOf) {
     double height = kInfinity;
     forEachLeaf(part, part.root,
@@ -153,7 +153,8 @@ double PiecesBound::ofInteriors(const Vector3d& normal) {
 
 /// Lowers the bound of all pieces to that of two of them.
 void PiecesBound::boundPieces(const LeafPair& leaves, double& lowest) {
-  DisplacedPair::Along best{-kInfinity, -kInfinity, 0.0, pair_.frame, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
+  DisplacedPair::Along best{
+      -kInfinity, -kInfinity, 0.0, pair_.frame, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
   if (hasNormal()) best = pair_.along(leaves, known_.normal, pair_.frame);
   if (best.bound >= lowest) return;
   const double present = best.present;

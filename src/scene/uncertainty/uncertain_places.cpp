@@ -123,7 +123,8 @@ bool UncertainPlaces::place(const ShapeRef& ref, int place, DisplacedShape& shap
   const std::optional<Isometry3d> pose = state_->poseOf(ref);
   if (!pose) return false;
   shape.pose = *pose;
-  if (object) addFrame(object_frames_[ref.object()].uncertainty, place, originAt(ref.object(), shape.pose), shape.chain);
+  if (object)
+    addFrame(object_frames_[ref.object()].uncertainty, place, originAt(ref.object(), shape.pose), shape.chain);
   return true;
 }
 
