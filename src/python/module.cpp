@@ -195,12 +195,10 @@ std::unique_ptr<Robot> withObjects(const Robot& robot, std::vector<scene::Object
 scene::ObjectEdit objectOf(const std::string& name, const py::object& shapes, const py::object& pose,
                            const std::string& link, std::vector<std::string> touch_links, const std::string& frame,
                            double padding) {
-  const std::string where = "object " + scene::quoted(name);
-  if (!link.empty() && !frame.empty()) throw std::invalid_argument(where + ": it has a link or a frame, but not both");
-  if (link.empty() && !touch_links.empty())
-    throw std::invalid_argument(where + ": touch_links goes with a link that holds the object");
-  return withNameInErrors(where, [&] {
-    return scene::ObjectEdit{name, {link, std::move(touch_links), frame, poseOf(pose)}, padding, shapesOf(shapes), ""};
+  return withNameInErrors("object " + scene::quoted(name), [&] {
+    scene::ObjectEdit edit{name, {link, std::move(touch_links), frame, poseOf(pose)}, padding, shapesOf(shapes), ""};
+    scene::completeFields(edit);
+    return edit;
   });
 }
 

@@ -1,5 +1,6 @@
 #include "python/object_arguments.h"
 
+#include "proximity_server/scene/objects/object_fields.h"
 #include "python/joint_positions.h"
 #include "python/loading.h"
 #include "python/path_caster.h"
@@ -10,6 +11,7 @@
 #include <array>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -74,20 +76,14 @@ Geometry meshOf(const py::object& shape) {
     throw py::type_error("triangles has the dtype " + py::str(corners.dtype()).cast<std::string>() +
                          ", but it holds numbers of vertices");
   const auto numbers = numbersOf(corners.attr("astype")("float64"), "triangles", 2, 3);  // exact below 2^53
-  scene::TriangleMesh mesh{rowsOf(shape.attr("vertices"), "vertices"), {}};
-  for (py::ssize_t i = 0; i < numbers.shape(0); ++i) {
-    std::array<int, 3> triangle{};
-    for (py::ssize_t j = 0; j < 3; ++j) {
-      const double vertex = numbers.at(i, j);
-      if (!(vertex >= 0.0 && vertex < static_cast<double>(mesh.vertices.size())))
-        throw std::invalid_argument("triangle " + std::to_string(i) + " names vertex " +
-                                    std::to_string(static_cast<long long>(vertex)) + " of " +
-                                    std::to_string(mesh.vertices.size()));
-      triangle[j] = static_cast<int>(vertex);
-    }
-    mesh.triangles.push_back(triangle);
-  }
-  return mesh;
+  std::vector<std::array<int, 3>> triangles;
+  using Limits = std::numeric_limits<int>;
+  const auto vertex = [](double number) {
+    return static_cast<int>(std::clamp<double>(number, Limits::min(), Limits::max()));
+  };
+  for (const double* row = numbers.data(); row != numbers.data() + numbers.size(); row += 3)
+    triangles.push_back({vertex(row[0]), vertex(row[1]), vertex(row[2])});
+  return scene::meshFrom(rowsOf(shape.attr("vertices"), "vertices"), std::move(triangles));
 }
 
 Geometry meshFileOf(const py::object& shape) {

@@ -89,10 +89,6 @@ std::unique_ptr<Robot> Robot::edited(scene::ObjectEdit edit, const pybind11::obj
   scene::BodyPoses poses;
   if (!q.is_none()) {
     const JointPositions state(q, robot);
-    if (objects_->find(edit.id) < 0) throw std::invalid_argument("there is no object " + scene::quoted(edit.id));
-    const std::string& frame = edit.place.link.empty() ? edit.place.frame : edit.place.link;
-    if (!frame.empty() && robot.findLink(frame) < 0)
-      throw std::invalid_argument("there is no link " + scene::unknownName(frame, scene::namesOf(robot.links)));
     if (!state.shape().empty() || !state.block(0, 1).allFinite())
       throw std::invalid_argument("q has to be one state, and finite, for the place of an object");
     std::vector<double> positions;

@@ -1,11 +1,9 @@
 #include "node/objects/change_fields.h"
 
 #include "proximity_server/QueryStatus.h"
-#include "proximity_server/narrowphase/shape/shape.h"
-#include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/model/names.h"
 
 #include <array>
-#include <cmath>
 #include <utility>
 
 namespace proximity_server::node {
@@ -13,243 +11,198 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
+using Operation = scene::ObjectEdit::Operation;
+using Rule = scene::AllowedPairs::Rule;
 
 constexpr double kMaxReach = 1e6;  // [m] an object must not be farther from its frame
 
 constexpr std::size_t kMaxNameLength = 1024;  // [characters] as for names in a URDF
 
-std::string entry(const std::string& list, std::size_t index) { return list + "[" + std::to_string(index) + "]"; }
-
-narrowphase::Shape shapeOf(const shape_msgs::SolidPrimitive& primitive) {
-  for (const scene::PrimitiveType& type : scene::primitiveTypes()) {
-    if (type.number != primitive.type) continue;
-    if (primitive.dimensions.size() != type.dimensions)
-      throw std::invalid_argument("dimensions has " + std::to_string(primitive.dimensions.size()) +
-                                  " numbers instead of " + type.meaning);
-    return type.shape({primitive.dimensions.begin(), primitive.dimensions.end()});
+/// Returns the result of `act`. Its errors become a ChangeError, and get where() in front unless they begin with it.
+template <class Where, class Act>
+auto within(const Where& where, const Act& act) {
+  try {
+    return act();
+  } catch (const std::invalid_argument& error) {
+    const auto* with_code = dynamic_cast<const ChangeError*>(&error);
+    const std::string start = where() + ": ", text = error.what();
+    throw ChangeError(with_code ? with_code->code() : static_cast<std::int8_t>(QueryStatus::INVALID_ARGUMENT),
+                      text.compare(0, start.size(), start) == 0 ? text : start + text);
   }
-  throw std::invalid_argument("type " + std::to_string(primitive.type) + " is none of BOX, SPHERE, CYLINDER and CONE");
 }
 
-/// Boxes that are too thin or not finite are refused later, when the object is made of them.
-scene::Boxes boxesOf(const Boxes& message) {
-  if (message.sizes.size() != 1 && message.sizes.size() != message.centres.size()) {
-    throw std::invalid_argument("sizes has " + std::to_string(message.sizes.size()) + " entries, neither 1 nor the " +
-                                std::to_string(message.centres.size()) + " of centres");
-  }
-  scene::Boxes boxes;
-  boxes.boxes.reserve(message.centres.size());
-  for (std::size_t i = 0; i < message.centres.size(); ++i) {
-    const geometry_msgs::Vector3& size = message.sizes[message.sizes.size() == 1 ? 0 : i];
-    const geometry_msgs::Point& centre = message.centres[i];
-    const Vector3d half = 0.5 * Vector3d(size.x, size.y, size.z), middle(centre.x, centre.y, centre.z);
-    boxes.boxes.emplace_back(middle - half, middle + half);
-  }
-  return boxes;
+template <class Act>
+auto withinEntry(const char* list, std::size_t index, const Act& act) {
+  return within([&] { return std::string(list) + "[" + std::to_string(index) + "]"; }, act);
+}
+
+template <class Act>
+auto withinObject(const std::string& id, const Act& act) {
+  return within([&] { return "object " + scene::quoted(id); }, act);
+}
+
+// --- shapes
+
+template <class Message>
+Vector3d vectorOf(const Message& message) {
+  return {message.x, message.y, message.z};
+}
+
+template <class Messages>
+std::vector<Vector3d> vectorsOf(const Messages& messages) {
+  std::vector<Vector3d> vectors;
+  vectors.reserve(messages.size());
+  for (const auto& message : messages) vectors.push_back(vectorOf(message));
+  return vectors;
 }
 
 scene::TriangleMesh meshOf(const shape_msgs::Mesh& message) {
-  scene::TriangleMesh mesh;
-  mesh.vertices.reserve(message.vertices.size());
-  for (const geometry_msgs::Point& vertex : message.vertices) mesh.vertices.emplace_back(vertex.x, vertex.y, vertex.z);
-  mesh.triangles.reserve(message.triangles.size());
-  for (std::size_t i = 0; i < message.triangles.size(); ++i) {
-    std::array<int, 3> corners{};
-    for (std::size_t k = 0; k < corners.size(); ++k) {
-      const std::uint32_t vertex = message.triangles[i].vertex_indices[k];
-      if (vertex >= mesh.vertices.size()) {
-        throw std::invalid_argument(entry("triangles", i) + " names vertex " + std::to_string(vertex) + " of " +
-                                    std::to_string(mesh.vertices.size()));
-      }
-      corners[k] = static_cast<int>(vertex);
-    }
-    mesh.triangles.push_back(corners);
+  std::vector<std::array<int, 3>> triangles;
+  triangles.reserve(message.triangles.size());
+  for (const shape_msgs::MeshTriangle& triangle : message.triangles) {
+    const auto& [a, b, c] = triangle.vertex_indices.elems;
+    triangles.push_back({static_cast<int>(a), static_cast<int>(b), static_cast<int>(c)});
   }
-  return mesh;
+  return scene::meshFrom(vectorsOf(message.vertices), std::move(triangles));
 }
 
 scene::MeshFile meshFileOf(const MeshFile& message) {
   scene::requireUtf8(message.uri);
   // A relative path is refused: the client may run on another machine, so there is no folder in which it could begin.
-  scene::MeshFile file{scene::absoluteUri(message.uri, ""), {message.scale.x, message.scale.y, message.scale.z}};
-  if (file.scale == Vector3d::Zero()) file.scale.setOnes();
-  if (!file.scale.allFinite() || (file.scale.array() == 0.0).any())
-    throw std::invalid_argument("scale has a number that is zero or not finite");
-  return file;
+  return scene::meshFileFrom(message.uri, "", vectorOf(message.scale));
 }
 
-/// Makes the half-space a x + b y + c z + d <= 0.
-scene::HalfSpace halfSpaceOf(const shape_msgs::Plane& plane) {
-  const auto half_space = scene::halfSpaceOf({plane.coef[0], plane.coef[1], plane.coef[2]}, plane.coef[3]);
-  if (!half_space) throw std::invalid_argument("coef: a number is not finite, or a, b and c are zero");
-  return *half_space;
+Isometry3d poseOf(const geometry_msgs::Pose& pose) {
+  const geometry_msgs::Quaternion& q = pose.orientation;
+  return scene::poseFrom(vectorOf(pose.position), {q.w, q.x, q.y, q.z});
 }
 
-/// A quaternion of zeros is the identity; any other is normalised. `field` begins the error message.
-Isometry3d poseFrom(const geometry_msgs::Pose& pose, const std::string& field) {
-  const Vector3d position(pose.position.x, pose.position.y, pose.position.z);
-  Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y, pose.orientation.z);
-  if (!position.allFinite()) throw std::invalid_argument(field + ": the position is not finite");
-  if (!rotation.coeffs().allFinite()) throw std::invalid_argument(field + ": the orientation is not finite");
-  if (rotation.coeffs() == Eigen::Vector4d::Zero()) rotation.setIdentity();
-  rotation.coeffs().stableNormalize();
-  return Eigen::Translation3d(position) * rotation;
-}
-
-/// A kind of shapes with the names of its lists in the message.
-struct GeometryKind {
-  const char* shapes;
-  const char* poses;
-  decltype(&ObjectChange::primitive_poses) pose_list;
-};
-/// In the order of the kinds of geometry in scene::ObjectShape.
-const std::array<GeometryKind, 5> kKinds = {{{"primitives", "primitive_poses", &ObjectChange::primitive_poses},
-                                             {"boxes", "boxes_poses", &ObjectChange::boxes_poses},
-                                             {"meshes", "mesh_poses", &ObjectChange::mesh_poses},
-                                             {"mesh_files", "mesh_file_poses", &ObjectChange::mesh_file_poses},
-                                             {"planes", "plane_poses", &ObjectChange::plane_poses}}};
-
-std::vector<Isometry3d> posesOf(const ObjectChange& change, const GeometryKind& kind) {
-  std::vector<Isometry3d> poses;
-  for (const geometry_msgs::Pose& pose : change.*kind.pose_list)
-    poses.push_back(poseFrom(pose, entry(kind.poses, poses.size())));
-  return poses;
-}
-
-/// Adds the shapes of one kind at their poses. `read` makes the geometry of a shape from its message.
+/// Reads the shapes of one kind and their poses. `read` makes the geometry of a shape from its message.
 template <class Messages, class Read>
-void addAll(const ObjectChange& change, const GeometryKind& kind, const Messages& messages, Read read,
-            std::vector<scene::ObjectShape>& shapes) {
-  const std::vector<Isometry3d> poses = posesOf(change, kind);
-  if (!poses.empty() && poses.size() != messages.size()) {
-    throw std::invalid_argument(std::string(kind.poses) + " has " + std::to_string(poses.size()) + " entries, " +
-                                kind.shapes + " has " + std::to_string(messages.size()));
-  }
-  for (std::size_t i = 0; i < messages.size(); ++i) {
-    try {
-      shapes.push_back({read(messages[i]), poses.empty() ? Isometry3d::Identity() : poses[i]});
-    } catch (const std::invalid_argument& error) {
-      refuseField(entry(kind.shapes, i), error.what());
-    }
-  }
-}
-
-std::vector<scene::ObjectShape> shapesOf(const ObjectChange& change) {
-  std::vector<scene::ObjectShape> shapes;
-  addAll(change, kKinds[0], change.primitives, shapeOf, shapes);
-  addAll(change, kKinds[1], change.boxes, boxesOf, shapes);
-  addAll(change, kKinds[2], change.meshes, meshOf, shapes);
-  addAll(change, kKinds[3], change.mesh_files, meshFileOf, shapes);
-  addAll(change, kKinds[4], change.planes, halfSpaceOf, shapes);
-  return shapes;
+void readShapes(std::size_t kind, const Messages& messages, const std::vector<geometry_msgs::Pose>& poses,
+                const Read& read, scene::ObjectEdit& edit) {
+  const scene::ShapeKind& names = scene::kShapeKinds[kind];
+  for (std::size_t i = 0; i < messages.size(); ++i)
+    withinEntry(names.shapes, i, [&] { edit.shapes.push_back({read(messages[i])}); });
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    withinEntry(names.poses, i, [&] { edit.shape_poses[kind].push_back(poseOf(poses[i])); });
 }
 
 // --- fields
 
-/// The optional fields that an operation may have.
-struct OperationFields {
-  const char* name;
-  bool shapes, shape_poses, padding, link, touch_links, keep_pose, frame;
-};
-/// The index is the number of the operation in the message, which is also that of scene::ObjectEdit::Operation.
-constexpr std::array<OperationFields, 7> kOperations = {{{"ADD", true, true, true, true, true, false, true},
-                                                         {"REPLACE", true, true, true, true, true, false, true},
-                                                         {"APPEND", true, true, false, false, true, false, false},
-                                                         {"MOVE", false, true, false, false, false, false, true},
-                                                         {"ATTACH", false, false, false, true, true, true, false},
-                                                         {"DETACH", false, false, false, false, false, false, true},
-                                                         {"REMOVE", false, false, false, false, false, false, false}}};
-
-void requireFieldsOf(const OperationFields& allowed, const ObjectChange& change) {
-  const auto require_empty = [&](bool is_allowed, bool is_empty, const char* field) {
-    if (!is_allowed && !is_empty) refuseField(field, std::string(allowed.name) + " does not take it");
-  };
-  const bool has_no_shapes = change.primitives.empty() && change.boxes.empty() && change.meshes.empty() &&
-                             change.mesh_files.empty() && change.planes.empty();
-  require_empty(allowed.shapes, has_no_shapes, "shapes");
-  for (const GeometryKind& kind : kKinds)
-    require_empty(allowed.shape_poses, (change.*kind.pose_list).empty(), kind.poses);
-  require_empty(allowed.padding, change.padding == 0.0, "padding");
-  require_empty(allowed.link, change.link.empty(), "link");
-  require_empty(allowed.touch_links, change.touch_links.empty(), "touch_links");
-  require_empty(allowed.keep_pose, !change.keep_pose, "keep_pose");
-  require_empty(allowed.frame, change.frame.empty(), "frame");
-  if (allowed.link && !change.link.empty() && !change.frame.empty()) refuseField("frame", "it goes without link only");
-  const bool adds = allowed.padding;
-  if (adds && change.link.empty() && !change.touch_links.empty()) refuseField("touch_links", "they go with link only");
-  if (adds && (!(change.padding >= 0.0) || !std::isfinite(change.padding)))
-    refuseField("padding", "it is negative, or not finite");
+/// Refuses a name that is too long, because every cycle of the monitor may have to publish it, and one that is not
+/// UTF-8: it cannot be written into a file, and clients in Python cannot read it.
+void requireName(const std::string& field, const std::string& name) {
+  if (name.empty()) return;
+  if (name.size() > kMaxNameLength)
+    scene::refuseField(
+        field, "it has " + std::to_string(name.size()) + " characters, more than " + std::to_string(kMaxNameLength));
+  within([&] { return field; }, [&] { scene::requireUtf8(name); });
 }
 
-void requireLengths(const ObjectChange& change) {
-  requireLength(change.id, "id");
-  requireLength(change.link, "link");
-  requireLength(change.frame, "frame");
-  requireLength(change.header.frame_id, "header.frame_id");
-  for (const std::string& link : change.touch_links) requireLength(link, "touch_links");
+void requireNames(const scene::ObjectEdit& edit) {
+  requireName("id", edit.id);
+  requireName("link", edit.place.link);
+  requireName("frame", edit.place.frame);
+  if (edit.place.pose_frame) requireName("header.frame_id", *edit.place.pose_frame);
+  for (const std::string& link : edit.place.touch_links) requireName("touch_links", link);
+}
+
+/// Reads a change, and makes the geometry of an object with meshes.
+scene::ObjectEdit editOf(const ObjectChange& change, scene::ObjectOptions& options) {
+  if (change.operation >= scene::operationFields().size())
+    scene::refuseField("operation", std::to_string(change.operation) + " does not exist");
+  scene::ObjectEdit edit;
+  edit.id = change.id;
+  edit.operation = static_cast<Operation>(change.operation);
+  edit.place = {change.link, change.touch_links, change.frame};
+  edit.padding = change.padding;
+  const auto primitive = [](const auto& p) { return scene::primitiveFrom(std::to_string(p.type), p.dimensions); };
+  const auto boxes = [](const auto& b) { return scene::boxesFrom(vectorsOf(b.centres), vectorsOf(b.sizes)); };
+  const auto plane = [](const auto& p) { return scene::halfSpaceFrom(p.coef[0], p.coef[1], p.coef[2], p.coef[3]); };
+  readShapes(0, change.primitives, change.primitive_poses, primitive, edit);
+  readShapes(1, change.boxes, change.boxes_poses, boxes, edit);
+  readShapes(2, change.meshes, change.mesh_poses, meshOf, edit);
+  readShapes(3, change.mesh_files, change.mesh_file_poses, meshFileOf, edit);
+  readShapes(4, change.planes, change.plane_poses, plane, edit);
+  if (edit.operation == Operation::Detach || change.keep_pose) edit.pose = scene::ObjectEdit::Pose::Kept;
+  if (edit.operation != Operation::Remove && edit.pose == scene::ObjectEdit::Pose::Given) {
+    edit.place.pose = requireReach(within([] { return std::string("pose"); }, [&] { return poseOf(change.pose); }));
+    edit.place.pose_frame = change.header.frame_id;
+  }
+  requireNames(edit);
+  scene::completeFields(edit);
+  const bool has_meshes = !change.meshes.empty() || !change.mesh_files.empty();
+  if (!has_meshes || edit.operation == Operation::Append) return edit;
+  options.padding = edit.padding;
+  edit.geometry = scene::makeObject(edit.id, std::move(edit.shapes), scene::Fixed{}, options).geometry;
+  return edit;
+}
+
+std::vector<scene::WrittenRule> rulesOf(const std::vector<PairRule>& messages) {
+  std::vector<scene::WrittenRule> rules;
+  for (const PairRule& message : messages) {
+    withinEntry("rules", rules.size(), [&] {
+      if (message.a.empty() || message.b.empty()) throw std::invalid_argument("a name is empty");
+      scene::requireUtf8(message.a);
+      scene::requireUtf8(message.b);
+    });
+    rules.push_back({message.a, message.b, message.allowed ? Rule::Allowed : Rule::Checked});
+  }
+  return rules;
 }
 
 }  // namespace
 
-ChangeError ChangeError::within(const std::string& where, const std::invalid_argument& error) {
-  const auto* with_code = dynamic_cast<const ChangeError*>(&error);
-  return {with_code ? with_code->code() : static_cast<std::int8_t>(QueryStatus::INVALID_ARGUMENT),
-          where + ": " + error.what()};
+scene::ObjectOptions objectOptions(const Robot& robot) {
+  const scene::ModelOptions& model = robot.config().model;
+  scene::ObjectOptions options;
+  options.resolve = meshResolver(robot.config());
+  options.meshes.tolerance = model.mesh_tolerance;
+  options.meshes.cache = model.mesh_cache;
+  options.meshes.time_budget = model.mesh_time_budget;
+  options.meshes.stop = model.stop;
+  return options;
 }
 
-void refuseField(const std::string& field, const std::string& reason) {
-  throw std::invalid_argument(field + ": " + reason);
+ReadChanges readChanges(const Robot& robot, const ObjectChanges& message) {
+  scene::ObjectOptions options = objectOptions(robot);
+  ReadChanges read;
+  try {
+    for (const ObjectChange& change : message.changes) {
+      const auto read_change = [&] { return editOf(change, options); };
+      read.edits.push_back(
+          withinEntry("changes", read.edits.size(), [&] { return withinObject(change.id, read_change); }));
+    }
+    if (message.set_rules) read.rules = rulesOf(message.rules);
+  } catch (const ChangeError& error) {
+    read.error = error;
+  }
+  return read;
 }
 
-void requireLength(const std::string& name, const std::string& field) {
-  if (name.size() > kMaxNameLength)
-    refuseField(field,
-                "it has " + std::to_string(name.size()) + " characters, more than " + std::to_string(kMaxNameLength));
+void apply(ReadChanges& changes, scene::ObjectEditor& objects) {
+  if (changes.error) throw *changes.error;
+  for (std::size_t i = 0; i < changes.edits.size(); ++i) {
+    const std::string id = changes.edits[i].id;
+    const auto apply_change = [&] { objects.apply(std::move(changes.edits[i])); };
+    withinEntry("changes", i, [&] { withinObject(id, apply_change); });
+  }
+}
+
+void add(const scene::ObjectEdit& object, scene::ObjectEditor& objects) {
+  const auto check_and_add = [&] {
+    requireNames(object);
+    requireReach(object.place.pose);
+    objects.apply(object);
+  };
+  within([&] { return object.source; }, [&] { withinObject(object.id, check_and_add); });
 }
 
 Isometry3d requireReach(const Isometry3d& pose) {
   if (!pose.matrix().allFinite() || pose.translation().norm() > kMaxReach)
-    refuseField("pose", "it is farther than 1e6 m from its frame, or not finite");
+    scene::refuseField("pose", "it is farther than 1e6 m from its frame, or not finite");
   return pose;
-}
-
-scene::ObjectEdit editOf(const ObjectChange& change) {
-  using Operation = scene::ObjectEdit::Operation;
-  requireLengths(change);
-  if (change.operation >= kOperations.size())
-    refuseField("operation", std::to_string(change.operation) + " does not exist");
-  requireFieldsOf(kOperations[change.operation], change);
-  scene::ObjectEdit edit;
-  edit.id = change.id;
-  edit.operation = static_cast<Operation>(change.operation);
-  edit.place.link = change.link;
-  edit.place.touch_links = change.touch_links;
-  edit.place.frame = change.frame;
-  edit.padding = change.padding;
-  if (kOperations[change.operation].shapes) edit.shapes = shapesOf(change);
-  if (edit.operation == Operation::Append && edit.shapes.empty()) refuseField("shapes", "there are none");
-  if (edit.operation == Operation::Detach || change.keep_pose) edit.pose = scene::ObjectEdit::Pose::Kept;
-  if (edit.operation == Operation::Remove || edit.pose == scene::ObjectEdit::Pose::Kept) return edit;
-  edit.place.pose = requireReach(poseFrom(change.pose, "pose"));
-  edit.place.pose_frame = change.header.frame_id;
-  return edit;
-}
-
-std::vector<scene::ObjectShape> movedShapes(const ObjectChange& change, const std::vector<scene::ObjectShape>& shapes) {
-  std::vector<scene::ObjectShape> moved;
-  for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
-    const std::vector<Isometry3d> poses = posesOf(change, kKinds[kind]);
-    if (poses.empty()) continue;
-    if (moved.empty()) moved = shapes;
-    std::vector<scene::ObjectShape*> of_kind;
-    for (scene::ObjectShape& shape : moved)
-      if (shape.geometry.index() == kind) of_kind.push_back(&shape);
-    if (of_kind.size() != poses.size())
-      refuseField(kKinds[kind].poses, std::to_string(poses.size()) + " poses for " + std::to_string(of_kind.size()) +
-                                          " shapes of this kind");
-    for (std::size_t i = 0; i < poses.size(); ++i) of_kind[i]->object_T_shape = poses[i];
-  }
-  return moved;
 }
 
 geometry_msgs::Pose toMessage(const Isometry3d& pose) {

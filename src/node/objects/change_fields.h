@@ -1,12 +1,15 @@
 #pragma once
 
-#include "proximity_server/ObjectChange.h"
+#include "node/robot/robot.h"
+#include "proximity_server/ObjectChanges.h"
+#include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/objects/object_editor.h"
 
 #include <geometry_msgs/Pose.h>
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -18,34 +21,37 @@ class ChangeError : public std::invalid_argument {
  public:
   ChangeError(std::int8_t code, const std::string& reason) : std::invalid_argument(reason), code_(code) {}
 
-  /// Returns the error with `where` in front of its text. The code is that of `error` if it is a ChangeError, otherwise
-  /// INVALID_ARGUMENT.
-  static ChangeError within(const std::string& where, const std::invalid_argument& error);
-
   std::int8_t code() const { return code_; }
 
  private:
   std::int8_t code_;
 };
 
-/// Throws std::invalid_argument naming the field and the reason.
-[[noreturn]] void refuseField(const std::string& field, const std::string& reason);
+/// How objects of a robot are made.
+scene::ObjectOptions objectOptions(const Robot& robot);
 
-/// Refuses a name that is too long, because every cycle of the monitor may have to publish it. `field` has the name.
-void requireLength(const std::string& name, const std::string& field);
+/// What a message says, before it is known whether it fits the present objects. If a field is wrong, `error` names the
+/// first one, and the changes are those before it.
+struct ReadChanges {
+  std::vector<scene::ObjectEdit> edits;
+  std::optional<std::vector<scene::WrittenRule>> rules;
+  std::optional<ChangeError> error;
+};
+
+/// Reads a message, and makes the geometry of all objects with meshes that it adds or replaces. That may take seconds,
+/// but it does not depend on other objects, so it can be done before other changes have to wait.
+ReadChanges readChanges(const Robot& robot, const ObjectChanges& message);
+
+/// Applies the changes of a message, which are moved away.
+/// Failure: throws ChangeError naming the number of the change, the object, the field and the reason.
+void apply(ReadChanges& changes, scene::ObjectEditor& objects);
+
+/// Adds an object of a file or a parameter. tf is not needed, because the pose is in the frame that carries the object.
+/// Failure: throws std::invalid_argument naming its place in the file, the object, the field and the reason.
+void add(const scene::ObjectEdit& object, scene::ObjectEditor& objects);
 
 /// Returns the pose. Refuses it if it is not finite or too far from its frame.
 Eigen::Isometry3d requireReach(const Eigen::Isometry3d& pose);
-
-/// Reads a change, except for the shapes of a MOVE, which movedShapes() reads. It is not checked whether the objects,
-/// links and frames exist.
-/// Failure: throws std::invalid_argument naming the field and the reason.
-scene::ObjectEdit editOf(const ObjectChange& change);
-
-/// Returns the shapes of an object at the poses that a MOVE has for shapes. Kinds of shapes for which it has no poses
-/// stay where they are. Returns no shapes if it has no poses at all.
-/// Failure: throws std::invalid_argument naming the field and the reason.
-std::vector<scene::ObjectShape> movedShapes(const ObjectChange& change, const std::vector<scene::ObjectShape>& shapes);
 
 geometry_msgs::Pose toMessage(const Eigen::Isometry3d& pose);
 

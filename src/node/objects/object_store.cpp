@@ -14,22 +14,6 @@ namespace {
 using Lock = std::lock_guard<std::mutex>;
 using Rule = scene::AllowedPairs::Rule;
 
-std::vector<scene::WrittenRule> rulesOf(const std::vector<PairRule>& messages) {
-  std::vector<scene::WrittenRule> rules;
-  for (const PairRule& message : messages) {
-    const std::string field = "rules[" + std::to_string(rules.size()) + "]";
-    if (message.a.empty() || message.b.empty()) refuseField(field, "a name is empty");
-    try {
-      scene::requireUtf8(message.a);
-      scene::requireUtf8(message.b);
-    } catch (const std::invalid_argument& error) {
-      refuseField(field, error.what());
-    }
-    rules.push_back({message.a, message.b, message.allowed ? Rule::Allowed : Rule::Checked});
-  }
-  return rules;
-}
-
 PairRule messageOf(const scene::WrittenRule& rule) {
   PairRule message;
   message.a = rule.a;
@@ -122,6 +106,12 @@ std::vector<scene::ObjectChange> sortedDifference(const scene::ObjectEditor& edi
   return changes;
 }
 
+std::vector<ReadChanges> readAll(const Robot& robot, const std::vector<const ObjectChanges*>& messages) {
+  std::vector<ReadChanges> read;
+  for (const ObjectChanges* message : messages) read.push_back(readChanges(robot, *message));
+  return read;
+}
+
 void requireAtMost(std::int64_t limit, std::int64_t count, const std::string& what) {
   if (count > limit)
     throw std::invalid_argument("there would be " + std::to_string(count) + " " + what +
@@ -146,11 +136,12 @@ void ObjectStore::loadAtStart(const scene::ObjectFile& file) {
     throw std::invalid_argument(file.changes.front().edit.source +
                                 ": only the tool clearance makes changes at a row or time");
   }
-  const PreparedGeometry none;
   const RobotObjects before = robot_->objects().get();
-  ObjectBatch batch(*robot_, *before.all, find_frame_, none);
-  for (const scene::ObjectEdit& object : file.objects) batch.add(object);
-  commit(batch.objects(), file.rules, before.revision);
+  ChangeFrames frames(*robot_, find_frame_);
+  const scene::ObjectOptions options = objectOptions(*robot_);
+  scene::ObjectEditor objects(*before.all, frames, options);
+  for (const scene::ObjectEdit& object : file.objects) add(object, objects);
+  commit(objects, file.rules, before.revision);
 }
 
 std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
@@ -159,11 +150,10 @@ std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
 
 std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
   const std::shared_ptr<const Robot> robot = currentRobot();
-  PreparedGeometry prepared;
-  for (const ObjectChanges* message : messages) prepared.merge(prepareGeometry(*robot, *message));
+  std::vector<ReadChanges> read = readAll(*robot, messages);
   const Lock only_one(change_mutex_);
-  if (robot != robot_) prepared.clear();  // a reload may have changed how meshes are read
-  applyLocked(messages, refused, prepared);
+  if (robot != robot_) read = readAll(*robot_, messages);  // a reload may have changed how meshes are read
+  applyLocked(messages, refused, std::move(read));
   return revision();
 }
 
@@ -173,27 +163,29 @@ std::shared_ptr<const Robot> ObjectStore::currentRobot() const {
 }
 
 void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
-                              const PreparedGeometry& prepared) {
+                              std::vector<ReadChanges> read) {
   const RobotObjects before = robot_->objects().get();
-  ObjectBatch batch(*robot_, *before.all, find_frame_, prepared);
+  ChangeFrames frames(*robot_, find_frame_);
+  const scene::ObjectOptions options = objectOptions(*robot_);
+  scene::ObjectEditor objects(*before.all, frames, options);
   Rules rules;
-  for (const ObjectChanges* message : messages) {
-    batch.objects().keep();
+  for (ReadChanges& changes : read) {
+    objects.keep();
     try {
-      batch.apply(*message);
-      if (message->set_rules) rules = rulesOf(message->rules);
+      node::apply(changes, objects);
+      if (changes.rules) rules = std::move(changes.rules);
     } catch (const std::exception& error) {
-      batch.objects().undo();
+      objects.undo();
       refused(error);
     }
   }
   try {
-    if (commit(batch.objects(), rules, before.revision + 1)) on_change_(*robot_);
+    if (commit(objects, rules, before.revision + 1)) on_change_(*robot_);
   } catch (const std::exception& error) {
     // This is rare, because nearly everything is checked before. Applying each message alone finds the one that is
     // wrong.
     if (messages.size() == 1) return refused(error);
-    for (const ObjectChanges* message : messages) applyLocked({message}, refused, prepared);
+    for (const ObjectChanges* message : messages) applyLocked({message}, refused, readAll(*robot_, {message}));
   }
 }
 

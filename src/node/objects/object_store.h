@@ -1,6 +1,6 @@
 #pragma once
 
-#include "node/objects/object_batch.h"
+#include "node/objects/change_frames.h"
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChanges.h"
 #include "proximity_server/ObjectList.h"
@@ -85,7 +85,7 @@ class ObjectStore {
 
   void loadAtStart(const scene::ObjectFile& file);
   void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
-                   const PreparedGeometry& prepared);
+                   std::vector<ReadChanges> read);
   std::shared_ptr<const Robot> currentRobot() const;
   bool commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision);
 

@@ -6,7 +6,9 @@
 
 #include <initializer_list>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -44,6 +46,16 @@ class Field {
   void requireMembers(const std::vector<std::string>& names) const;
 
   [[noreturn]] void refuse(const std::string& reason) const;
+
+  /// Returns make(arguments...). Its std::invalid_argument becomes one of this field.
+  template <class Make, class... Arguments>
+  auto checked(const Make& make, Arguments&&... arguments) const {
+    try {
+      return make(std::forward<Arguments>(arguments)...);
+    } catch (const std::invalid_argument& error) {
+      refuse(error.what());
+    }
+  }
 
   /// Returns a text like: cell.yaml, line 3: objects[0] "table"
   std::string place() const;

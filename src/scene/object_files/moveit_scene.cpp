@@ -61,6 +61,16 @@ class SceneReader {
   }
 
  private:
+  /// Returns make(arguments...). Its errors get the place in front.
+  template <class Make, class... Arguments>
+  auto checked(const Make& make, Arguments&&... arguments) const {
+    try {
+      return make(std::forward<Arguments>(arguments)...);
+    } catch (const std::invalid_argument& error) {
+      refuse(error.what());
+    }
+  }
+
   ObjectEdit object(std::string id) {
     object_ = id;
     ObjectEdit result;
@@ -69,11 +79,8 @@ class SceneReader {
     const bool has_pose = trimmed(lineBehindThis()).find_first_of(kSpaces) != std::string_view::npos;
     if (has_pose) result.place.pose = pose();
     const long shapes = count("number of shapes");
-    for (long i = 0; i < shapes; ++i) {
-      ObjectShape shape = this->shape();
-      result.shapes.push_back(std::move(shape));
-    }
-    if (result.shapes.empty()) refuse("it has no shape");
+    for (long i = 0; i < shapes; ++i) result.shapes.push_back(shape());
+    checked(completeFields, result);
     if (has_pose) skipSubframes();
     return result;
   }
@@ -87,46 +94,29 @@ class SceneReader {
 
   decltype(ObjectShape::geometry) geometry() {
     const std::string_view kind = word();
-    try {
-      if (kind == "sphere") return narrowphase::Shape(narrowphase::Sphere{number()});
-      if (kind == "box") return narrowphase::Shape(narrowphase::Box{vector()});
-      if (kind == "cylinder" || kind == "cone") {
-        const double radius = number(), length = number();
-        if (kind == "cone") return narrowphase::Shape(narrowphase::Cone{radius, length});
-        return narrowphase::Shape(narrowphase::Cylinder{radius, length});
-      }
-    } catch (const SyntaxError&) {
-      throw;
-    } catch (const std::invalid_argument& error) {
-      refuse(error.what());
+    if (kind == "sphere") return checked(primitiveFrom, "SPHERE", numbers(1));
+    if (kind == "box") return checked(primitiveFrom, "BOX", numbers(3));
+    if (kind == "cylinder" || kind == "cone") {
+      const double radius = number(), length = number();
+      return checked(primitiveFrom, kind == "cone" ? "CONE" : "CYLINDER", std::vector<double>{length, radius});
     }
-    if (kind == "plane") return plane();
+    if (kind == "plane") {
+      const std::vector<double> n = numbers(4);
+      return checked(halfSpaceFrom, n[0], n[1], n[2], n[3]);
+    }
     if (kind == "mesh") return mesh();
     refuse(kind == "octree" ? "octrees are not read" : "there is no shape " + quoted(std::string(kind)));
   }
 
-  HalfSpace plane() {
-    const Vector3d normal = vector();
-    const auto half_space = halfSpaceOf(normal, number());
-    if (!half_space) refuse("a, b and c of the plane are zero, or beyond what a number can be");
-    return *half_space;
-  }
-
   TriangleMesh mesh() {
-    const long vertices = count("number of vertices"), triangles = count("number of triangles");
-    TriangleMesh mesh;
-    for (long i = 0; i < vertices; ++i) mesh.vertices.push_back(vector());
-    for (long i = 0; i < triangles; ++i) {
-      std::array<int, 3> corners{};
-      for (int& corner : corners) {
-        const long vertex = count("vertex");
-        if (vertex >= vertices)
-          refuse("a triangle names vertex " + std::to_string(vertex) + " of " + std::to_string(vertices));
-        corner = static_cast<int>(vertex);
-      }
-      mesh.triangles.push_back(corners);
+    const long vertex_count = count("number of vertices"), triangle_count = count("number of triangles");
+    std::vector<Vector3d> vertices;
+    std::vector<std::array<int, 3>> triangles;
+    for (long i = 0; i < vertex_count; ++i) vertices.push_back(vector());
+    for (long i = 0; i < triangle_count; ++i) {
+      for (int& corner : triangles.emplace_back()) corner = static_cast<int>(count("vertex"));
     }
-    return mesh;
+    return checked(meshFrom, std::move(vertices), std::move(triangles));
   }
 
   void skipSubframes() {
@@ -140,18 +130,20 @@ class SceneReader {
 
   Isometry3d pose() {
     const Vector3d position = vector();
-    Eigen::Vector4d q;
-    for (int i = 0; i < 4; ++i) q[i] = number();
-    if (q.isZero(0.0)) refuse("the quaternion of a pose is zero");
-    Eigen::Quaterniond rotation(q);
-    rotation.coeffs().stableNormalize();
-    return Eigen::Translation3d(position) * rotation;
+    const std::vector<double> q = numbers(4);
+    if (q == std::vector<double>(4)) refuse("the quaternion of a pose is zero");
+    return poseFrom(position, {q[3], q[0], q[1], q[2]});
   }
 
   Vector3d vector() {
-    Vector3d v;
-    for (int i = 0; i < 3; ++i) v[i] = number();
-    return v;
+    const std::vector<double> n = numbers(3);
+    return {n[0], n[1], n[2]};
+  }
+
+  std::vector<double> numbers(std::size_t count) {
+    std::vector<double> numbers;
+    while (numbers.size() < count) numbers.push_back(number());
+    return numbers;
   }
 
   double number() {
@@ -203,10 +195,7 @@ class SceneReader {
     return source_ + ", line " + std::to_string(line_) + (object_.empty() ? "" : ": object " + quoted(object_));
   }
 
-  class SyntaxError : public std::invalid_argument {
-    using std::invalid_argument::invalid_argument;
-  };
-  [[noreturn]] void refuse(const std::string& reason) const { throw SyntaxError(place() + ": " + reason); }
+  [[noreturn]] void refuse(const std::string& reason) const { throw std::invalid_argument(place() + ": " + reason); }
 
   std::string_view rest_;
   const std::string& source_;

@@ -20,8 +20,10 @@ namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
+using Operation = ObjectEdit::Operation;
 
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
+constexpr long kMostVertices = std::numeric_limits<int>::max();
 
 /// Reads numbers by their names, where a missing one is 0, or as a list in their order.
 template <std::size_t N>
@@ -45,15 +47,6 @@ Vector3d vectorOf(const Field& field) {
   return {numbers[0], numbers[1], numbers[2]};
 }
 
-/// A quaternion of zeros is the identity; any other is normalised.
-Eigen::Quaterniond orientationOf(const Field& field) {
-  const auto numbers = numbersOf<4>(field, {"x", "y", "z", "w"});
-  Eigen::Quaterniond rotation(numbers[3], numbers[0], numbers[1], numbers[2]);
-  if (rotation.coeffs() == Eigen::Vector4d::Zero()) return Eigen::Quaterniond::Identity();
-  rotation.coeffs().stableNormalize();
-  return rotation;
-}
-
 Eigen::Quaterniond rotationOfRpy(const Field& field) {
   const auto angles = numbersOf<3>(field, {"roll", "pitch", "yaw"});
   return Eigen::AngleAxisd(angles[2], Vector3d::UnitZ()) * Eigen::AngleAxisd(angles[1], Vector3d::UnitY()) *
@@ -66,180 +59,102 @@ Isometry3d poseOf(const Field& field) {
   if (orientation && rpy) rpy->refuse("it goes without orientation only");
   Isometry3d pose = Isometry3d::Identity();
   if (position) pose.translation() = vectorOf(*position);
-  if (orientation) pose.linear() = orientationOf(*orientation).toRotationMatrix();
   if (rpy) pose.linear() = rotationOfRpy(*rpy).toRotationMatrix();
-  return pose;
+  if (!orientation) return pose;
+  const auto q = numbersOf<4>(*orientation, {"x", "y", "z", "w"});
+  return poseFrom(pose.translation(), {q[3], q[0], q[1], q[2]});
 }
 
 // --- shapes
 
-narrowphase::Shape shapeOf(const Field& field) {
+std::vector<Vector3d> vectorsOf(const Field& field) {
+  std::vector<Vector3d> vectors;
+  for (const Field& entry : field.entries()) vectors.push_back(vectorOf(entry));
+  return vectors;
+}
+
+narrowphase::Shape primitiveOf(const Field& field) {
   field.requireMembers({"type", "dimensions"});
-  const Field type = field.member("type"), dimensions = field.member("dimensions");
-  const auto is_meant = [&](const PrimitiveType& known) {
-    return type.isText() ? type.text() == known.name : type.number() == known.number;
-  };
-  const auto known = std::find_if(primitiveTypes().begin(), primitiveTypes().end(), is_meant);
-  if (known == primitiveTypes().end()) type.refuse("is none of BOX, SPHERE, CYLINDER and CONE");
-  const std::vector<double> size = dimensions.numbers();
-  if (size.size() != known->dimensions)
-    dimensions.refuse("has " + std::to_string(size.size()) + " numbers instead of " + known->meaning);
-  try {
-    return known->shape(size);
-  } catch (const std::invalid_argument& error) {
-    dimensions.refuse(error.what());
-  }
-}
-
-TriangleMesh meshOf(const Field& field) {
-  field.requireMembers({"triangles", "vertices"});
-  TriangleMesh mesh;
-  const Field vertex_list = field.member("vertices"), triangle_list = field.member("triangles");
-  for (const Field& vertex : vertex_list.entries()) mesh.vertices.push_back(vectorOf(vertex));
-  for (const Field& triangle : triangle_list.entries()) {
-    triangle.requireMembers({"vertex_indices"});
-    const Field indices = triangle.member("vertex_indices");
-    const std::vector<Field> corners = indices.entries();
-    if (corners.size() != 3) indices.refuse("has " + std::to_string(corners.size()) + " numbers instead of 3");
-    std::array<int, 3> vertices{};
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const long vertex = corners[i].wholeNumber();
-      if (vertex >= static_cast<long>(mesh.vertices.size()))
-        corners[i].refuse("names vertex " + std::to_string(vertex) + " of " + std::to_string(mesh.vertices.size()));
-      vertices[i] = static_cast<int>(vertex);
-    }
-    mesh.triangles.push_back(vertices);
-  }
-  return mesh;
-}
-
-MeshFile meshFileOf(const Field& field, const std::string& folder) {
-  field.requireMembers({"uri", "scale"});
-  const Field uri = field.member("uri");
-  MeshFile file;
-  try {
-    file.uri = absoluteUri(uri.text(), folder);
-  } catch (const std::invalid_argument& error) {
-    uri.refuse(error.what());
-  }
-  if (const auto scale = field.find("scale")) {
-    file.scale = vectorOf(*scale);
-    if (file.scale == Vector3d::Zero()) file.scale.setOnes();
-    if ((file.scale.array() == 0.0).any()) scale->refuse("has a number that is zero");
-  }
-  return file;
-}
-
-/// The half-space a x + b y + c z + d <= 0.
-HalfSpace planeOf(const Field& field) {
-  field.requireMembers({"coef"});
-  const Field coef = field.member("coef");
-  const std::vector<double> numbers = coef.numbers();
-  if (numbers.size() != 4) coef.refuse("has " + std::to_string(numbers.size()) + " numbers instead of 4");
-  const auto half_space = halfSpaceOf({numbers[0], numbers[1], numbers[2]}, numbers[3]);
-  if (!half_space) coef.refuse("a, b and c are zero, or beyond what a number can be");
-  return *half_space;
-}
-
-Vector3d edgesOf(const Field& field) {
-  const Vector3d edges = vectorOf(field);
-  if (!(edges.array() > 0.0).all()) field.refuse("has an edge that is not positive");
-  return edges;
+  const Field type = field.member("type");
+  return field.checked(primitiveFrom, type.isText() ? type.text() : std::to_string(type.wholeNumber()),
+                       field.member("dimensions").numbers());
 }
 
 Boxes boxesOf(const Field& field) {
   field.requireMembers({"centres", "sizes"});
-  const Field centre_list = field.member("centres"), size_list = field.member("sizes");
-  const std::vector<Field> centres = centre_list.entries(), sizes = size_list.entries();
-  if (sizes.size() != 1 && sizes.size() != centres.size())
-    size_list.refuse("has " + std::to_string(sizes.size()) + " entries, neither 1 nor one for each of " +
-                     std::to_string(centres.size()) + " centres");
-  Boxes boxes;
-  boxes.boxes.reserve(centres.size());
-  std::vector<Vector3d> edges;
-  edges.reserve(sizes.size());
-  for (const Field& size : sizes) edges.push_back(edgesOf(size));
-  for (std::size_t i = 0; i < centres.size(); ++i) {
-    const Vector3d half = 0.5 * edges[edges.size() == 1 ? 0 : i];
-    const Vector3d middle = vectorOf(centres[i]);
-    boxes.boxes.emplace_back(middle - half, middle + half);
-    if (!(boxes.boxes.back().sizes().array() > 0.0).all())
-      centres[i].refuse("is so far away that rounding leaves nothing of a box of this size");
-  }
-  return boxes;
+  return field.checked(boxesFrom, vectorsOf(field.member("centres")), vectorsOf(field.member("sizes")));
 }
 
-/// Adds the shapes of one kind in their poses; `read` makes the geometry of one shape.
+TriangleMesh meshOf(const Field& field) {
+  field.requireMembers({"triangles", "vertices"});
+  std::vector<std::array<int, 3>> triangles;
+  const Field list = field.member("triangles");
+  for (const Field& triangle : list.entries()) {
+    triangle.requireMembers({"vertex_indices"});
+    const Field indices = triangle.member("vertex_indices");
+    const std::vector<Field> corners = indices.entries();
+    if (corners.size() != 3) indices.refuse("has " + std::to_string(corners.size()) + " numbers instead of 3");
+    const auto vertex = [&](std::size_t i) {
+      return static_cast<int>(std::min(corners[i].wholeNumber(), kMostVertices));
+    };
+    triangles.push_back({vertex(0), vertex(1), vertex(2)});
+  }
+  return field.checked(meshFrom, vectorsOf(field.member("vertices")), std::move(triangles));
+}
+
+MeshFile meshFileOf(const Field& field, const std::string& folder) {
+  field.requireMembers({"uri", "scale"});
+  const auto scale = field.find("scale");
+  return field.checked(meshFileFrom, field.member("uri").text(), folder, scale ? vectorOf(*scale) : Vector3d::Ones());
+}
+
+HalfSpace planeOf(const Field& field) {
+  field.requireMembers({"coef"});
+  const Field coef = field.member("coef");
+  const std::vector<double> n = coef.numbers();
+  if (n.size() != 4) coef.refuse("has " + std::to_string(n.size()) + " numbers instead of 4");
+  return field.checked(halfSpaceFrom, n[0], n[1], n[2], n[3]);
+}
+
+/// Reads the shapes of one kind and their poses; `read` makes the geometry of one shape.
 template <class Read>
-void addShapes(const Field& object, const std::string& kind, const std::string& poses_name, Read read,
-               std::vector<ObjectShape>& shapes) {
-  const auto list = object.find(kind), poses = object.find(poses_name);
-  const std::size_t begin = shapes.size();
-  if (list)
-    for (const Field& entry : list->entries()) shapes.push_back({read(entry)});
-  if (!poses) return;
-  const std::vector<Field> entries = poses->entries();
-  const std::size_t count = shapes.size() - begin;
-  if (!entries.empty() && entries.size() != count)
-    poses->refuse("has " + std::to_string(entries.size()) + " entries, " + kind + " has " + std::to_string(count));
-  for (std::size_t i = 0; i < entries.size(); ++i) shapes[begin + i].object_T_shape = poseOf(entries[i]);
+void readShapes(std::size_t kind, const Field& object, const Read& read, ObjectEdit& edit) {
+  if (const auto list = object.find(kShapeKinds[kind].shapes))
+    for (const Field& entry : list->entries()) edit.shapes.push_back({read(entry)});
+  if (const auto poses = object.find(kShapeKinds[kind].poses))
+    for (const Field& entry : poses->entries()) edit.shape_poses[kind].push_back(poseOf(entry));
 }
 
 // --- objects
 
-const std::vector<std::string> kPlaceFields = {"link", "touch_links", "frame", "pose"};
-const std::vector<std::string> kShapeFields = {"primitives", "primitive_poses", "boxes",      "boxes_poses",
-                                               "meshes",     "mesh_poses",      "mesh_files", "mesh_file_poses",
-                                               "planes",     "plane_poses",     "padding"};
-
-std::vector<std::string> fields(std::initializer_list<std::vector<std::string>> groups) {
-  std::vector<std::string> all;
-  for (const std::vector<std::string>& group : groups) all.insert(all.end(), group.begin(), group.end());
-  return all;
-}
-
-ObjectPlace placeOf(const Field& field) {
-  ObjectPlace place;
-  const auto link = field.find("link"), touch_links = field.find("touch_links"), frame = field.find("frame");
-  if (link) place.link = link->text();
-  if (frame) place.frame = frame->text();
-  if (touch_links) place.touch_links = touch_links->texts();
-  if (const auto pose = field.find("pose")) place.pose = poseOf(*pose);
-  if (!place.link.empty() && !place.frame.empty()) frame->refuse("it goes without link only");
-  if (place.link.empty() && !place.touch_links.empty()) touch_links->refuse("they go with link only");
-  return place;
-}
-
-// Reads the id and the place of an object, and ignores other fields.
-
-ObjectEdit placedObject(const Field& field) {
-  ObjectEdit object;
-  object.source = field.place();
-  object.id = field.member("id").text();
-  object.place = placeOf(field);
-  return object;
-}
-
-/// Reads an object with its shapes, for Add and Replace.
-ObjectEdit shapedObject(const Field& field, const std::string& folder) {
-  ObjectEdit object = placedObject(field);
-  if (const auto padding = field.find("padding")) {
-    object.padding = padding->number();
-    if (object.padding < 0.0) padding->refuse("is negative");
-  }
-  addShapes(field, "primitives", "primitive_poses", shapeOf, object.shapes);
-  addShapes(field, "boxes", "boxes_poses", boxesOf, object.shapes);
-  addShapes(field, "meshes", "mesh_poses", meshOf, object.shapes);
-  const auto readMeshFile = [&](const Field& mesh) { return meshFileOf(mesh, folder); };
-  addShapes(field, "mesh_files", "mesh_file_poses", readMeshFile, object.shapes);
-  addShapes(field, "planes", "plane_poses", planeOf, object.shapes);
-  if (object.shapes.empty()) field.refuse("has no shape: none of primitives, boxes, meshes, mesh_files and planes");
-  return object;
-}
-
-ObjectEdit objectOf(const Field& field, const std::string& folder) {
-  field.requireMembers(fields({{"id"}, kPlaceFields, kShapeFields}));
-  return shapedObject(field, folder);
+/// Reads an operation on an object. The map has the `others` besides the fields of the operation and the id.
+ObjectEdit editOf(const Field& field, const OperationFields& operation, std::vector<std::string> others,
+                  const std::string& folder) {
+  others.emplace_back("id");
+  others.insert(others.end(), operation.takes.begin(), operation.takes.end());
+  field.requireMembers(others);
+  ObjectEdit edit;
+  edit.source = field.place();
+  edit.operation = operation.operation;
+  edit.id = field.member("id").text();
+  const auto link = field.find("link"), touch_links = field.find("touch_links"), frame = field.find("frame"),
+             pose = field.find("pose"), padding = field.find("padding"), keep_pose = field.find("keep_pose");
+  if (link) edit.place.link = link->text();
+  if (touch_links) edit.place.touch_links = touch_links->texts();
+  if (frame) edit.place.frame = frame->text();
+  if (pose) edit.place.pose = poseOf(*pose);
+  if (padding) edit.padding = padding->number();
+  const bool keeps = keep_pose && keep_pose->truth();
+  if (keeps && pose) pose->refuse("it goes without keep_pose only");
+  if (keeps || edit.operation == Operation::Detach) edit.pose = ObjectEdit::Pose::Kept;
+  readShapes(0, field, primitiveOf, edit);
+  readShapes(1, field, boxesOf, edit);
+  readShapes(2, field, meshOf, edit);
+  readShapes(
+      3, field, [&](const Field& mesh) { return meshFileOf(mesh, folder); }, edit);
+  readShapes(4, field, planeOf, edit);
+  field.checked(completeFields, edit);
+  return edit;
 }
 
 WrittenRule ruleOf(const Field& field) {
@@ -255,24 +170,9 @@ WrittenRule ruleOf(const Field& field) {
 
 // --- changes
 
-using Operation = ObjectEdit::Operation;
-
-struct OperationFields {
-  const char* name;
-  Operation operation;
-  std::vector<std::string> takes;
-};
-const std::array<OperationFields, 6> kOperations = {
-    {{"ADD", Operation::Add, fields({kPlaceFields, kShapeFields})},
-     {"REPLACE", Operation::Replace, fields({kPlaceFields, kShapeFields})},
-     {"MOVE", Operation::Move, {"frame", "pose"}},
-     {"ATTACH", Operation::Attach, {"link", "touch_links", "pose", "keep_pose"}},
-     {"DETACH", Operation::Detach, {"frame"}},
-     {"REMOVE", Operation::Remove, {}}}};
-
 const OperationFields& operationOf(const Field& field) {
-  for (const OperationFields& operation : kOperations)
-    if (field.text() == operation.name) return operation;
+  for (const OperationFields& operation : operationFields())
+    if (operation.operation != Operation::Append && field.text() == operation.name) return operation;
   field.refuse("is none of ADD, REPLACE, MOVE, ATTACH, DETACH and REMOVE");
 }
 
@@ -286,20 +186,9 @@ Moment momentOf(const Field& field) {
 
 WrittenChange changeOf(const Field& field, const std::string& folder) {
   const OperationFields& operation = operationOf(field.member("operation"));
-  field.requireMembers(fields({{"at", "operation", "id"}, operation.takes}));
-  const bool has_shapes = operation.operation == Operation::Add || operation.operation == Operation::Replace;
-  const Moment at = momentOf(field.member("at"));
-  ObjectEdit edit = has_shapes ? shapedObject(field, folder) : placedObject(field);
-  edit.operation = operation.operation;
-  if (edit.operation == Operation::Detach) edit.pose = ObjectEdit::Pose::Kept;
-  if (edit.operation != Operation::Attach) return {at, edit};
-  field.member("link");
-  const auto keep_pose = field.find("keep_pose");
-  if (keep_pose && keep_pose->truth()) {
-    if (const auto pose = field.find("pose")) pose->refuse("it goes without keep_pose only");
-    edit.pose = ObjectEdit::Pose::Kept;
-  }
-  return {at, edit};
+  ObjectEdit edit = editOf(field, operation, {"at", "operation"}, folder);
+  if (edit.operation == Operation::Attach) field.member("link");
+  return {momentOf(field.member("at")), std::move(edit)};
 }
 
 /// Refuses a change that would be made before the change above it.
@@ -325,38 +214,12 @@ Objects withRules(const Objects& objects, const std::vector<WrittenRule>& rules)
   return objects.withRules(std::move(next));
 }
 
-const std::array<PrimitiveType, 4>& primitiveTypes() {
-  using Sizes = std::vector<double>;
-  using narrowphase::Shape;
-  static const std::array<PrimitiveType, 4> all = {{
-      {"BOX", 1, 3, "3, the edges along x, y and z",
-       [](const Sizes& d) -> Shape {
-         return narrowphase::Box{{d[0], d[1], d[2]}};
-       }},
-      {"SPHERE", 2, 1, "1, the radius", [](const Sizes& d) -> Shape { return narrowphase::Sphere{d[0]}; }},
-      {"CYLINDER", 3, 2, "2, height and radius",
-       [](const Sizes& d) -> Shape {
-         return narrowphase::Cylinder{d[1], d[0]};
-       }},
-      {"CONE", 4, 2, "2, height and radius",
-       [](const Sizes& d) -> Shape {
-         return narrowphase::Cone{d[1], d[0]};
-       }},
-  }};
-  return all;
-}
-
-std::optional<HalfSpace> halfSpaceOf(const Vector3d& normal, double d) {
-  const double length = normal.stableNorm(), offset = -d / length;
-  if (!(length > 0.0) || !std::isfinite(length) || !std::isfinite(offset)) return std::nullopt;
-  return HalfSpace{normal / length, offset};
-}
-
 ObjectFile objectFileFrom(const FileValue& value, const std::string& source, const std::string& folder) {
   const Field root(value, source);
   ObjectFile file;
   const auto readObjects = [&](const Field& list) {
-    for (const Field& entry : list.entries()) file.objects.push_back(objectOf(entry, folder));
+    for (const Field& entry : list.entries())
+      file.objects.push_back(editOf(entry, operationFields().front(), {}, folder));
   };
   if (root.isList()) {
     readObjects(root);

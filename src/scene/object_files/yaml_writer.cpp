@@ -69,32 +69,26 @@ std::string primitiveText(const char* type, std::initializer_list<double> dimens
   return std::string("{type: ") + type + ", dimensions: " + listOf(dimensions) + "}";
 }
 
-/// Writes the lists of the shapes and poses of one object.
-class ShapeLists {
- public:
-  void add(const ObjectShape& shape) {
-    pose_ = &shape.object_T_shape;
-    std::visit(*this, shape.geometry);
-  }
-
-  void operator()(const Shape& shape) {
+/// The text of one shape.
+struct ShapeText {
+  std::string operator()(const Shape& shape) const {
     const Vector3d& half = shape.halfExtents();
     const bool is_sphere = shape.kind() == Shape::Kind::Point;
     if (shape.margin() != 0.0 && !is_sphere) throw std::invalid_argument("the format has no rounded shapes");
     switch (shape.kind()) {
       case Shape::Kind::Point:
-        return primitives_.add(primitiveText("SPHERE", {shape.margin()}), *pose_);
+        return primitiveText("SPHERE", {shape.margin()});
       case Shape::Kind::Box:
-        return primitives_.add(primitiveText("BOX", {2.0 * half.x(), 2.0 * half.y(), 2.0 * half.z()}), *pose_);
+        return primitiveText("BOX", {2.0 * half.x(), 2.0 * half.y(), 2.0 * half.z()});
       case Shape::Kind::Cylinder:
-        return primitives_.add(primitiveText("CYLINDER", {2.0 * half.z(), half.x()}), *pose_);
+        return primitiveText("CYLINDER", {2.0 * half.z(), half.x()});
       case Shape::Kind::Cone:
-        return primitives_.add(primitiveText("CONE", {2.0 * half.z(), half.x()}), *pose_);
+        return primitiveText("CONE", {2.0 * half.z(), half.x()});
       default:
         throw std::invalid_argument("the format has no shapes but boxes, spheres, cylinders, cones, meshes and planes");
     }
   }
-  void operator()(const Boxes& boxes) {
+  std::string operator()(const Boxes& boxes) const {
     const auto has_first_size = [&](const Eigen::AlignedBox3d& box) {
       return box.sizes() == boxes.boxes.front().sizes();
     };
@@ -104,48 +98,42 @@ class ShapeLists {
       centres += (centres.empty() ? "" : ", ") + listOf(box.center());
       if (sizes.empty() || !same_size) sizes += (sizes.empty() ? "" : ", ") + listOf(box.sizes());
     }
-    boxes_.add("{centres: [" + centres + "],\n     sizes: [" + sizes + "]}", *pose_);
+    return "{centres: [" + centres + "],\n     sizes: [" + sizes + "]}";
   }
-  void operator()(const TriangleMesh& mesh) {
+  std::string operator()(const TriangleMesh& mesh) const {
     std::string vertices, triangles;
     for (const Vector3d& vertex : mesh.vertices) vertices += (vertices.empty() ? "" : ", ") + listOf(vertex);
     for (const auto& [a, b, c] : mesh.triangles)
       triangles += (triangles.empty() ? "" : ", ") + ("{vertex_indices: [" + std::to_string(a)) + ", " +
                    std::to_string(b) + ", " + std::to_string(c) + "]}";
-    meshes_.add("{vertices: [" + vertices + "],\n     triangles: [" + triangles + "]}", *pose_);
+    return "{vertices: [" + vertices + "],\n     triangles: [" + triangles + "]}";
   }
-  void operator()(const MeshFile& file) {
-    mesh_files_.add("{uri: " + quotedText(file.uri) + ", scale: " + listOf(file.scale) + "}", *pose_);
+  std::string operator()(const MeshFile& file) const {
+    return "{uri: " + quotedText(file.uri) + ", scale: " + listOf(file.scale) + "}";
   }
-  void operator()(const HalfSpace& plane) {
+  std::string operator()(const HalfSpace& plane) const {
     const Vector3d& n = plane.normal;
-    planes_.add("{coef: " + listOf({n.x(), n.y(), n.z(), -plane.offset * n.norm()}) + "}", *pose_);
+    return "{coef: " + listOf({n.x(), n.y(), n.z(), -plane.offset * n.norm()}) + "}";
   }
-
-  std::string text() const {
-    return primitives_.text("primitives", "primitive_poses") + boxes_.text("boxes", "boxes_poses") +
-           meshes_.text("meshes", "mesh_poses") + mesh_files_.text("mesh_files", "mesh_file_poses") +
-           planes_.text("planes", "plane_poses");
-  }
-
- private:
-  struct List {
-    std::string shapes, poses;
-    bool has_poses = false;
-
-    void add(const std::string& shape, const Isometry3d& pose) {
-      shapes += "  - " + shape + "\n";
-      poses += "  - " + poseText(pose) + "\n";
-      has_poses = has_poses || !pose.isApprox(Isometry3d::Identity(), 0.0);
-    }
-    std::string text(const std::string& name, const std::string& poses_name) const {
-      if (shapes.empty()) return "";
-      return "  " + name + ":\n" + shapes + (has_poses ? "  " + poses_name + ":\n" + poses : "");
-    }
-  };
-  List primitives_, boxes_, meshes_, mesh_files_, planes_;
-  const Isometry3d* pose_ = nullptr;
 };
+
+/// The lists of the shapes and poses of one object.
+std::string shapesText(const std::vector<ObjectShape>& shapes) {
+  std::string all;
+  for (std::size_t kind = 0; kind < kShapeKinds.size(); ++kind) {
+    std::string list, poses;
+    bool has_poses = false;
+    for (const ObjectShape& shape : shapes) {
+      if (shape.geometry.index() != kind) continue;
+      list += "  - " + std::visit(ShapeText(), shape.geometry) + "\n";
+      poses += "  - " + poseText(shape.object_T_shape) + "\n";
+      has_poses = has_poses || !shape.object_T_shape.isApprox(Isometry3d::Identity(), 0.0);
+    }
+    if (!list.empty()) all += std::string("  ") + kShapeKinds[kind].shapes + ":\n" + list;
+    if (has_poses) all += std::string("  ") + kShapeKinds[kind].poses + ":\n" + poses;
+  }
+  return all;
+}
 
 std::string placeText(const ObjectPlace& place) {
   std::string text;
@@ -160,10 +148,8 @@ std::string placeText(const ObjectPlace& place) {
 }
 
 std::string objectText(const ObjectEdit& object) {
-  ShapeLists shapes;
-  for (const ObjectShape& shape : object.shapes) shapes.add(shape);
   return "- id: " + quotedText(object.id) + "\n" + placeText(object.place) +
-         (object.padding > 0.0 ? "  padding: " + shortest(object.padding) + "\n" : "") + shapes.text();
+         (object.padding > 0.0 ? "  padding: " + shortest(object.padding) + "\n" : "") + shapesText(object.shapes);
 }
 
 }  // namespace

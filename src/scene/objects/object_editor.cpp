@@ -3,6 +3,7 @@
 #include "proximity_server/scene/model/names.h"
 #include "scene/objects/placed_object.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -11,6 +12,14 @@ namespace proximity_server::scene {
 
 using Eigen::Isometry3d;
 using Operation = ObjectEdit::Operation;
+
+namespace {
+
+/// The nearest name to an unknown one is searched among no more objects than this: the search must not slow down a
+/// stream of changes that all name unknown objects.
+constexpr std::size_t kMaxSearchedNames = 1000;
+
+}  // namespace
 
 std::string carrierOf(const Object& object, const ObjectFrames& frames) {
   if (const auto* moving = std::get_if<Moving>(&object.placement)) return moving->frame;
@@ -27,12 +36,13 @@ const Isometry3d& poseInCarrier(const Object& object) {
 void ObjectEditor::apply(ObjectEdit edit) {
   if (edit.operation == Operation::Remove) return remove(edit.id);
   const bool is_whole = edit.operation == Operation::Add || edit.operation == Operation::Replace;
-  if (edit.operation == Operation::Add && find(edit.id)) refuseObject(edit.id, "there is one with this id already");
   Object object = is_whole ? Object{edit.id, std::move(edit.geometry), {}} : require(edit.id);
-  const auto* held = std::get_if<Attached>(&object.placement);
-  if (edit.operation == Operation::Move && held)
-    refuseObject(edit.id, "it is attached to link " + quoted(held->link) + "; detach it, or attach it elsewhere");
-  if (edit.operation == Operation::Detach && !held) refuseObject(edit.id, "it is not attached");
+  check(edit, object);
+  const auto has_poses = [](const std::vector<Isometry3d>& of_kind) { return !of_kind.empty(); };
+  if (edit.operation == Operation::Move && std::any_of(edit.shape_poses.begin(), edit.shape_poses.end(), has_poses)) {
+    edit.shapes = givenShapesOf(object);
+    placeShapes(edit.shape_poses, edit.shapes);
+  }
   if (edit.operation == Operation::Append)
     append(edit, object);
   else
@@ -42,10 +52,33 @@ void ObjectEditor::apply(ObjectEdit edit) {
     options.padding = is_whole ? edit.padding : paddingOf(object);
     object = makeObject(edit.id, std::move(edit.shapes), object.placement, options);
   }
+  if (std::holds_alternative<Attached>(object.placement) && hasHalfSpace(object))
+    refuseObject(edit.id, "link: an object with a plane cannot be attached");
   set(edit.id, std::make_shared<const Object>(std::move(object)));
 }
 
+/// Refuses an operation that does not fit the robot and the present objects.
+void ObjectEditor::check(const ObjectEdit& edit, const Object& before) const {
+  const RobotModel& robot = before_.model().robot;
+  const ObjectPlace& place = edit.place;
+  const auto* held = std::get_if<Attached>(&before.placement);
+  if (edit.operation == Operation::Add || edit.operation == Operation::Replace) {
+    if (edit.operation == Operation::Add && find(edit.id))
+      refuseObject(edit.id, "id: there is an object with this id already");
+    requireUsableId(robot, edit.id);
+  }
+  if (edit.operation == Operation::Move && held)
+    refuseObject(edit.id, "operation: link " + quoted(held->link) + " holds it: DETACH it, or ATTACH it elsewhere");
+  if (edit.operation == Operation::Detach && !held) refuseObject(edit.id, "operation: no link holds it");
+  if (edit.operation == Operation::Attach && place.link.empty()) refuseObject(edit.id, "link: it is empty");
+  if (!place.touch_links.empty() && place.link.empty() && !(edit.operation == Operation::Append && held))
+    refuseObject(edit.id, "touch_links: no link holds the object");
+  if (!place.link.empty()) requireLink(robot, place.link, "link", edit.id);
+  for (const std::string& link : place.touch_links) requireLink(robot, link, "touch_links", edit.id);
+}
+
 void ObjectEditor::remove(const std::string& id) {
+  if (id.empty()) refuseObject(id, "id: it is empty");
   if (id != "*") return set(id, nullptr);
   for (const std::string& each : ids()) set(each, nullptr);
 }
@@ -87,7 +120,10 @@ const Object* ObjectEditor::find(const std::string& id) const {
 
 const Object& ObjectEditor::require(const std::string& id) const {
   if (const Object* found = find(id)) return *found;
-  throw std::invalid_argument("there is no object " + unknownName(id, ids()));
+  const std::size_t count = static_cast<std::size_t>(before_.size()) + changed_.size();
+  const std::string nearest = count > kMaxSearchedNames ? "" : nearestName(id, ids());
+  refuseObject(
+      id, "id: there is no object with this id" + (nearest.empty() ? "" : " (did you mean " + quoted(nearest) + "?)"));
 }
 
 std::vector<std::string> ObjectEditor::ids() const {

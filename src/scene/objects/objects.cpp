@@ -24,12 +24,6 @@ Isometry3d required(const Isometry3d& pose, const std::string& id) {
   return *usable;
 }
 
-int requireLink(const RobotModel& robot, const std::string& link, const std::string& what, const std::string& id) {
-  const int found = robot.findLink(link);
-  if (found < 0) refuseObject(id, what + ": no link " + unknownName(link, namesOf(robot.links)));
-  return found;
-}
-
 /// Transforms an object into the frame of its body, for each kind of placement.
 class Placing {
  public:
@@ -53,7 +47,7 @@ class Placing {
   }
 
   PlacedObject operator()(const Attached& attached) const {
-    const Link& link = robot_.links[requireLink(robot_, attached.link, "attach", object_.id)];
+    const Link& link = robot_.links[requireLink(robot_, attached.link, "link", object_.id)];
     if (!object_.geometry->halfSpaces().empty()) refuseObject(object_.id, "a half-space cannot be attached");
     PlacedObject placed{object_, Kind::Attached, in(link.body_T_link * required(attached.link_T_object, object_.id))};
     placed.body = link.body;
@@ -90,6 +84,18 @@ void refuseObject(const std::string& id, const std::string& reason) {
   throw std::invalid_argument("object " + quoted(id) + ": " + reason);
 }
 
+void requireUsableId(const RobotModel& robot, const std::string& id) {
+  if (id.empty()) refuseObject(id, "id: it is empty");
+  if (id == "*") refuseObject(id, "id: it stands for all objects");
+  if (robot.findLink(id) >= 0) refuseObject(id, "id: a link has this name");
+}
+
+int requireLink(const RobotModel& robot, const std::string& link, const std::string& field, const std::string& id) {
+  const int found = robot.findLink(link);
+  if (found < 0) refuseObject(id, field + ": there is no link " + unknownName(link, namesOf(robot.links)));
+  return found;
+}
+
 Objects::Objects(std::shared_ptr<const SceneModel> model)
     : model_(std::move(model)),
       rules_(std::make_shared<const ObjectRules>()),
@@ -121,9 +127,7 @@ Objects Objects::withRules(ObjectRules rules) const {
 
 void Objects::apply(const AddObject& change) {
   const std::string& id = change.object.id;
-  if (id.empty()) refuseObject(id, "its id is empty");
-  if (id == "*") refuseObject(id, "the id stands for all objects in the allowed pairs");
-  if (model_->robot.findLink(id) >= 0) refuseObject(id, "a link has this name");
+  requireUsableId(model_->robot, id);
   const auto place = std::lower_bound(by_id_.begin(), by_id_.end(), id, [&](int number, const std::string& wanted) {
     return placed(number)->object.id < wanted;
   });

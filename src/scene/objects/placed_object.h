@@ -34,6 +34,10 @@ struct PlacedObject {
 
 /// Throws std::invalid_argument naming the object and the reason.
 [[noreturn]] void refuseObject(const std::string& id, const std::string& reason);
+/// Refuses the id of a new object that is empty, "*" or the name of a link.
+void requireUsableId(const RobotModel& robot, const std::string& id);
+/// The number of a link that `field` of an object names.
+int requireLink(const RobotModel& robot, const std::string& link, const std::string& field, const std::string& id);
 
 /// [m] The box along the axes of the world that contains the pieces of a geometry. It includes the rounding of the
 /// pose.

@@ -12,8 +12,6 @@
 namespace proximity_server::tools {
 namespace {
 
-using Operation = scene::ObjectEdit::Operation;
-
 bool isDue(const scene::Moment& moment, long row, std::optional<double> time) {
   if (const auto* at_row = std::get_if<scene::AtRow>(&moment)) return at_row->row <= row;
   return time && std::get<scene::AtTime>(moment).time <= *time;
@@ -71,16 +69,7 @@ std::string ObjectSchedule::leftOver() const {
 void ObjectSchedule::apply(const std::vector<scene::ObjectEdit>& edits, const scene::BodyPoses& poses) {
   scene::LinkFrames frames(model_->robot, poses);
   scene::ObjectEditor editor(*now_, frames, options_);
-  for (const scene::ObjectEdit& edit : edits) {
-    const bool is_attached = edit.operation == Operation::Attach;
-    if ((is_attached || edit.operation == Operation::Detach) && !editor.find(edit.id))
-      throw std::invalid_argument("there is no object with this id then");
-    const std::string& link = edit.place.link;
-    if (is_attached && model_->robot.findLink(link) < 0)
-      throw std::invalid_argument("link: there is no link " +
-                                  scene::unknownName(link, scene::namesOf(model_->robot.links)));
-    editor.apply(edit);
-  }
+  for (const scene::ObjectEdit& edit : edits) editor.apply(edit);
   now_ = std::make_shared<const scene::Objects>(now_->changed(editor.difference()));
 }
 

@@ -261,8 +261,8 @@ TEST_F(ObjectsOfASlider, RefuseWithNameFieldAndReason) {
       {added([](auto& c) { c.padding = -1.0; }), {"padding", "negative"}},
       {added([](auto& c) { c.header.frame_id = "nowhere"; }), {"\"new\"", "nowhere"}},
       {added([](auto& c) { c.frame = "nowhere"; }), {"\"new\"", "nowhere"}},
-      {added([](auto& c) { c.link = "hnd"; }), {"link", "'hnd'", "'hand'"}},
-      {added([](auto& c) { c.link = "hand", c.touch_links = {"rial"}; }), {"touch_links", "'rial'", "'rail'"}},
+      {added([](auto& c) { c.link = "hnd"; }), {"link", "\"hnd\"", "\"hand\""}},
+      {added([](auto& c) { c.link = "hand", c.touch_links = {"rial"}; }), {"touch_links", "\"rial\"", "\"rail\""}},
       {added([](auto& c) { c.touch_links = {"rail"}; }), {"touch_links", "link"}},
       {added([](auto& c) { c.link = "hand", c.frame = "camera"; }), {"frame", "link"}},
       {added([](auto& c) { c.keep_pose = true; }), {"keep_pose", "ADD"}},
@@ -280,13 +280,13 @@ TEST_F(ObjectsOfASlider, RefuseWithNameFieldAndReason) {
          c.link = "hand", c.planes.resize(1), c.planes[0].coef = {1, 0, 0, 0};
        }),
        {"link", "plane"}},
-      {change(ObjectChange::MOVE, "baz"), {"\"baz\"", "no object", "'bar'"}},
+      {change(ObjectChange::MOVE, "baz"), {"\"baz\"", "no object", "\"bar\""}},
       {change(ObjectChange::MOVE, "held"), {"\"held\"", "hand", "holds"}},
       {with(change(ObjectChange::MOVE, "bar"), [](auto& c) { c.primitives = {kBall}; }), {"shapes", "MOVE"}},
       {with(change(ObjectChange::MOVE, "bar"), [](auto& c) { c.mesh_poses.resize(1); }), {"mesh_poses", "1", "0"}},
       {change(ObjectChange::APPEND, "bar"), {"\"bar\"", "shapes"}},
       {change(ObjectChange::ATTACH, "bar"), {"\"bar\"", "link", "empty"}},
-      {attach("bar", "nothing"), {"link", "'nothing'"}},
+      {attach("bar", "nothing"), {"link", "\"nothing\""}},
       {change(ObjectChange::DETACH, "bar"), {"\"bar\"", "no link holds it"}},
       {with(change(ObjectChange::REMOVE, "bar"), [](auto& c) { c.link = "hand"; }), {"link", "REMOVE"}},
   };
@@ -427,9 +427,10 @@ TEST_F(ObjectsFromTheStart, AreRefusedWithTheirPlaceIdFieldAndReason) {
   EXPECT_EQ(refusalOf("- {id: hand, " + ball + "}"),
             "cell.yaml, line 1: [0] \"hand\": object \"hand\": id: a link has this name");
   EXPECT_EQ(refusalOf("- {id: a, link: hund, " + ball + "}"),
-            "cell.yaml, line 1: [0] \"a\": object \"a\": link: there is no link 'hund' (did you mean 'hand'?)");
-  EXPECT_EQ(refusalOf("- {id: a, link: hand, touch_links: [ral], " + ball + "}"),
-            "cell.yaml, line 1: [0] \"a\": object \"a\": touch_links: there is no link 'ral' (did you mean 'rail'?)");
+            "cell.yaml, line 1: [0] \"a\": object \"a\": link: there is no link \"hund\" (did you mean \"hand\"?)");
+  EXPECT_EQ(
+      refusalOf("- {id: a, link: hand, touch_links: [ral], " + ball + "}"),
+      "cell.yaml, line 1: [0] \"a\": object \"a\": touch_links: there is no link \"ral\" (did you mean \"rail\"?)");
   EXPECT_EQ(refusalOf("- {id: a, link: hand, planes: [{coef: [0, 0, 1, 0]}]}"),
             "cell.yaml, line 1: [0] \"a\": object \"a\": link: an object with a plane cannot be attached");
   EXPECT_EQ(refusalOf("- {id: a, pose: {position: [2e6, 0, 0]}, " + ball + "}"),
@@ -457,6 +458,7 @@ TEST_F(ObjectsOfASlider, AnIdIsATextInUtf8) {
   EXPECT_NE(refusal({addBall("\xff")}).find("id: it is no text in UTF-8"), std::string::npos);
   tf_["\xff"] = {0.0, 0.0, 0.0};
   EXPECT_NE(refusal({addBallInFrame("a", "\xff")}).find("frame: it is no text in UTF-8"), std::string::npos);
+  EXPECT_NE(refusal({change(ObjectChange::REMOVE, "\xff")}).find("id: it is no text in UTF-8"), std::string::npos);
 }
 
 // Regression: such a rule was taken, and then no change could be written into objects_file any more.
@@ -597,15 +599,19 @@ TEST_F(ObjectsOfASlider, MeshesAreMadeBeforeItIsTheTurnOfTheirChange) {
   ObjectChange placed = tetrahedron("mesh");
   placed.pose = at(3.0, 0.0, 0.0);
   const ObjectChanges message = messageOf({addBall("ball"), placed});
-  const PreparedGeometry made = prepareGeometry(*robot_, message);
-  ASSERT_EQ(made.size(), 1u) << "only the mesh";
+  ReadChanges read = readChanges(*robot_, message);
+  ASSERT_EQ(read.edits.size(), 2u);
+  EXPECT_FALSE(read.edits[0].geometry) << "only that of the mesh";
+  const auto made = read.edits[1].geometry;
+  ASSERT_TRUE(made);
   const scene::Objects none(robot_->sharedModel());
-  const FindFrame find_frame;
-  ObjectBatch batch(*robot_, none, find_frame, made);
-  batch.apply(message);
-  const scene::Object& object = *batch.objects().find("mesh");
+  ChangeFrames frames(*robot_);
+  const scene::ObjectOptions options;
+  scene::ObjectEditor objects(none, frames, options);
+  node::apply(read, objects);
+  const scene::Object& object = *objects.find("mesh");
   EXPECT_EQ(object.id, "mesh");
-  EXPECT_EQ(object.geometry, made.at(&message.changes[1]));
+  EXPECT_EQ(object.geometry, made);
   EXPECT_EQ(std::get<scene::Fixed>(object.placement).world_T_object.translation().x(), 3.0);
 }
 

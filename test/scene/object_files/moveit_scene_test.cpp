@@ -149,10 +149,10 @@ TEST(MoveitScene, RefusesWithLineObjectAndReason) {
       {"c\n* a\n1\nbal\n", "cell.scene, line 4: object \"a\": there is no shape \"bal\""},
       {"c\n* a\n1\nsphere\n1\n0 0 0\n0 0 0 0\n", "cell.scene, line 7: object \"a\": the quaternion of a pose is zero"},
       {"c\n* a\n1\nmesh\n3 1\n0 0 0\n1 0 0\n0 1 0\n0 1 3\n",
-       "cell.scene, line 9: object \"a\": a triangle names vertex 3 of 3"},
+       "cell.scene, line 9: object \"a\": triangles[0] names vertex 3 of 3"},
       {"c\n* a\n1\nmesh\n2000000000 1\n0 0 0\n", "cell.scene, line 7: object \"a\": it is cut off"},
       {"c\n* a\n1\nplane\n0 0 0 1\n",
-       "cell.scene, line 5: object \"a\": a, b and c of the plane are zero, or beyond what a number can be"},
+       "cell.scene, line 5: object \"a\": coef: a number is not finite, or a, b and c are zero"},
       {"c\n* a\n0 0 0\n0 0 0 1\n1\nsphere\n1\n0 0 0\n0 0 0 1\n0 0 0 0\n1\n",
        "cell.scene, line 12: object \"a\": it is cut off in the subframes"},
   };

@@ -51,7 +51,8 @@ class AnEditor : public testing::Test {
  protected:
   static Objects tableAndBar() {
     auto model = std::make_shared<SceneModel>();
-    model->robot = robotOf(urdfOf(link("hand") + link("finger") + weld("1", "hand", "finger")));
+    model->robot = robotOf(
+        urdfOf(link("hand") + link("finger") + link("arm") + weld("1", "hand", "finger") + weld("2", "hand", "arm")));
     const std::vector<ObjectShape> ball{{narrowphase::Shape(Sphere{0.1})}};
     return Objects(model).changed({AddObject{makeObject("table", ball, Fixed{at(4, 0, 0)})},
                                    AddObject{makeObject("bar", ball, Attached{"hand", {"finger"}, at(1, 0, 0)})}});
@@ -104,11 +105,18 @@ TEST_F(AnEditor, AppendsShapesWhereTheyAreAndTouchLinks) {
 }
 
 TEST_F(AnEditor, RefusesWithIdAndReason) {
-  EXPECT_EQ(refusal(edit(Operation::Add, "bar")), "object \"bar\": there is one with this id already");
+  EXPECT_EQ(refusal(edit(Operation::Add, "bar")), "object \"bar\": id: there is an object with this id already");
   EXPECT_EQ(refusal(edit(Operation::Move, "bar")),
-            "object \"bar\": it is attached to link \"hand\"; detach it, or attach it elsewhere");
-  EXPECT_EQ(refusal(edit(Operation::Detach, "table")), "object \"table\": it is not attached");
-  EXPECT_EQ(refusal(edit(Operation::Move, "tabel")), "there is no object \"tabel\" (did you mean \"table\"?)");
+            "object \"bar\": operation: link \"hand\" holds it: DETACH it, or ATTACH it elsewhere");
+  EXPECT_EQ(refusal(edit(Operation::Detach, "table")), "object \"table\": operation: no link holds it");
+  EXPECT_EQ(refusal(edit(Operation::Move, "tabel")),
+            "object \"tabel\": id: there is no object with this id (did you mean \"table\"?)");
+  EXPECT_EQ(refusal(edit(Operation::Replace, "*")), "object \"*\": id: it stands for all objects");
+  EXPECT_EQ(refusal(edit(Operation::Remove, "")), "object \"\": id: it is empty");
+  EXPECT_EQ(refusal(edit(Operation::Attach, "table", {"hamd", {}, ""})),
+            "object \"table\": link: there is no link \"hamd\" (did you mean \"hand\"?)");
+  EXPECT_EQ(refusal(edit(Operation::Append, "table", {"", {"arm"}, ""})),
+            "object \"table\": touch_links: no link holds the object");
   EXPECT_EQ(refusal(edit(Operation::Add, "part", {"", {}, "", at(0, 0, 0), "nowhere"})), "no frame nowhere");
   ObjectEdit empty = edit(Operation::Add, "part");
   empty.shapes.clear();

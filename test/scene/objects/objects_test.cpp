@@ -113,16 +113,16 @@ TEST_F(ObjectsOfAnArm, AreRefusedWithIdAndReason) {
   Isometry3d broken = Isometry3d::Identity();
   broken.translation().x() = kNan;
   EXPECT_EQ(refusal({AddObject{thing("table")}}), "object \"table\": there is one with this id already");
-  EXPECT_EQ(refusal({AddObject{thing("hand")}}), "object \"hand\": a link has this name");
-  EXPECT_EQ(refusal({AddObject{thing("")}}), "object \"\": its id is empty");
-  EXPECT_EQ(refusal({AddObject{thing("*")}}), "object \"*\": the id stands for all objects in the allowed pairs");
+  EXPECT_EQ(refusal({AddObject{thing("hand")}}), "object \"hand\": id: a link has this name");
+  EXPECT_EQ(refusal({AddObject{thing("")}}), "object \"\": id: it is empty");
+  EXPECT_EQ(refusal({AddObject{thing("*")}}), "object \"*\": id: it stands for all objects");
   EXPECT_EQ(refusal({AddObject{thing("box", Fixed{broken})}}),
             "object \"box\": its pose is not finite, or no rotation");
   EXPECT_EQ(refusal({AddObject{thing("box", Moving{""})}}), "object \"box\": the name of its frame is empty");
   EXPECT_EQ(refusal({AddObject{thing("box", Attached{"hnd"})}}),
-            "object \"box\": attach: no link \"hnd\" (did you mean \"hand\"?)");
+            "object \"box\": link: there is no link \"hnd\" (did you mean \"hand\"?)");
   EXPECT_EQ(refusal({AddObject{thing("box", Attached{"hand", {"finge"}})}}),
-            "object \"box\": touch_links: no link \"finge\" (did you mean \"finger\"?)");
+            "object \"box\": touch_links: there is no link \"finge\" (did you mean \"finger\"?)");
   EXPECT_EQ(refusal({AddObject{floorOf("floor", Attached{"hand"})}}),
             "object \"floor\": a half-space cannot be attached");
   EXPECT_EQ(refusal({AddObject{thing("box", Attached{"hand", {}, at(2e6, 0, 0)})}}),

@@ -7,9 +7,6 @@
 
 #include <Eigen/Geometry>
 
-#include <array>
-#include <cstddef>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -50,23 +47,6 @@ struct ObjectFile {
   std::vector<WrittenRule> rules;
   std::vector<WrittenChange> changes;  ///< in the order in which they are made
 };
-
-// The primitive shapes of messages and files. The numbers are those of SolidPrimitive.msg.
-
-struct PrimitiveType {
-  const char* name;
-  int number;
-  std::size_t dimensions;  ///< the number of its dimensions
-  const char* meaning;     ///< for messages: "1, the radius"
-
-  /// The shape with so many dimensions.
-  /// Failure: throws std::invalid_argument for a size that is not positive.
-  narrowphase::Shape (*shape)(const std::vector<double>& dimensions);
-};
-const std::array<PrimitiveType, 4>& primitiveTypes();
-
-/// All points x with normal . x + d <= 0. Returns nullopt if the normal is zero, or if a number is out of range.
-std::optional<HalfSpace> halfSpaceOf(const Eigen::Vector3d& normal, double d);
 
 /// Reads a list of objects, or a map of `objects`, `rules` and `changes`. If the plain path of a mesh is relative, it
 /// begins in `folder` and becomes an absolute path.

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/objects/object.h"
+#include "proximity_server/scene/objects/object_fields.h"
 #include "proximity_server/scene/objects/objects.h"
 
 #include <Eigen/Geometry>
@@ -15,34 +15,6 @@
 // Operations on objects, as messages, files and scripts describe them. Each of them is implemented only here.
 
 namespace proximity_server::scene {
-
-/// The place of an object, in the frame of the link that holds it or of the frame with which it moves.
-struct ObjectPlace {
-  std::string link;                      ///< "": no link holds it
-  std::vector<std::string> touch_links;  ///< links that it may touch besides its own link
-  std::string frame;                     ///< the frame if no link holds it; "": the frame of the answers
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the frame of `link` or in `frame`
-  std::optional<std::string> pose_frame = {};  ///< the frame in which the pose is given, if it is another one
-};
-
-/// One operation on one object, before its names are looked up.
-struct ObjectEdit {
-  enum class Operation : unsigned char { Add, Replace, Append, Move, Attach, Detach, Remove };
-  /// Attach and Detach: the object gets the pose of `place` (Given), or stays where it is at that time (Kept).
-  enum class Pose : unsigned char { Given, Kept };
-
-  std::string id;  ///< for Remove, "*" stands for all objects
-  ObjectPlace place;
-  double padding = 0.0;  ///< [m] for Add and Replace
-  /// Add, Replace: all shapes of the object. Append: the new shapes, placed as if they were an object of their own.
-  /// Move: all shapes of the object if their poses have changed, otherwise none.
-  std::vector<ObjectShape> shapes;
-  std::string source;  ///< messages about the operation begin with it: "cell.yaml, line 3: objects[0] "table""
-  Operation operation = Operation::Add;
-  Pose pose = Pose::Given;
-  /// for Add and Replace: the geometry of the shapes, if it has been made already
-  std::shared_ptr<const ObjectGeometry> geometry = nullptr;
-};
 
 /// Looks up frames and poses, in tf or in a state of the robot.
 class ObjectFrames {
@@ -77,9 +49,10 @@ class ObjectEditor {
   ObjectEditor(const Objects& before, ObjectFrames& frames, const ObjectOptions& options)
       : before_(before), frames_(frames), options_(options) {}
 
-  /// Failure: throws std::invalid_argument, naming the object and the reason, and changes nothing: an id that exists
-  ///          already (Add), or does not exist (all but Add, Replace and Remove); a frame that is not known; invalid
-  ///          shapes, see makeObject(); Move of an object that a link holds; Detach of an object that no link holds.
+  /// Failure: throws std::invalid_argument, naming the object, the field and the reason, and changes nothing: an id that
+  ///          cannot be used, exists already (Add), or does not exist (all but Add, Replace and Remove); a link or frame
+  ///          that is not known; invalid shapes, see makeObject(); Move of an object that a link holds; Detach of an
+  ///          object that no link holds; a link that holds a plane. Errors of ObjectFrames do not name the object.
   void apply(ObjectEdit edit);
 
   /// Makes all operations so far permanent.
@@ -100,6 +73,7 @@ class ObjectEditor {
   std::vector<ObjectChange> difference() const;
 
  private:
+  void check(const ObjectEdit& edit, const Object& before) const;
   void append(ObjectEdit& edit, Object& object);
   void remove(const std::string& id);
   void set(const std::string& id, std::shared_ptr<const Object> object);
