@@ -108,17 +108,4 @@ std::vector<scene::ShapeRefPair> QuestionPairs::list(const scene::Objects* objec
   return pairs;
 }
 
-double TrajectorySegment::timeAt(double fraction) const {
-  if (fraction >= 1.0) return end;
-  const double time = begin + fraction * (end - begin);
-  return time > end ? end : time;  // not std::min, so that NaN gives NaN
-}
-
-scene::Positions TrajectorySegment::positionsAt(double fraction) const {
-  if (spline) return spline->at(fraction);
-  scene::Positions positions = from;
-  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
-  return positions;
-}
-
 }  // namespace proximity_server::tools
