@@ -27,17 +27,17 @@ std::string enumeration(const std::vector<std::string>& items) {
 }  // namespace
 
 void ClearanceAssertion::add(const ClearanceAnswer& answer) {
-  // The lists of an answer may be long, and are not reported.
-  const ClearanceAnswer kept{answer.number, answer.begin, answer.end, answer.objects, answer.closest,
-                             answer.unknown_pairs};
   const narrowphase::SignedDistance& bounds = answer.closest.pair.result;
+  const auto keep = [&](std::optional<ClearanceAnswer>& kept) {  // without lists, which may be long
+    kept = {answer.number, answer.begin, answer.end, answer.objects, answer.closest, answer.unknown_pairs};
+  };
   const Verdict verdict = verdictOf(answer);
   ++rows_;
   ++counts_[verdict];
-  if (!closest_ || bounds.lower_bound < closest_->closest.pair.result.lower_bound) closest_ = kept;
+  if (!closest_ || bounds.lower_bound < closest_->closest.pair.result.lower_bound) keep(closest_);
   if (verdict == Verdict::Proven) return;
-  if (!first_) first_ = kept;
-  if (!worst_ || bounds.upper_bound < worst_->closest.pair.result.upper_bound) worst_ = kept;
+  if (!first_) keep(first_);
+  if (!worst_ || bounds.upper_bound < worst_->closest.pair.result.upper_bound) keep(worst_);
 }
 
 ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const ClearanceAnswer& answer) const {

@@ -61,13 +61,6 @@ PairSelection readPairSelection(const std::string& text) {
   return {{Kind::Closest, count}};
 }
 
-Interpolation readInterpolation(const std::string& text) {
-  if (text == "linear") return Interpolation::Linear;
-  if (text == "cubic") return Interpolation::Cubic;
-  if (text == "quintic") return Interpolation::Quintic;
-  throw std::invalid_argument("'" + text + "' is none of linear, cubic, quintic");
-}
-
 std::string textOf(const PairSelection& selection) {
   switch (selection.kind) {
     case PairSelection::Kind::All:

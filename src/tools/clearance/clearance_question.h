@@ -45,9 +45,6 @@ std::vector<scene::ShapeRefPair> checkedPairs(const scene::SceneModel& model, Pa
 /// alone, with their velocities, or also with their accelerations.
 enum class Interpolation : unsigned char { Linear, Cubic, Quintic };
 
-/// Reads "linear", "cubic" or "quintic". Throws std::invalid_argument naming the text.
-Interpolation readInterpolation(const std::string& text);
-
 /// The question about each state or segment.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
@@ -115,16 +112,16 @@ struct ClearanceAnswer {
     scene::Positions positions{};                               ///< then
   };
 
-  long number = 0;                                         ///< counted from 0
-  double begin = 0.0, end = 0.0;                           ///< [s] of a segment
-  std::shared_ptr<const scene::Objects> objects{};         ///< nullptr: there are none
+  long number = 0;                                  ///< counted from 0
+  double begin = 0.0, end = 0.0;                    ///< [s] of a segment
+  std::shared_ptr<const scene::Objects> objects{};  ///< nullptr: there are none
   /// The closest pair, with the bounds of all; without links if no pair has an answer. Of a state only its time and
   /// positions if the assertion is not asked for.
   OfPair closest{};
-  int unknown_pairs = 0;                      ///< pairs without an answer
-  scene::RobotTimeOfContact contact{};        ///< of a segment; its times in seconds
+  int unknown_pairs = 0;                       ///< pairs without an answer
+  scene::RobotTimeOfContact contact{};         ///< of a segment; its times in seconds
   std::vector<scene::PairProximity> listed{};  ///< for the second opinion
-  std::vector<OfPair> of_pairs{};             ///< of each pair by itself; for the report
+  std::vector<OfPair> of_pairs{};              ///< of each pair by itself; for the report
 };
 
 }  // namespace proximity_server::tools

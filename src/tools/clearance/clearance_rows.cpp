@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 
 namespace proximity_server::tools {
@@ -23,8 +24,7 @@ class Row {
   enum class Form : unsigned char { CsvHeader, CsvRow, JsonObject };
 
   Row(Form form, std::string& to) : form_(form), to_(to) {}
-  /// The format must be that of a text.
-  Row(RowFormat format, std::string& to) : Row(format == RowFormat::Json ? Form::JsonObject : Form::CsvRow, to) {}
+  Row(RowFormat format, std::string& to) : Row(formOf(format), to) {}
 
   template <typename Value>
   void add(std::string_view column, const Value& value) {
@@ -42,6 +42,19 @@ class Row {
   }
 
  private:
+  /// Of the formats that are texts.
+  static Form formOf(RowFormat format) {
+    switch (format) {
+      case RowFormat::Csv:
+        return Form::CsvRow;
+      case RowFormat::Json:
+        return Form::JsonObject;
+      case RowFormat::Npy:
+        break;
+    }
+    throw std::logic_error("rows of numbers have no columns with names");
+  }
+
   bool isJson() const { return form_ == Form::JsonObject; }
 
   void append(std::uint64_t number) { to_ += std::to_string(number); }
@@ -218,8 +231,7 @@ StateRows::StateRows(const ClearanceQuestion& question, RowFormat format)
       links_(question.model->robot.links.size()),
       numbers_(links_ * links_, -1),
       integer_(npyIntegerFor(question.pairs.size())) {
-  for (std::size_t i = 0; i < question.pairs.size(); ++i)
-    numbers_[placeOf(question.pairs[i])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < question.pairs.size(); ++i) numbers_[placeOf(question.pairs[i])] = static_cast<int>(i);
 }
 
 std::size_t StateRows::placeOf(const scene::ShapeRefPair& pair) const {
@@ -237,32 +249,26 @@ OutputFormat StateRows::format() const {
 
 void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, double guaranteed,
                         const scene::Objects* objects, WrittenRows& to) const {
-  if (format_ == RowFormat::Npy) {
-    appendNpy({state, numberOf(pair.asked), pair.result.distance, pair.result.lower_bound, pair.result.upper_bound},
-              to.bytes);
-  } else {
-    if (to.rows > 0) to.bytes += between_;
-    Row row(format_, to.bytes);
-    addState(state, pair, {question_.model->robot, objects}, question_.thresholds ? &*question_.thresholds : nullptr,
-             question_.uncertainty ? &guaranteed : nullptr, row);
-    row.end();
-  }
-  ++to.rows;
+  if (to.rows++ > 0) to.bytes += between_;
+  const narrowphase::SignedDistance& result = pair.result;
+  if (format_ == RowFormat::Npy)
+    return appendNpy({state, numberOf(pair.asked), result.distance, result.lower_bound, result.upper_bound}, to.bytes);
+  Row row(format_, to.bytes);
+  addState(state, pair, {question_.model->robot, objects}, question_.thresholds ? &*question_.thresholds : nullptr,
+           question_.uncertainty ? &guaranteed : nullptr, row);
+  row.end();
 }
 
 void StateRows::addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair,
                            const scene::Objects* objects, WrittenRows& to) const {
+  if (to.rows++ > 0) to.bytes += between_;
   constexpr int kAbove = -1, kUnknown = -2;
-  if (format_ == RowFormat::Npy) {
-    const bool is_below = verdict == Verdict::Below;
-    integer_.append(is_below ? numberOf(pair) : verdict == Verdict::Above ? kAbove : kUnknown, to.bytes);
-  } else {
-    if (to.rows > 0) to.bytes += between_;
-    Row row(format_, to.bytes);
-    tools::addVerdict(state, verdict, pair, {question_.model->robot, objects}, row);
-    row.end();
-  }
-  ++to.rows;
+  const bool is_below = verdict == Verdict::Below;
+  if (format_ == RowFormat::Npy)
+    return integer_.append(is_below ? numberOf(pair) : verdict == Verdict::Above ? kAbove : kUnknown, to.bytes);
+  Row row(format_, to.bytes);
+  tools::addVerdict(state, verdict, pair, {question_.model->robot, objects}, row);
+  row.end();
 }
 
 }  // namespace proximity_server::tools

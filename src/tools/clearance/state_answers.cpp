@@ -37,10 +37,6 @@ ClosestPair closestOf(const StateAnswer& listed) {
   return closest;
 }
 
-StateAnswer listOf(const std::vector<scene::PairProximity>& pairs, int unknown) {
-  return {pairs.data(), pairs.data() + pairs.size(), unknown};
-}
-
 /// Whether the closest pair of a state whose positions are exact is among those that are listed.
 bool listsClosest(const ClearanceQuestion& question) {
   const Kind kind = question.selection.kind;
@@ -146,11 +142,8 @@ class SceneAnswers : public StateAnswers {
       const std::shared_ptr<const scene::Objects> objects = block.objectsOf(i);
       if (pairs.use(objects)) state.set(objects, scene::carriersOnLinks(*objects));
       setPositions(state, block.positionsOf(i));
-      const auto tell = [&](const StateAnswer& answer) { take(i, answer); };
-      if (guaranteed)
-        answerGuaranteed(pairs.get(), scene, state, *guaranteed, tell);
-      else
-        answerExact(pairs.get(), scene, state, tell);
+      answer(pairs.get(), scene, state, guaranteed ? &*guaranteed : nullptr,
+             [&](const StateAnswer& answer) { take(i, answer); });
     }
   }
 
@@ -165,38 +158,35 @@ class SceneAnswers : public StateAnswers {
     return guaranteed;
   }
 
+  /// `guaranteed` is nullptr if the state is exact.
   template <typename Tell>
-  void answerExact(const scene::Pairs& pairs, scene::Scene& scene, const scene::State& state, const Tell& tell) const {
-    const std::vector<scene::PairProximity> listed = ask(pairs, scene, state);
-    StateAnswer answer = listOf(listed, scene.counts().unknown);
-    if (wants_ == WantsClosest::No) return tell(answer);
-    std::vector<scene::PairProximity> minimum;
-    if (!listsClosest(question_)) minimum = selectPairs(scene, state, pairs, {});
-    const ClosestPair closest =
-        closestOf(listsClosest(question_) ? answer : listOf(minimum, scene.counts().unknown));
-    answer.closest = &closest;
-    tell(answer);
-  }
-
-  template <typename Tell>
-  void answerGuaranteed(const scene::Pairs& pairs, scene::Scene& scene, const scene::State& state,
-                        scene::GuaranteedDistances& guaranteed, const Tell& tell) const {
-    const bool is_minimum = question_.selection.kind == Kind::Minimum, wants_closest = wants_ == WantsClosest::Yes;
+  void answer(const scene::Pairs& pairs, scene::Scene& scene, const scene::State& state,
+              scene::GuaranteedDistances* guaranteed, const Tell& tell) const {
+    const bool is_guaranteed_minimum = guaranteed && question_.selection.kind == Kind::Minimum;
+    const bool wants_closest = wants_ == WantsClosest::Yes;
     scene::GuaranteedMinimum smallest;
-    if (is_minimum || wants_closest) smallest = guaranteed.find(scene, state, scene::PairDistances());
-    std::vector<scene::PairProximity> listed{smallest.pair};
+    if (is_guaranteed_minimum || (guaranteed && wants_closest))
+      smallest = guaranteed->find(scene, state, scene::PairDistances());
+    std::vector<scene::PairProximity> listed{smallest.pair}, minimum;
     std::vector<double> of_listed{smallest.guaranteed};
     int unknown = smallest.unknown;
-    if (!is_minimum) {
+    if (!is_guaranteed_minimum) {
       listed = ask(pairs, scene, state);
       unknown = scene.counts().unknown;
       of_listed.clear();
-      for (const scene::PairProximity& pair : listed) of_listed.push_back(guaranteed.of(state, pair));
+      for (const scene::PairProximity& pair : listed)
+        if (guaranteed) of_listed.push_back(guaranteed->of(state, pair));
     }
-    StateAnswer answer = listOf(listed, unknown);
-    answer.guaranteed = of_listed.data();
+    StateAnswer answer{listed.data(), listed.data() + listed.size(), unknown, guaranteed ? of_listed.data() : nullptr};
     ClosestPair closest{smallest.pair, smallest.unknown};
-    if (isNamed(closest.pair.asked)) closest.pair.result.lower_bound = smallest.guaranteed;
+    if (wants_closest && !guaranteed) {
+      const bool is_listed = listsClosest(question_);
+      if (!is_listed) minimum = selectPairs(scene, state, pairs, {});
+      const StateAnswer of_minimum{minimum.data(), minimum.data() + minimum.size(), scene.counts().unknown};
+      closest = closestOf(is_listed ? answer : of_minimum);
+    } else if (isNamed(closest.pair.asked)) {
+      closest.pair.result.lower_bound = smallest.guaranteed;
+    }
     if (wants_closest) answer.closest = &closest;
     tell(answer);
   }

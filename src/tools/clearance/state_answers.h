@@ -36,8 +36,8 @@ struct ClosestPair {
 struct StateAnswer {
   const scene::PairProximity* begin;
   const scene::PairProximity* end;
-  int unknown = 0;                      ///< pairs without an answer
-  const double* guaranteed = nullptr;   ///< [m] of each pair, if there is an uncertainty
+  int unknown = 0;                       ///< pairs without an answer
+  const double* guaranteed = nullptr;    ///< [m] of each pair, if there is an uncertainty
   const ClosestPair* closest = nullptr;  ///< nullptr: it is not asked for
 };
 

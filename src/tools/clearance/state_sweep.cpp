@@ -65,14 +65,13 @@ class StateSweep {
     constexpr int kLists = 1, kStates = 4;  // blocks for each thread: lists of all pairs are large
     system::runPipeline<AnsweredBlock>(
         {[&](AnsweredBlock& block) { return read(block); },
-         [&](AnsweredBlock& block, int thread) { answer(block, thread); },
-         [&](AnsweredBlock& block) { write(block); }},
+         [&](AnsweredBlock& block, int thread) { answer(block, thread); }, [&](AnsweredBlock& block) { write(block); }},
         {question_.threads, system::PipelineThreads::TooFew::Refused, block_size_ == kBlockOfScene ? kLists : kStates});
     SweepSummary summary;
     summary.kind = summaryKind();
     for (const SummaryCounter& counter : counters_)
-      summary.add(counter.summary(question_.model->robot,
-                                  [&](int pair) { return namesOf(question_.pairs[pair], nullptr); }));
+      summary.add(
+          counter.summary(question_.model->robot, [&](int pair) { return namesOf(question_.pairs[pair], nullptr); }));
     return summary;
   }
 
@@ -111,9 +110,10 @@ class StateSweep {
     block.plot_rows.clear();
     block.answers.clear();
     if (block.first + static_cast<std::uint64_t>(block.size) <= range_.begin) return;
-    answers_[thread]->answer(
-        block, [&](int i, const StateAnswer& answer) { add(i, answer, block, counters_[thread]); });
-    if (output_.report) for_report_[thread]->answer(block, [&](int i, const StateAnswer& all) { addAll(i, all, block); });
+    answers_[thread]->answer(block,
+                             [&](int i, const StateAnswer& answer) { add(i, answer, block, counters_[thread]); });
+    if (output_.report)
+      for_report_[thread]->answer(block, [&](int i, const StateAnswer& all) { addAll(i, all, block); });
     question_.budget.require();
   }
 

@@ -63,8 +63,7 @@ void addPairs(const TrajectorySegment& segment, const scene::Motion& motion,
   for (const scene::ShapeRefPair& pair : pairs) {
     const bool is_known = pair.a == closest.a && pair.b == closest.b;
     const std::vector<scene::ShapeRefPair> alone{pair};
-    answer.of_pairs.push_back(is_known ? answer.closest
-                                       : answerOf(segment, search.minimum(alone, motion, question)));
+    answer.of_pairs.push_back(is_known ? answer.closest : answerOf(segment, search.minimum(alone, motion, question)));
     answer.of_pairs.back().pair.asked = pair;  // also without an answer
   }
 }
@@ -270,8 +269,7 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
       const scene::Motion motion = motionOf(segment, robot, question.tracking_error);
       ClearanceAnswer& answer =
           answers.emplace_back(answerSegment(segment, motion, pairs.get(), question.motion, search));
-      if (output.report)
-        addPairs(segment, motion, pairs.list(segment.objects.get()), question.motion, search, answer);
+      if (output.report) addPairs(segment, motion, pairs.list(segment.objects.get()), question.motion, search, answer);
       question.budget.require();
     }
     return answers;
