@@ -1,7 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/batch/scene_batch.h"
-#include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/clearance_question.h"

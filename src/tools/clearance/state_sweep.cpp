@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
-#include <utility>
 
 namespace proximity_server::tools {
 namespace {

@@ -47,6 +47,7 @@ Json toJson(const NotableState& state, SummaryKind kind) {
 
 NotableState notableFrom(const Json& json, SummaryKind kind) {
   NotableState state{{json.at("state")}, json.at("link_a"), json.at("link_b"), json.at("positions")};
+  for (const auto& [joint, position] : state.positions.items()) static_cast<void>(position.get<double>());  // or throws
   if (kind == SummaryKind::Distances) {
     state.closest.distance = json.at("distance");
     state.closest.lower = json.at("lower");
