@@ -30,7 +30,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
@@ -54,36 +53,17 @@ std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& optio
   return naming(path, [&] { return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults); });
 }
 
-/// The option is a number with or without a unit, or a file.
-std::optional<scene::Uncertainty> uncertaintyOf(const ClearanceOptions& options, const scene::RobotModel& robot) {
-  const std::string& text = options.question.uncertainty_text;
-  if (text.empty()) return std::nullopt;
-  constexpr double kDegree = 3.14159265358979323846 / 180.0;
-  const bool is_degrees = text.size() > 3 && text.compare(text.size() - 3, 3, "deg") == 0;
-  const std::optional<double> number = numberIn<double>(is_degrees ? text.substr(0, text.size() - 3) : text);
-  if (!number)
-    return scene::uncertaintyFrom(naming("--joint-uncertainty", [&] { return readTextFile(text); }), text, robot);
-  return naming("--joint-uncertainty " + text, [&] {
-    scene::Uncertainty uncertainty = scene::uncertaintyOfJoints(robot, is_degrees ? *number * kDegree : *number);
-    for (std::size_t i = 0; is_degrees && i < robot.joints.size(); ++i) {
-      const scene::Joint& joint = robot.joints[i];
-      if (joint.type != scene::Joint::Type::Prismatic || joint.mimic) continue;
-      uncertainty.positions[i] = 0.0;
-      printWarnings({"--joint-uncertainty " + text + ": joint \"" + joint.name +
-                     "\" is prismatic and taken to be exact; a file states its uncertainty in metres."},
-                    options.robot.warnings);
-    }
-    return uncertainty;
-  });
-}
-
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
   ClearanceQuestion question = options.question;
   if (options.accuracy) question.selection.accuracy = *options.accuracy;
   question.model = loadSceneModel(options.robot);
   printWarningsOf(*question.model, options.robot.warnings);
   question.thresholds = thresholdsOf(options, question.model->robot);
-  question.uncertainty = uncertaintyOf(options, question.model->robot);
+  if (!question.uncertainty_text.empty()) {
+    JointUncertainty uncertainty = uncertaintyFrom(question.uncertainty_text, question.model->robot);
+    printWarnings(uncertainty.warnings, options.robot.warnings);
+    question.uncertainty = std::move(uncertainty.of_robot);
+  }
   if (!question.tracking_error_text.empty()) {
     TrackingError error = trackingErrorFrom(question.tracking_error_text, question.model->robot);
     printWarnings(error.warnings, options.robot.warnings);

@@ -15,11 +15,6 @@ constexpr std::size_t kLongestJoints = 300;
 
 std::string metres(double length) { return shortest(length) + " m"; }
 
-std::string placeIn(const TrajectorySegment& segment, double fraction) {
-  return " (" + shortest(segment.begin) + " to " + shortest(segment.end) + " s)" +
-         (std::isfinite(fraction) ? ", at " + shortest(segment.timeAt(fraction)) + " s" : "");
-}
-
 /// "a", "a and b", "a, b and c"
 std::string enumeration(const std::vector<std::string>& items) {
   std::string text;
@@ -31,84 +26,62 @@ std::string enumeration(const std::vector<std::string>& items) {
 
 }  // namespace
 
-void ClearanceAssertion::add(const StateClearance& answer) {
-  const SmallestDistance& smallest = answer.smallest;
-  Row row;
-  row.number = answer.state;
-  const scene::ShapeRefPair& pair = smallest.pair.asked;
-  row.unknown_pairs = smallest.unknown_pairs;
-  if (isNamed(pair)) {
-    row.distance = smallest.pair.result.distance;
-    row.lower_bound = smallest.lower_bound;
-    row.upper_bound = smallest.pair.result.upper_bound;
-    row.status = smallest.pair.result.status;
-  }
-  addRow(row, pair, answer.objects.get(), answer.positions);
-}
-
-void ClearanceAssertion::add(const SegmentClearance& answer) {
-  const scene::RobotMinimum& minimum = answer.minimum;
-  Row row;
-  row.number = answer.segment.number;
-  row.place = placeIn(answer.segment, minimum.time);
-  row.distance = minimum.pair.result.distance;
-  row.lower_bound = minimum.lower_bound;
-  row.upper_bound = minimum.upper_bound;
-  row.status = minimum.status;
-  row.unknown_pairs = minimum.counts.unknown;
-  addRow(row, minimum.pair.asked, answer.segment.objects.get(), minimum.state);
-}
-
-void ClearanceAssertion::addRow(Row row, const scene::ShapeRefPair& pair, const scene::Objects* objects,
-                                const scene::Positions& positions) {
-  ++rows_;
-  row.verdict = verdictOf(row);
-  ++counts_[row.verdict];
-  const bool is_proven = row.verdict == Verdict::Proven;
-  const bool is_closest = !closest_ || row.lower_bound < closest_->lower_bound;
-  const bool is_first = !is_proven && !first_;
-  const bool is_worst = !is_proven && (!worst_ || row.upper_bound < worst_->upper_bound);
-  if ((is_closest || is_first || is_worst) && isNamed(pair)) {
-    row.pair = nameOf(pair.a, robot_, objects) + " - " + nameOf(pair.b, robot_, objects);
-    row.joints = joints(pair, objects, positions);
-  }
-  if (is_closest) closest_ = row;
-  if (is_first) first_ = row;
-  if (is_worst) worst_ = row;
-}
-
-ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const Row& row) const {
-  if (row.upper_bound <= distance_) return Verdict::TooClose;
-  if (row.unknown_pairs > 0 || row.status == narrowphase::Status::Unknown) return Verdict::Unknown;
-  if (row.lower_bound > distance_) return Verdict::Proven;
-  if (lower_bounds_ == LowerBounds::Guaranteed) return Verdict::Uncertain;
-  return row.status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
-}
-
-/// The positions of the joints that move the two of the pair relative to each other.
-std::string ClearanceAssertion::joints(const scene::ShapeRefPair& pair, const scene::Objects* objects,
-                                       const scene::Positions& positions) const {
-  const auto link = [&](const scene::ShapeRef& ref) {
-    return ref.isLink() ? ref.link() : carryingLink(robot_, *objects->object(ref.object()));
+void ClearanceAssertion::add(const ClearanceAnswer& answer) {
+  const narrowphase::SignedDistance& bounds = answer.closest.pair.result;
+  const auto keep = [&](std::optional<ClearanceAnswer>& kept) {  // without lists, which may be long
+    kept = {answer.number, answer.begin, answer.end, answer.objects, answer.closest, answer.unknown_pairs};
   };
-  const std::string text = stateText(robot_, {{link(pair.a)}, {link(pair.b)}}, positions);
+  const Verdict verdict = verdictOf(answer);
+  ++rows_;
+  ++counts_[verdict];
+  if (!closest_ || bounds.lower_bound < closest_->closest.pair.result.lower_bound) keep(closest_);
+  if (verdict == Verdict::Proven) return;
+  if (!first_) keep(first_);
+  if (!worst_ || bounds.upper_bound < worst_->closest.pair.result.upper_bound) keep(worst_);
+}
+
+ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const ClearanceAnswer& answer) const {
+  const narrowphase::SignedDistance& bounds = answer.closest.pair.result;
+  const narrowphase::Status status = answer.closest.status;
+  if (bounds.upper_bound <= distance_) return Verdict::TooClose;
+  if (answer.unknown_pairs > 0 || status == narrowphase::Status::Unknown) return Verdict::Unknown;
+  if (bounds.lower_bound > distance_) return Verdict::Proven;
+  if (lower_bounds_ == LowerBounds::Guaranteed) return Verdict::Uncertain;
+  return status == narrowphase::Status::Converged ? Verdict::Enclosed : Verdict::Undecided;
+}
+
+/// The positions of the joints that move the two of the closest pair relative to each other; "" if that is a long text.
+std::string ClearanceAssertion::joints(const ClearanceAnswer& answer) const {
+  const auto link = [&](const scene::ShapeRef& ref) {
+    return ref.isLink() ? ref.link() : carryingLink(robot_, *answer.objects->object(ref.object()));
+  };
+  const scene::ShapeRefPair& pair = answer.closest.pair.asked;
+  const std::string text = stateText(robot_, {{link(pair.a)}, {link(pair.b)}}, answer.closest.positions);
   return text.size() > kLongestJoints ? "" : text;
 }
 
-std::string ClearanceAssertion::describe(const Row& row) const {
-  std::string text = (kind_ == RowKind::State ? "state " : "segment ") + std::to_string(row.number) + row.place + ": ";
-  if (!row.pair.empty()) {
-    text += row.pair + " at " + metres(row.distance) +
-            (lower_bounds_ == LowerBounds::Guaranteed
-                 ? ", guaranteed " + metres(row.lower_bound)
-                 : ", bounds " + metres(row.lower_bound) + " and " + metres(row.upper_bound));
-    if (!row.joints.empty()) text += ", with " + row.joints;
-    if (row.verdict == Verdict::Undecided) text += "; the budget of the search ended there";
-    if (row.verdict == Verdict::Unknown) text += "; ";
+std::string ClearanceAssertion::describe(const ClearanceAnswer& answer) const {
+  const auto& [pair, status, time, positions] = answer.closest;
+  const Verdict verdict = verdictOf(answer);
+  std::string text = (kind_ == RowKind::State ? "state " : "segment ") + std::to_string(answer.number);
+  if (kind_ == RowKind::Segment) {
+    text += " (" + shortest(answer.begin) + " to " + shortest(answer.end) + " s)";
+    if (std::isfinite(time)) text += ", at " + shortest(time) + " s";
   }
-  if (row.verdict == Verdict::Unknown)
-    text += row.unknown_pairs > 0 ? "nothing is known of " + std::to_string(row.unknown_pairs) + " pairs"
-                                  : "the motion is too large to compute with";
+  text += ": ";
+  if (isNamed(pair.asked)) {
+    text += nameOf(pair.asked.a, robot_, answer.objects.get()) + " - " +
+            nameOf(pair.asked.b, robot_, answer.objects.get()) + " at " + metres(pair.result.distance) +
+            (lower_bounds_ == LowerBounds::Guaranteed
+                 ? ", guaranteed " + metres(pair.result.lower_bound)
+                 : ", bounds " + metres(pair.result.lower_bound) + " and " + metres(pair.result.upper_bound));
+    if (const std::string moving = joints(answer); !moving.empty()) text += ", with " + moving;
+    if (verdict == Verdict::Undecided) text += "; the budget of the search ended there";
+    if (verdict == Verdict::Unknown) text += "; ";
+  }
+  if (verdict == Verdict::Unknown)
+    text += answer.unknown_pairs > 0 ? "nothing is known of " + std::to_string(answer.unknown_pairs) + " pairs"
+                                     : "the motion is too large to compute with";
   return text;
 }
 

@@ -2,7 +2,6 @@
 
 #include "tools/clearance/clearance_question.h"
 
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,8 +24,7 @@ class ClearanceAssertion {
                      LowerBounds lower_bounds = LowerBounds::OfTheState)
       : distance_(distance), kind_(kind), lower_bounds_(lower_bounds), robot_(robot), pairs_(std::move(pairs)) {}
 
-  void add(const StateClearance& answer);
-  void add(const SegmentClearance& answer);
+  void add(const ClearanceAnswer& answer);
 
   bool hasRows() const { return rows_ > 0; }
   bool holds() const { return hasRows() && !first_; }
@@ -46,25 +44,9 @@ class ClearanceAssertion {
   };
   static const char* toString(Verdict verdict);
 
-  /// The smallest distance of a state or segment.
-  struct Row {
-    long number = 0;
-    std::string place;  ///< begin and end of a segment, and the time of its smallest distance
-    std::string pair;   ///< the names of the closest pair; "" if no pair has an answer
-    double distance = std::numeric_limits<double>::quiet_NaN();     ///< [m]
-    double lower_bound = -std::numeric_limits<double>::infinity();  ///< [m] of all pairs
-    double upper_bound = std::numeric_limits<double>::infinity();   ///< [m]
-    narrowphase::Status status = narrowphase::Status::Unknown;
-    int unknown_pairs = 0;
-    std::string joints;  ///< the positions of the joints that move the pair; "" if that is a long text
-    Verdict verdict = Verdict::Unknown;
-  };
-  void addRow(Row row, const scene::ShapeRefPair& pair, const scene::Objects* objects,
-              const scene::Positions& positions);
-  Verdict verdictOf(const Row& row) const;
-  std::string joints(const scene::ShapeRefPair& pair, const scene::Objects* objects,
-                     const scene::Positions& positions) const;
-  std::string describe(const Row& row) const;
+  Verdict verdictOf(const ClearanceAnswer& answer) const;
+  std::string joints(const ClearanceAnswer& answer) const;
+  std::string describe(const ClearanceAnswer& answer) const;
   std::string countText(long count) const;
   std::string causes() const;
 
@@ -75,8 +57,8 @@ class ClearanceAssertion {
   std::string pairs_;
   long rows_ = 0;
   std::map<Verdict, long> counts_;
-  std::optional<Row> closest_;        ///< the row with the smallest lower bound
-  std::optional<Row> first_, worst_;  ///< rows that are not proven
+  std::optional<ClearanceAnswer> closest_;        ///< with the smallest lower bound
+  std::optional<ClearanceAnswer> first_, worst_;  ///< those that are not proven
 };
 
 }  // namespace proximity_server::tools

@@ -19,7 +19,10 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
                             "--summary", "--second-opinion", "--thresholds", "--joint-uncertainty"})
     program.atMostOneOf({"--trajectory", other});
   program
-      .addRead("--interpolation", "NAME", options.question.interpolation, readInterpolation,
+      .addRead("--interpolation", "NAME", options.question.interpolation,
+               oneOf<Interpolation>({{"linear", Interpolation::Linear},
+                                     {"cubic", Interpolation::Cubic},
+                                     {"quintic", Interpolation::Quintic}}),
                "what joint_trajectory_controller drives between way points: linear, cubic with columns "
                "JOINT.velocity, or quintic with JOINT.acceleration too (default: linear)")
       .needs = "--trajectory";

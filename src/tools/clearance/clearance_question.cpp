@@ -61,13 +61,6 @@ PairSelection readPairSelection(const std::string& text) {
   return {{Kind::Closest, count}};
 }
 
-Interpolation readInterpolation(const std::string& text) {
-  if (text == "linear") return Interpolation::Linear;
-  if (text == "cubic") return Interpolation::Cubic;
-  if (text == "quintic") return Interpolation::Quintic;
-  throw std::invalid_argument("'" + text + "' is none of linear, cubic, quintic");
-}
-
 std::string textOf(const PairSelection& selection) {
   switch (selection.kind) {
     case PairSelection::Kind::All:
@@ -106,19 +99,6 @@ std::vector<scene::ShapeRefPair> QuestionPairs::list(const scene::Objects* objec
   if (question_.candidates && objects)
     objects->forEachCheckedPair([&](const scene::ShapeRef& a, const scene::ShapeRef& b) { pairs.push_back({a, b}); });
   return pairs;
-}
-
-double TrajectorySegment::timeAt(double fraction) const {
-  if (fraction >= 1.0) return end;
-  const double time = begin + fraction * (end - begin);
-  return time > end ? end : time;  // not std::min, so that NaN gives NaN
-}
-
-scene::Positions TrajectorySegment::positionsAt(double fraction) const {
-  if (spline) return spline->at(fraction);
-  scene::Positions positions = from;
-  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
-  return positions;
 }
 
 }  // namespace proximity_server::tools

@@ -45,9 +45,6 @@ std::vector<scene::ShapeRefPair> checkedPairs(const scene::SceneModel& model, Pa
 /// alone, with their velocities, or also with their accelerations.
 enum class Interpolation : unsigned char { Linear, Cubic, Quintic };
 
-/// Reads "linear", "cubic" or "quintic". Throws std::invalid_argument naming the text.
-Interpolation readInterpolation(const std::string& text);
-
 /// The question about each state or segment.
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
@@ -105,47 +102,26 @@ class QuestionPairs {
 /// Whether a list has a pair there: the answer about a state without one names none.
 inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a != scene::ShapeRef(); }
 
-/// The smallest signed distance of a state.
-struct SmallestDistance {
-  scene::PairProximity pair;  ///< without links if no pair has an answer
-  /// [m] of all pairs that have an answer; with an uncertainty in all states that it allows
-  double lower_bound = -std::numeric_limits<double>::infinity();
-  int unknown_pairs = 0;  ///< pairs without one, as a pose is not finite
-};
+/// The answer about one state, or about one segment of a trajectory, for those who read more than its row.
+struct ClearanceAnswer {
+  /// The answer about a pair. Its bounds are those of the whole segment. With an uncertainty the lower one is guaranteed.
+  struct OfPair {
+    scene::PairProximity pair;
+    narrowphase::Status status = narrowphase::Status::Unknown;  ///< of the search for it in the whole segment
+    double time = std::numeric_limits<double>::quiet_NaN();     ///< [s] when it is closest; NaN: the state has no time
+    scene::Positions positions{};                               ///< then
+  };
 
-/// The answer about one state, for those who ask further.
-struct StateClearance {
-  long state = 0;  ///< counted from 0
-  std::vector<scene::PairProximity> pairs;
-  SmallestDistance smallest;
-  scene::Positions positions;
-  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< in this state; nullptr: there are none
-  /// All pairs, for a report; with an uncertainty the lower bounds are guaranteed.
-  std::vector<scene::PairProximity> all_pairs{};
-  double time = std::numeric_limits<double>::quiet_NaN();  ///< [s] for a report, if the states have times
-};
-
-/// The motion from one way point to the next: every joint moves at constant velocity, or along its spline. A continuous
-/// joint moves by the difference of its positions, which may be several turns.
-struct TrajectorySegment {
-  long number = 0;                ///< counted from 0
-  double begin = 0.0, end = 1.0;  ///< [s] in the time of the trajectory
-  scene::Positions from, to;
-  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
-  std::optional<scene::SplineSegment> spline{};             ///< nullopt: constant velocity, without tracking error
-
-  /// `fraction` is 0 at the begin and 1 at the end. The time is rounded, but never outside of the segment; NaN gives
-  /// NaN.
-  double timeAt(double fraction) const;
-  scene::Positions positionsAt(double fraction) const;
-};
-
-/// The answer about one segment; its times are fractions of the segment.
-struct SegmentClearance {
-  TrajectorySegment segment;
-  scene::RobotMinimum minimum;
-  scene::RobotTimeOfContact contact;
-  std::vector<scene::RobotMinimum> of_pairs{};  ///< of each pair by itself; for a report
+  long number = 0;                                  ///< counted from 0
+  double begin = 0.0, end = 0.0;                    ///< [s] of a segment
+  std::shared_ptr<const scene::Objects> objects{};  ///< nullptr: there are none
+  /// The closest pair, with the bounds of all; without links if no pair has an answer. Of a state only its time and
+  /// positions if the assertion is not asked for.
+  OfPair closest{};
+  int unknown_pairs = 0;                       ///< pairs without an answer
+  scene::RobotTimeOfContact contact{};         ///< of a segment; its times in seconds
+  std::vector<scene::PairProximity> listed{};  ///< for the second opinion
+  std::vector<OfPair> of_pairs{};              ///< of each pair by itself; for the report
 };
 
 }  // namespace proximity_server::tools

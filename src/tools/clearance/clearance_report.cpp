@@ -84,7 +84,7 @@ ClearanceReport::ClearanceReport(const ClearanceQuestion& question, RowKind rows
 }
 
 ClearanceReport::PairRecord& ClearanceReport::recordOf(const scene::ShapeRefPair& pair, const scene::Objects* objects) {
-  const int number = rows_.numbers().of(pair);
+  const int number = rows_.numberOf(pair);
   if (number >= 0 && of_links_[number]) return *of_links_[number];
   const scene::RobotModel& robot = question_.model->robot;
   PairRecord& record = records_[{nameOf(pair.a, robot, objects), nameOf(pair.b, robot, objects)}];
@@ -106,15 +106,25 @@ void ClearanceReport::useObjects(const std::shared_ptr<const scene::Objects>& ob
   }
 }
 
-/// `rowOf()` makes the row of the answer.
-template <typename RowOf>
-void ClearanceReport::take(const scene::PairProximity& pair, double time, const scene::Positions& positions,
-                           const std::shared_ptr<const scene::Objects>& objects, const RowOf& rowOf) {
-  PairRecord& record = recordOf(pair.asked, objects.get());
-  if (pair.result.status == narrowphase::Status::Unknown) return;
-  record.lowest = std::min(record.lowest, pair.result.lower_bound);
-  if (!record.row.empty() && !(pair.result.distance < record.closest.result.distance)) return;
-  record = {pair, rowOf(), time, record.lowest, positions, objects};
+void ClearanceReport::take(const ClearanceAnswer::OfPair& of_pair, const ClearanceAnswer& answer) {
+  const narrowphase::SignedDistance& result = of_pair.pair.result;
+  PairRecord& record = recordOf(of_pair.pair.asked, answer.objects.get());
+  if (result.status == narrowphase::Status::Unknown) return;
+  record.lowest = std::min(record.lowest, result.lower_bound);
+  if (!record.row.empty() && !(result.distance < record.closest.pair.result.distance)) return;
+  record = {of_pair, rowOf(of_pair, answer), record.lowest, answer.objects};
+}
+
+std::string ClearanceReport::rowOf(const ClearanceAnswer::OfPair& of_pair, const ClearanceAnswer& answer) const {
+  if (kind_ == RowKind::Segment) {
+    ClearanceAnswer alone{answer.number, answer.begin, answer.end, answer.objects, of_pair};
+    alone.contact.t_free = answer.begin;
+    return rowText(alone, question_.model->robot, RowFormat::Json);
+  }
+  WrittenRows row;
+  rows_.addPair(static_cast<std::uint64_t>(answer.number), of_pair.pair, of_pair.pair.result.lower_bound,
+                answer.objects.get(), row);
+  return row.bytes;
 }
 
 /// The number of the level, 0 without thresholds.
@@ -123,46 +133,32 @@ double ClearanceReport::levelOf(const scene::PairProximity& pair) const {
   return question_.thresholds ? static_cast<double>(scene::levelOf(pair, *question_.thresholds).level) : 0.0;
 }
 
-void ClearanceReport::add(const StateClearance& answer) {
+void ClearanceReport::add(const ClearanceAnswer& answer) {
   useObjects(answer.objects);
   double distance = kInfinity, lower = kInfinity, level = 0.0;
-  for (const scene::PairProximity& pair : answer.all_pairs) {
-    take(pair, answer.time, answer.positions, answer.objects, [&] {
-      WrittenRows row;
-      rows_.addPair(static_cast<std::uint64_t>(answer.state), pair, pair.result.lower_bound, answer.objects.get(), row);
-      return row.bytes;
-    });
-    const double of_pair = levelOf(pair);
-    level = std::min(of_pair, level) < 0.0 ? kNoAnswer : std::max(level, of_pair);
-    distance = std::min(distance, pair.result.distance);
-    lower = std::min(lower, pair.result.lower_bound);
+  for (const ClearanceAnswer::OfPair& of_pair : answer.of_pairs) {
+    take(of_pair, answer);
+    const double of_level = levelOf(of_pair.pair);
+    level = std::min(of_level, level) < 0.0 ? kNoAnswer : std::max(level, of_level);
+    distance = std::min(distance, of_pair.pair.result.distance);
+    lower = std::min(lower, of_pair.pair.result.lower_bound);
   }
-  curves_["distance"].push_back(level < 0.0 ? kNoNumber : distance);
-  curves_["lower"].push_back(level < 0.0 ? kNoNumber : lower);
-  curves_["level"].push_back(level);
-}
-
-void ClearanceReport::add(const SegmentClearance& answer) {
-  const TrajectorySegment& segment = answer.segment;
-  useObjects(segment.objects);
-  for (const scene::RobotMinimum& minimum : answer.of_pairs) {
-    scene::PairProximity pair = minimum.pair;
-    pair.result.lower_bound = minimum.lower_bound;
-    pair.result.upper_bound = minimum.upper_bound;
-    take(pair, segment.timeAt(minimum.time), minimum.state, segment.objects, [&] {
-      return rowText(SegmentClearance{segment, minimum, {}}, question_.model->robot, RowFormat::Json);
-    });
+  if (kind_ == RowKind::State) {
+    curves_["distance"].push_back(level < 0.0 ? kNoNumber : distance);
+    curves_["lower"].push_back(level < 0.0 ? kNoNumber : lower);
+    curves_["level"].push_back(level);
+    return;
   }
   const scene::RobotTimeOfContact& contact = answer.contact;
   const double undecided = contact.status == narrowphase::Status::Converged ? 0.0 : kNoNumber;
-  for (const auto& [name, value] : {std::pair{"begin", segment.begin},
-                                    {"end", segment.end},
-                                    {"time", segment.timeAt(answer.minimum.time)},
-                                    {"distance", answer.minimum.pair.result.distance},
-                                    {"lower", answer.minimum.lower_bound},
-                                    {"upper", answer.minimum.upper_bound},
+  for (const auto& [name, value] : {std::pair{"begin", answer.begin},
+                                    {"end", answer.end},
+                                    {"time", answer.closest.time},
+                                    {"distance", answer.closest.pair.result.distance},
+                                    {"lower", answer.closest.pair.result.lower_bound},
+                                    {"upper", answer.closest.pair.result.upper_bound},
                                     {"contact", contact.contact ? 1.0 : undecided},
-                                    {"t_contact", segment.timeAt(contact.t_contact)}})
+                                    {"t_contact", contact.t_contact}})
     curves_[name].push_back(value);
 }
 
@@ -173,17 +169,16 @@ void ClearanceReport::addExcess(const std::string& sentence) {
 /// The closest state of a pair, with its pieces and what it takes to see it again.
 Json ClearanceReport::momentOf(const PairRecord& record) const {
   const scene::RobotModel& robot = question_.model->robot;
-  Json json{{"depth_is_lower_bound", record.closest.depth_is_lower_bound},
-            {"positions", Json::object()},
+  const auto& [pair, status, time, positions] = record.closest;
+  Json json{{"depth_is_lower_bound", pair.depth_is_lower_bound},
+            {"positions", positionsJson(robot, positions)},
             {"shapes", Json::array()}};
   if (question_.thresholds) {
-    json["stop"] = question_.thresholds->stop.of(record.closest.asked);
-    json["warn"] = question_.thresholds->warn.of(record.closest.asked);
+    json["stop"] = question_.thresholds->stop.of(pair.asked);
+    json["warn"] = question_.thresholds->warn.of(pair.asked);
   }
-  for (const scene::JointRange& range : scene::jointRanges(robot))
-    json["positions"][robot.joints[range.joint].name] = record.positions[range.joint];
-  const scene::BodyPoses poses = scene::forwardKinematics(robot, record.positions);
-  for (const scene::ShapeRef& ref : {record.closest.asked.a, record.closest.asked.b}) {
+  const scene::BodyPoses poses = scene::forwardKinematics(robot, positions);
+  for (const scene::ShapeRef& ref : {pair.asked.a, pair.asked.b}) {
     Json shape = Json::array();
     for (const PlacedPiece& piece : placedPieces(ref, robot, record.objects.get(), poses).pieces)
       shape.push_back(outlinesOf(piece));
@@ -214,7 +209,8 @@ Json ClearanceReport::toJson() const {
   // The worst level first, then the smallest distance; pairs without an answer last.
   std::vector<std::tuple<bool, double, double, const Names*, const PairRecord*>> sorted;
   for (const auto& [names, record] : records_)
-    sorted.emplace_back(record.row.empty(), -levelOf(record.closest), record.closest.result.distance, &names, &record);
+    sorted.emplace_back(record.row.empty(), -levelOf(record.closest.pair), record.closest.pair.result.distance, &names,
+                        &record);
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return std::tie(std::get<0>(a), std::get<1>(a), std::get<2>(a)) <
            std::tie(std::get<0>(b), std::get<1>(b), std::get<2>(b));
@@ -222,7 +218,7 @@ Json ClearanceReport::toJson() const {
   for (const auto& [is_unknown, level, distance, names, record] : sorted) {
     Json pair = is_unknown ? Json{{"link_a", names->first}, {"link_b", names->second}, {"distance", Json()}}
                            : Json::parse(record->row);
-    pair.update({{"lowest", record->lowest}, {"time", record->time}});
+    pair.update({{"lowest", record->lowest}, {"time", record->closest.time}});
     json["pairs"].push_back(std::move(pair));
     if (!is_unknown && json["moments"].size() < kMoments) json["moments"].push_back(momentOf(*record));
   }

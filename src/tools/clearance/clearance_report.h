@@ -27,10 +27,8 @@ class ClearanceReport {
   /// The question must outlive this.
   ClearanceReport(const ClearanceQuestion& question, RowKind rows);
 
-  /// Takes the answer about a state, of which StateClearance::all_pairs counts; and about a segment, of which
-  /// SegmentClearance::of_pairs counts too.
-  void add(const StateClearance& answer);
-  void add(const SegmentClearance& answer);
+  /// Takes the answer about a state or segment.
+  void add(const ClearanceAnswer& answer);
 
   /// Takes a sentence about states beyond limits; "" is none.
   void addExcess(const std::string& sentence);
@@ -43,18 +41,15 @@ class ClearanceReport {
 
   /// The first answer about a pair that has its smallest distance.
   struct PairRecord {
-    scene::PairProximity closest;
-    std::string row;  ///< as of --format json; "": there is no answer
-    double time = std::numeric_limits<double>::quiet_NaN();
+    ClearanceAnswer::OfPair closest;
+    std::string row;                                          ///< as of --format json; "": there is no answer
     double lowest = std::numeric_limits<double>::infinity();  ///< [m] the lower bound for all states or segments
-    scene::Positions positions;
     std::shared_ptr<const scene::Objects> objects;
   };
 
   PairRecord& recordOf(const scene::ShapeRefPair& pair, const scene::Objects* objects);
-  template <typename RowOf>
-  void take(const scene::PairProximity& pair, double time, const scene::Positions& positions,
-            const std::shared_ptr<const scene::Objects>& objects, const RowOf& rowOf);
+  void take(const ClearanceAnswer::OfPair& of_pair, const ClearanceAnswer& answer);
+  std::string rowOf(const ClearanceAnswer::OfPair& of_pair, const ClearanceAnswer& answer) const;
   void useObjects(const std::shared_ptr<const scene::Objects>& objects);
   double levelOf(const scene::PairProximity& pair) const;
   nlohmann::ordered_json momentOf(const PairRecord& record) const;
@@ -64,7 +59,7 @@ class ClearanceReport {
   const RowKind kind_;
   const StateRows rows_;
   std::map<Names, PairRecord> records_;
-  std::vector<PairRecord*> of_links_;  ///< by StateRows::numbers(); nullptr: there is none yet
+  std::vector<PairRecord*> of_links_;  ///< by StateRows::numberOf(); nullptr: there is none yet
   std::shared_ptr<const scene::Objects> objects_;
   std::map<Names, std::array<std::string, 2>> unchecked_;  ///< the reason and its detail
   std::vector<std::string> excess_;

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 
 namespace proximity_server::tools {
@@ -23,8 +24,7 @@ class Row {
   enum class Form : unsigned char { CsvHeader, CsvRow, JsonObject };
 
   Row(Form form, std::string& to) : form_(form), to_(to) {}
-  /// The format must be that of a text.
-  Row(RowFormat format, std::string& to) : Row(format == RowFormat::Json ? Form::JsonObject : Form::CsvRow, to) {}
+  Row(RowFormat format, std::string& to) : Row(formOf(format), to) {}
 
   template <typename Value>
   void add(std::string_view column, const Value& value) {
@@ -42,6 +42,19 @@ class Row {
   }
 
  private:
+  /// Of the formats that are texts.
+  static Form formOf(RowFormat format) {
+    switch (format) {
+      case RowFormat::Csv:
+        return Form::CsvRow;
+      case RowFormat::Json:
+        return Form::JsonObject;
+      case RowFormat::Npy:
+        break;
+    }
+    throw std::logic_error("rows of numbers have no columns with names");
+  }
+
   bool isJson() const { return form_ == Form::JsonObject; }
 
   void append(std::uint64_t number) { to_ += std::to_string(number); }
@@ -126,11 +139,11 @@ std::optional<bool> contactOf(const scene::RobotTimeOfContact& contact) {
   return contact.contact;
 }
 
-void addContact(const SegmentClearance& answer, const Surroundings& named, Row& row) {
+void addContact(const ClearanceAnswer& answer, const Surroundings& named, Row& row) {
   const scene::ShapeRefPair& pair = answer.contact.pair.asked;
   row.add("contact", contactOf(answer.contact));
-  row.add("t_free", answer.segment.timeAt(answer.contact.t_free));
-  row.add("t_contact", answer.segment.timeAt(answer.contact.t_contact));
+  row.add("t_free", answer.contact.t_free);
+  row.add("t_contact", answer.contact.t_contact);
   row.add("contact_link_a", nameOf(pair.a, named.robot, named.objects));
   row.add("contact_link_b", nameOf(pair.b, named.robot, named.objects));
 }
@@ -147,16 +160,14 @@ void addState(std::uint64_t state, const scene::PairProximity& pair, const Surro
   if (guaranteed) row.add("guaranteed", *guaranteed);
 }
 
-void addSegment(const SegmentClearance& answer, const scene::RobotModel& robot, Row& row) {
-  scene::PairProximity closest = answer.minimum.pair;
-  closest.result.lower_bound = answer.minimum.lower_bound;
-  closest.result.upper_bound = answer.minimum.upper_bound;
-  closest.result.status = answer.minimum.status;
-  row.add("segment", static_cast<std::uint64_t>(answer.segment.number));
-  row.add("t_begin", answer.segment.begin);
-  row.add("t_end", answer.segment.end);
-  row.add("t_minimum", answer.segment.timeAt(answer.minimum.time));
-  const Surroundings named{robot, answer.segment.objects.get()};
+void addSegment(const ClearanceAnswer& answer, const scene::RobotModel& robot, Row& row) {
+  scene::PairProximity closest = answer.closest.pair;
+  closest.result.status = answer.closest.status;
+  row.add("segment", static_cast<std::uint64_t>(answer.number));
+  row.add("t_begin", answer.begin);
+  row.add("t_end", answer.end);
+  row.add("t_minimum", answer.closest.time);
+  const Surroundings named{robot, answer.objects.get()};
   addPair(closest, named, row);
   addContact(answer, named, row);
 }
@@ -181,13 +192,6 @@ void addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair&
   row.add("link_b", nameOf(pair.b, named.robot, named.objects));
 }
 
-Json namedPositions(const scene::RobotModel& robot, const scene::Positions& positions) {
-  Json named = Json::object();
-  for (const scene::JointRange& range : scene::jointRanges(robot))
-    named[robot.joints[range.joint].name] = positions[range.joint];
-  return named;
-}
-
 }  // namespace
 
 OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, StateColumns wanted) {
@@ -210,35 +214,33 @@ OutputFormat segmentFormat(RowFormat format) {
   return {format, header, ""};
 }
 
-std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format) {
+std::string rowText(const ClearanceAnswer& answer, const scene::RobotModel& robot, RowFormat format) {
   std::string text;
   Row row(format, text);
   addSegment(answer, robot, row);
   if (format == RowFormat::Json)
-    row.add("contact_state", answer.contact.contact ? namedPositions(robot, answer.contact.state) : Json());
+    row.add("contact_state", answer.contact.contact ? positionsJson(robot, answer.contact.state) : Json());
   row.end();
   return text;
-}
-
-PairColumns::PairColumns(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links)
-    : links_(links), numbers_(links * links, -1) {
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const auto a = static_cast<std::size_t>(pairs[i].a.link()), b = static_cast<std::size_t>(pairs[i].b.link());
-    numbers_[a * links + b] = static_cast<int>(i);
-  }
-}
-
-int PairColumns::of(const scene::ShapeRefPair& pair) const {
-  if (!pair.areLinks()) return -1;
-  return numbers_[static_cast<std::size_t>(pair.a.link()) * links_ + static_cast<std::size_t>(pair.b.link())];
 }
 
 StateRows::StateRows(const ClearanceQuestion& question, RowFormat format)
     : question_(question),
       format_(format),
       between_(this->format().between),
-      numbers_(question.pairs, question.model->robot.links.size()),
-      integer_(npyIntegerFor(question.pairs.size())) {}
+      links_(question.model->robot.links.size()),
+      numbers_(links_ * links_, -1),
+      integer_(npyIntegerFor(question.pairs.size())) {
+  for (std::size_t i = 0; i < question.pairs.size(); ++i) numbers_[placeOf(question.pairs[i])] = static_cast<int>(i);
+}
+
+std::size_t StateRows::placeOf(const scene::ShapeRefPair& pair) const {
+  return static_cast<std::size_t>(pair.a.link()) * links_ + static_cast<std::size_t>(pair.b.link());
+}
+
+int StateRows::numberOf(const scene::ShapeRefPair& pair) const {
+  return pair.areLinks() ? numbers_[placeOf(pair)] : -1;
+}
 
 OutputFormat StateRows::format() const {
   return stateFormat(format_, question_.selection, question_.pairs.size(),
@@ -247,32 +249,26 @@ OutputFormat StateRows::format() const {
 
 void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, double guaranteed,
                         const scene::Objects* objects, WrittenRows& to) const {
-  if (format_ == RowFormat::Npy) {
-    appendNpy({state, numbers_.of(pair.asked), pair.result.distance, pair.result.lower_bound, pair.result.upper_bound},
-              to.bytes);
-  } else {
-    if (to.rows > 0) to.bytes += between_;
-    Row row(format_, to.bytes);
-    addState(state, pair, {question_.model->robot, objects}, question_.thresholds ? &*question_.thresholds : nullptr,
-             question_.uncertainty ? &guaranteed : nullptr, row);
-    row.end();
-  }
-  ++to.rows;
+  if (to.rows++ > 0) to.bytes += between_;
+  const narrowphase::SignedDistance& result = pair.result;
+  if (format_ == RowFormat::Npy)
+    return appendNpy({state, numberOf(pair.asked), result.distance, result.lower_bound, result.upper_bound}, to.bytes);
+  Row row(format_, to.bytes);
+  addState(state, pair, {question_.model->robot, objects}, question_.thresholds ? &*question_.thresholds : nullptr,
+           question_.uncertainty ? &guaranteed : nullptr, row);
+  row.end();
 }
 
 void StateRows::addVerdict(std::uint64_t state, Verdict verdict, const scene::ShapeRefPair& pair,
                            const scene::Objects* objects, WrittenRows& to) const {
+  if (to.rows++ > 0) to.bytes += between_;
   constexpr int kAbove = -1, kUnknown = -2;
-  if (format_ == RowFormat::Npy) {
-    const bool is_below = verdict == Verdict::Below;
-    integer_.append(is_below ? numbers_.of(pair) : verdict == Verdict::Above ? kAbove : kUnknown, to.bytes);
-  } else {
-    if (to.rows > 0) to.bytes += between_;
-    Row row(format_, to.bytes);
-    tools::addVerdict(state, verdict, pair, {question_.model->robot, objects}, row);
-    row.end();
-  }
-  ++to.rows;
+  const bool is_below = verdict == Verdict::Below;
+  if (format_ == RowFormat::Npy)
+    return integer_.append(is_below ? numberOf(pair) : verdict == Verdict::Above ? kAbove : kUnknown, to.bytes);
+  Row row(format_, to.bytes);
+  tools::addVerdict(state, verdict, pair, {question_.model->robot, objects}, row);
+  row.end();
 }
 
 }  // namespace proximity_server::tools

@@ -1,7 +1,6 @@
 #pragma once
 
-#include "proximity_server/scene/batch/scene_batch.h"
-#include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/batch/state_verdict.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/clearance_question.h"
@@ -28,20 +27,7 @@ OutputFormat segmentFormat(RowFormat format);
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
 /// contact; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.
 /// JSON also has the positions of the joints at contact, without mimic joints.
-std::string rowText(const SegmentClearance& answer, const scene::RobotModel& robot, RowFormat format);
-
-/// The numbers of pairs of links: their places in a list.
-class PairColumns {
- public:
-  PairColumns(const std::vector<scene::ShapeRefPair>& pairs, std::size_t links);
-
-  /// -1 for a pair that is not in the list, and one with an object.
-  int of(const scene::ShapeRefPair& pair) const;
-
- private:
-  std::size_t links_;
-  std::vector<int> numbers_;  ///< the place of two links is link a * links + link b
-};
+std::string rowText(const ClearanceAnswer& answer, const scene::RobotModel& robot, RowFormat format);
 
 /// The verdict about a state where the question is whether any pair is at or below a distance.
 using Verdict = scene::StateVerdict::Kind;
@@ -55,7 +41,9 @@ class StateRows {
   StateRows(const ClearanceQuestion& question, RowFormat format);
 
   OutputFormat format() const;
-  const PairColumns& numbers() const { return numbers_; }
+
+  /// The place of a pair in the list of the question; -1 for a pair that is not in it, and one with an object.
+  int numberOf(const scene::ShapeRefPair& pair) const;
 
   /// One pair of a state, with its guaranteed distance if the question has an uncertainty. One without links is that of
   /// a state without an answer. Without objects `objects` is nullptr.
@@ -67,10 +55,13 @@ class StateRows {
                   WrittenRows& to) const;
 
  private:
+  std::size_t placeOf(const scene::ShapeRefPair& pair) const;
+
   const ClearanceQuestion& question_;
   RowFormat format_;
   std::string between_;
-  PairColumns numbers_;
+  std::size_t links_;
+  std::vector<int> numbers_;  ///< the place of two links is link a * links + link b
   NpyInteger integer_;
 };
 

@@ -34,13 +34,19 @@ struct ErrorBound {
 };
 
 /// nullopt if the text is no number, with or without a unit.
-std::optional<ErrorBound> boundIn(const std::string& text) {
+std::optional<ErrorBound> numberOrAngle(const std::string& text) {
   const bool is_angle = text.size() > 3 && text.compare(text.size() - 3, 3, "deg") == 0;
   const std::optional<double> number = numberIn<double>(is_angle ? text.substr(0, text.size() - 3) : text);
   if (!number) return std::nullopt;
-  if (!(std::isfinite(*number) && *number >= 0.0))
-    throw std::invalid_argument("'" + text + "' is not a number from 0 on");
   return ErrorBound{is_angle ? *number * kDegree : *number, is_angle};
+}
+
+/// The same. Throws std::invalid_argument for a number that is not finite, or below 0.
+std::optional<ErrorBound> boundIn(const std::string& text) {
+  const std::optional<ErrorBound> bound = numberOrAngle(text);
+  if (bound && !(std::isfinite(bound->most) && bound->most >= 0.0))
+    throw std::invalid_argument("'" + text + "' is not a number from 0 on");
+  return bound;
 }
 
 [[noreturn]] void refuse(const FileValue& value, const std::string& what) {
@@ -112,16 +118,19 @@ std::vector<double> errorsIn(const FileValue& file, const scene::RobotModel& rob
   return errors;
 }
 
-TrackingError errorOfEach(const ErrorBound& bound, const std::string& option, const scene::RobotModel& robot) {
-  TrackingError error{std::vector<double>(robot.joints.size(), bound.most), {}};
-  for (std::size_t i = 0; bound.is_angle && i < robot.joints.size(); ++i) {
+/// Takes the prismatic joints to be exact, of which an angle says nothing. Returns a warning about each; `what` is
+/// "error" or "uncertainty".
+std::vector<std::string> makePrismaticExact(const scene::RobotModel& robot, const std::string& option,
+                                            const std::string& what, std::vector<double>& of_joints) {
+  std::vector<std::string> warnings;
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) {
     const scene::Joint& joint = robot.joints[i];
     if (joint.type != scene::Joint::Type::Prismatic || joint.mimic) continue;
-    error.of_joints[i] = 0.0;
-    error.warnings.push_back(option + ": joint " + scene::quoted(joint.name) +
-                             " is prismatic and taken to be exact; a file states its error in metres.");
+    of_joints[i] = 0.0;
+    warnings.push_back(option + ": joint " + scene::quoted(joint.name) +
+                       " is prismatic and taken to be exact; a file states its " + what + " in metres.");
   }
-  return error;
+  return warnings;
 }
 
 /// "a=1,b=-0.5" as a CSV with one row.
@@ -153,7 +162,8 @@ TrackingError trackingErrorFrom(const std::string& text, const scene::RobotModel
   const std::string option = "--tracking-error " + text;
   TrackingError error;
   if (const std::optional<ErrorBound> bound = naming(option, [&] { return boundIn(text); })) {
-    error = errorOfEach(*bound, option, robot);
+    error.of_joints.assign(robot.joints.size(), bound->most);
+    if (bound->is_angle) error.warnings = makePrismaticExact(robot, option, "error", error.of_joints);
   } else {
     const std::string yaml = naming("--tracking-error", [&] { return readTextFile(text); });
     error.of_joints = naming(text, [&] { return errorsIn(scene::readYaml(yaml, text), robot); });
@@ -161,6 +171,17 @@ TrackingError trackingErrorFrom(const std::string& text, const scene::RobotModel
   const auto isSome = [](double most) { return most > 0.0; };
   if (std::none_of(error.of_joints.begin(), error.of_joints.end(), isSome)) error.of_joints.clear();
   return error;
+}
+
+JointUncertainty uncertaintyFrom(const std::string& text, const scene::RobotModel& robot) {
+  const std::string option = "--joint-uncertainty " + text;
+  const std::optional<ErrorBound> bound = numberOrAngle(text);
+  if (!bound)
+    return {scene::uncertaintyFrom(naming("--joint-uncertainty", [&] { return readTextFile(text); }), text, robot)};
+  JointUncertainty uncertainty{naming(option, [&] { return scene::uncertaintyOfJoints(robot, bound->most); })};
+  if (bound->is_angle)
+    uncertainty.warnings = makePrismaticExact(robot, option, "uncertainty", uncertainty.of_robot.positions);
+  return uncertainty;
 }
 
 scene::TrajectoryPoint startFrom(const std::string& text, const scene::RobotModel& robot) {

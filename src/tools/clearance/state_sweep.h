@@ -25,6 +25,9 @@ struct AnswerOutput {
   std::optional<SecondOpinion> second_opinion = std::nullopt;  ///< not for segments, and not where the selection is Any
   std::optional<ClearanceReport> report = std::nullopt;
 
+  /// Passes an answer to those that read more than rows.
+  void add(const ClearanceAnswer& answer);
+
   /// Ends all of them, so that each is a complete document.
   void end();
 
@@ -35,11 +38,8 @@ struct AnswerOutput {
 /// Answers the question about the states of a range, and writes their rows. `states` must not have been read from. An
 /// end of kToTheEnd is that of the states.
 ///
-/// The candidates of the filter, and pairs with objects, are answered by SceneBatch: what is written of a state then
-/// depends on it alone, and on the objects that are there. All pairs, those that the filter leaves out, and a question
-/// without skipping are answered by Scene, each state with warm starts of some states before it, in blocks of all
-/// states. In both cases the bytes are the same for any number of threads, and those of a range are the same as within
-/// the whole.
+/// The bytes are the same for any number of threads, and those of a range are the same as within the whole; see
+/// isForBatch().
 /// Failure: throws the error of reading a state, after the rows of all states before it were written; and
 ///          std::invalid_argument if the range has an end that the states do not reach.
 SweepSummary sweepStates(const ClearanceQuestion& question, StateSource& states, const StateRange& range,

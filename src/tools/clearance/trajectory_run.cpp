@@ -20,13 +20,6 @@ namespace {
 // So few that the hundreds of segments of a planned trajectory use all threads.
 constexpr std::size_t kSegmentsInBlock = 16;
 
-scene::RobotTimeOfContact provenFree() {
-  scene::RobotTimeOfContact free;
-  free.status = narrowphase::Status::Converged;
-  free.t_free = 1.0;
-  return free;
-}
-
 scene::Motion motionOf(const TrajectorySegment& segment, const scene::RobotModel& robot,
                        const std::vector<double>& tracking_error) {
   scene::Motion motion = segment.spline
@@ -36,32 +29,43 @@ scene::Motion motionOf(const TrajectorySegment& segment, const scene::RobotModel
   return motion;
 }
 
-SegmentClearance answerSegment(const TrajectorySegment& segment, const scene::Pairs& pairs,
-                               const ClearanceQuestion& question, scene::MotionSearch& search) {
-  const scene::Motion motion = motionOf(segment, search.model().robot, question.tracking_error);
-  SegmentClearance answer{segment, search.minimum(pairs, motion, question.motion), provenFree()};
-  if (answer.minimum.state.empty()) answer.minimum.state = segment.positionsAt(answer.minimum.time);
-  // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
-  if (answer.minimum.status == narrowphase::Status::Unknown ||
-      !(answer.minimum.lower_bound > question.motion.contact_distance))
-    answer.contact = search.timeOfContact(pairs, motion, question.motion);
+ClearanceAnswer::OfPair answerOf(const TrajectorySegment& segment, const scene::RobotMinimum& minimum) {
+  ClearanceAnswer::OfPair answer{minimum.pair, minimum.status, segment.timeAt(minimum.time), minimum.state};
+  answer.pair.result.lower_bound = minimum.lower_bound;
+  answer.pair.result.upper_bound = minimum.upper_bound;
   return answer;
 }
 
-/// The minimum of each pair by itself. That of the closest pair is known.
-std::vector<scene::RobotMinimum> minimaOfPairs(const SegmentClearance& answer,
-                                               const std::vector<scene::ShapeRefPair>& pairs,
-                                               const ClearanceQuestion& question, scene::MotionSearch& search) {
-  const scene::Motion motion = motionOf(answer.segment, search.model().robot, question.tracking_error);
-  std::vector<scene::RobotMinimum> minima;
-  const scene::ShapeRefPair& closest = answer.minimum.pair.asked;
+ClearanceAnswer answerSegment(const TrajectorySegment& segment, const scene::Motion& motion, const scene::Pairs& pairs,
+                              const scene::MotionQuestion& question, scene::MotionSearch& search) {
+  const scene::RobotMinimum minimum = search.minimum(pairs, motion, question);
+  ClearanceAnswer answer{segment.number, segment.begin, segment.end, segment.objects, answerOf(segment, minimum)};
+  answer.unknown_pairs = minimum.counts.unknown;
+  if (minimum.state.empty()) answer.closest.positions = segment.positionsAt(minimum.time);
+  scene::RobotTimeOfContact& contact = answer.contact;
+  // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
+  if (minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance) {
+    contact.status = narrowphase::Status::Converged;
+    contact.t_free = 1.0;
+  } else {
+    contact = search.timeOfContact(pairs, motion, question);
+  }
+  contact.t_free = segment.timeAt(contact.t_free);
+  contact.t_contact = segment.timeAt(contact.t_contact);
+  return answer;
+}
+
+/// Adds the answer about each pair by itself. That about the closest pair is known.
+void addPairs(const TrajectorySegment& segment, const scene::Motion& motion,
+              const std::vector<scene::ShapeRefPair>& pairs, const scene::MotionQuestion& question,
+              scene::MotionSearch& search, ClearanceAnswer& answer) {
+  const scene::ShapeRefPair& closest = answer.closest.pair.asked;
   for (const scene::ShapeRefPair& pair : pairs) {
     const bool is_known = pair.a == closest.a && pair.b == closest.b;
     const std::vector<scene::ShapeRefPair> alone{pair};
-    minima.push_back(is_known ? answer.minimum : search.minimum(alone, motion, question.motion));
-    minima.back().pair.asked = pair;  // also without an answer
+    answer.of_pairs.push_back(is_known ? answer.closest : answerOf(segment, search.minimum(alone, motion, question)));
+    answer.of_pairs.back().pair.asked = pair;  // also without an answer
   }
-  return minima;
 }
 
 /// Counts the segments of which the spline leaves the limits of a joint, or breaks an inequality, and tells the first
@@ -113,6 +117,19 @@ class SplineLimits {
 };
 
 }  // namespace
+
+double TrajectorySegment::timeAt(double fraction) const {
+  if (fraction >= 1.0) return end;
+  const double time = begin + fraction * (end - begin);
+  return time > end ? end : time;  // not std::min, so that NaN gives NaN
+}
+
+scene::Positions TrajectorySegment::positionsAt(double fraction) const {
+  if (spline) return spline->at(fraction);
+  scene::Positions positions = from;
+  for (std::size_t i = 0; i < positions.size(); ++i) positions[i] += fraction * (to[i] - from[i]);
+  return positions;
+}
 
 bool TrajectorySegments::next(TrajectorySegment& segment) {
   if (rest_) {
@@ -231,30 +248,34 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
   if (question.interpolation != Interpolation::Linear || !question.tracking_error.empty())
     segments.interpolate(question.interpolation);
   SplineLimits limits(robot);
-  const auto next = [&](TrajectorySegment& segment) { return segments.next(segment); };
-  const auto write = [&](const SegmentClearance& answer) {
+  const auto next = [&](TrajectorySegment& segment) {
+    if (!segments.next(segment)) return false;
+    if (segment.spline) limits.add(segment);
+    return true;
+  };
+  const auto write = [&](const ClearanceAnswer& answer) {
     output.rows.write({rowText(answer, robot, output.format), 1});
     if (output.plot) output.plot->write({rowText(answer, robot, RowFormat::Csv), 1});
-    if (output.assertion) output.assertion->add(answer);
-    if (output.report) output.report->add(answer);
-    if (answer.segment.spline) limits.add(answer.segment);
+    output.add(answer);
     output.counter.count(1);
   };
   const scene::MotionSearch fresh(question.model);
   const auto answerBlock = [&](const std::vector<TrajectorySegment>& block) {
     scene::MotionSearch search = fresh.forAnotherThread();
     QuestionPairs pairs(question);
-    std::vector<SegmentClearance> answers;
+    std::vector<ClearanceAnswer> answers;
     for (const TrajectorySegment& segment : block) {
       if (pairs.use(segment.objects)) search.use(segment.objects);
-      SegmentClearance& answer = answers.emplace_back(answerSegment(segment, pairs.get(), question, search));
-      if (output.report) answer.of_pairs = minimaOfPairs(answer, pairs.list(segment.objects.get()), question, search);
+      const scene::Motion motion = motionOf(segment, robot, question.tracking_error);
+      ClearanceAnswer& answer =
+          answers.emplace_back(answerSegment(segment, motion, pairs.get(), question.motion, search));
+      if (output.report) addPairs(segment, motion, pairs.list(segment.objects.get()), question.motion, search, answer);
       question.budget.require();
     }
     return answers;
   };
-  system::answerInBlocks<TrajectorySegment, SegmentClearance>({kSegmentsInBlock, next, answerBlock, write},
-                                                              question.threads);
+  system::answerInBlocks<TrajectorySegment, ClearanceAnswer>({kSegmentsInBlock, next, answerBlock, write},
+                                                             question.threads);
   return limits.warnings(states.source());
 }
 

@@ -10,6 +10,21 @@
 
 namespace proximity_server::tools {
 
+/// The motion from one way point to the next: every joint moves at constant velocity, or along its spline. A continuous
+/// joint moves by the difference of its positions, which may be several turns.
+struct TrajectorySegment {
+  long number = 0;                ///< counted from 0
+  double begin = 0.0, end = 1.0;  ///< [s] in the time of the trajectory
+  scene::Positions from, to;
+  std::shared_ptr<const scene::Objects> objects = nullptr;  ///< during this segment; nullptr: there are none
+  std::optional<scene::SplineSegment> spline{};             ///< nullopt: constant velocity, without tracking error
+
+  /// `fraction` is 0 at the begin and 1 at the end. The time is rounded, but never outside of the segment; NaN gives
+  /// NaN.
+  double timeAt(double fraction) const;
+  scene::Positions positionsAt(double fraction) const;
+};
+
 /// Reads a trajectory segment by segment; each row of the states is a way point. The times are those of the column
 /// "time"; without that column, way point n is at n seconds.
 ///

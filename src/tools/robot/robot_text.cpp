@@ -2,6 +2,8 @@
 
 #include "tools/text/csv.h"
 
+#include <nlohmann/json.hpp>
+
 namespace proximity_server::tools {
 namespace {
 
@@ -23,6 +25,13 @@ std::string jointList(const scene::RobotModel& robot) {
     text += csvField(leader) + "\n";
   }
   return text;
+}
+
+nlohmann::ordered_json positionsJson(const scene::RobotModel& robot, const scene::Positions& positions) {
+  nlohmann::ordered_json named = nlohmann::ordered_json::object();
+  for (const scene::JointRange& range : scene::jointRanges(robot))
+    named[robot.joints[range.joint].name] = positions[range.joint];
+  return named;
 }
 
 std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,

@@ -6,6 +6,8 @@
 #include "proximity_server/scene/proof/pair_proof.h"
 #include "proximity_server/scene/query/question.h"
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <string>
 
 namespace proximity_server::tools {
@@ -15,6 +17,9 @@ using scene::kContactDistance;
 /// CSV with a row for each joint that moves: joint, type, lower, upper, unit, mimic. The limits are inf where there are
 /// none, the unit is that of a position (rad, m), and mimic is the joint that it follows.
 std::string jointList(const scene::RobotModel& robot);
+
+/// The positions of the joints that lead, by their names.
+nlohmann::ordered_json positionsJson(const scene::RobotModel& robot, const scene::Positions& positions);
 
 /// The positions, as `joint=position`, of the joints that move the pair; all others do not matter.
 std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,

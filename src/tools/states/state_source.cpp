@@ -51,15 +51,10 @@ bool StateSource::hasTimes() const {
                      [](const JointColumn& column) { return column.joint == JointColumn::kTime; });
 }
 
-bool StateSource::hasColumn(JointColumn::Quantity quantity) const {
+bool StateSource::hasColumn(JointColumn::Quantity quantity, std::optional<int> joint) const {
   return std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& column) {
-    return column.joint != JointColumn::kTime && column.quantity == quantity;
+    return column.quantity == quantity && (joint ? column.joint == *joint : column.joint != JointColumn::kTime);
   });
-}
-
-bool StateSource::hasColumn(JointColumn::Quantity quantity, int joint) const {
-  return std::any_of(columns_.begin(), columns_.end(),
-                     [&](const JointColumn& column) { return column.joint == joint && column.quantity == quantity; });
 }
 
 std::string StateSource::place() const { return source_ + ", state " + std::to_string(state_ == 0 ? 0 : state_ - 1); }

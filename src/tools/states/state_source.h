@@ -49,10 +49,9 @@ class StateSource {
   bool hasTimes() const;
   std::optional<double> time() const { return time_; }
 
-  /// Whether there is a column of this quantity, of any joint or of one. The velocities and accelerations of the last
+  /// Whether there is a column of this quantity, of one joint or of any. The velocities and accelerations of the last
   /// state, by second and second squared, are 0 for joints without such a column.
-  bool hasColumn(JointColumn::Quantity quantity) const;
-  bool hasColumn(JointColumn::Quantity quantity, int joint) const;
+  bool hasColumn(JointColumn::Quantity quantity, std::optional<int> joint = std::nullopt) const;
   const scene::Positions& velocities() const { return velocities_; }
   const scene::Positions& accelerations() const { return accelerations_; }
 

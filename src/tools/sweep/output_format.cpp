@@ -84,7 +84,7 @@ std::string npyPairType() {
   return "[('state', '<u8'), ('pair', '<i4'), ('distance', '<f4'), ('lower', '<f4'), ('upper', '<f4')]";
 }
 
-void appendNpy(const NpyPairRow& row, std::string& bytes) {
+void appendNpy(const NumberedPair& row, std::string& bytes) {
   append(row.state, bytes);
   append(static_cast<std::int32_t>(row.pair), bytes);
   append(static_cast<float>(row.distance), bytes);

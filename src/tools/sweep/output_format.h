@@ -32,15 +32,17 @@ struct OutputFormat {
 /// Source: numpy.lib.format. Its padding is longer here, so that the number of rows may be filled in later.
 std::string npyHeader(const std::string& type, std::uint64_t rows);
 
+/// A pair in a state, most often its closest one.
+struct NumberedPair {
+  std::uint64_t state = 0;
+  int pair = -1;                                    ///< its number; -1: none
+  double distance = 0.0, lower = 0.0, upper = 0.0;  ///< [m]
+};
+
 /// numpy's description of the row of a pair, and its 24 bytes: state u8, pair i4 (-1: none), distance f4 (the nearest),
 /// lower f4 (rounded down), upper f4 (rounded up); little endian.
 std::string npyPairType();
-struct NpyPairRow {
-  std::uint64_t state = 0;
-  int pair = -1;
-  double distance = 0.0, lower = 0.0, upper = 0.0;  ///< [m]
-};
-void appendNpy(const NpyPairRow& row, std::string& bytes);
+void appendNpy(const NumberedPair& row, std::string& bytes);
 
 /// The smallest signed integers of numpy that hold -2 to pairs - 1.
 struct NpyInteger {

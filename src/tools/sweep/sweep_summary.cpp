@@ -1,5 +1,6 @@
 #include "tools/sweep/sweep_summary.h"
 
+#include "tools/robot/robot_text.h"
 #include "tools/text/csv.h"
 
 #include <nlohmann/json.hpp>
@@ -31,28 +32,27 @@ constexpr Count kCounts[] = {{"states", "states", &SweepSummary::states},
 const char* nameOfNotable(SummaryKind kind) { return kind == SummaryKind::Distances ? "worst" : "first_below"; }
 
 /// The order of notable states: by distance, then by number.
-bool precedes(const ClosestOfState& a, const ClosestOfState& b) {
+bool precedes(const NumberedPair& a, const NumberedPair& b) {
   return a.distance < b.distance || (a.distance == b.distance && a.state < b.state);
 }
 
 Json toJson(const NotableState& state, SummaryKind kind) {
-  const ClosestOfState& closest = state.closest;
+  const NumberedPair& closest = state.closest;
   Json json{{"state", closest.state}, {"link_a", state.link_a}, {"link_b", state.link_b}};
   if (kind == SummaryKind::Distances)
     json.update({{"distance", closest.distance}, {"lower", closest.lower}, {"upper", closest.upper}});
-  json["positions"] = Json::object();
-  for (const auto& [joint, position] : state.positions) json["positions"][joint] = position;
+  json["positions"] = state.positions;
   return json;
 }
 
 NotableState notableFrom(const Json& json, SummaryKind kind) {
-  NotableState state{{json.at("state")}, json.at("link_a"), json.at("link_b"), {}};
+  NotableState state{{json.at("state")}, json.at("link_a"), json.at("link_b"), json.at("positions")};
+  for (const auto& [joint, position] : state.positions.items()) static_cast<void>(position.get<double>());  // or throws
   if (kind == SummaryKind::Distances) {
     state.closest.distance = json.at("distance");
     state.closest.lower = json.at("lower");
     state.closest.upper = json.at("upper");
   }
-  for (const auto& [joint, position] : json.at("positions").items()) state.positions.emplace_back(joint, position);
   return state;
 }
 
@@ -153,11 +153,13 @@ int SummaryCounter::binOf(double distance) {
   return bin;
 }
 
-void SummaryCounter::count(const Closest& closest) {
+void SummaryCounter::count(const NumberedPair& closest) {
   ++counts_.states;
-  const auto pair = static_cast<std::size_t>(closest.pair);
-  if (pair >= by_pair_.size()) by_pair_.resize(pair + 1, 0);
-  ++by_pair_[pair];
+  if (closest.pair >= 0) {
+    const auto pair = static_cast<std::size_t>(closest.pair);
+    if (pair >= by_pair_.size()) by_pair_.resize(pair + 1, 0);
+    ++by_pair_[pair];
+  }
   // Written so that a bound that is no number is not above.
   const bool is_verdict = counts_.kind == SummaryKind::Verdicts;
   if (is_verdict || !(closest.lower > 0.0)) ++counts_.below;
@@ -165,27 +167,23 @@ void SummaryCounter::count(const Closest& closest) {
   ++bins_[binOf(closest.distance) + kOutermost + 1];
 }
 
-bool SummaryCounter::isNotable(const Closest& closest) const {
+bool SummaryCounter::isNotable(const NumberedPair& closest) const {
   return notable_.size() < SweepSummary::kNotable || precedes(closest, notable_.back().closest);
 }
 
-void SummaryCounter::keep(const Closest& closest, const scene::Positions& positions) {
+void SummaryCounter::keep(const Notable& notable) {
   const auto place = std::find_if(notable_.begin(), notable_.end(),
-                                  [&](const Notable& other) { return precedes(closest, other.closest); });
-  notable_.insert(place, Notable{closest, positions});
+                                  [&](const Notable& other) { return precedes(notable.closest, other.closest); });
+  notable_.insert(place, notable);
   if (notable_.size() > SweepSummary::kNotable) notable_.pop_back();
 }
 
-SweepSummary SummaryCounter::withoutNames(const scene::RobotModel& robot) const {
+SweepSummary SummaryCounter::withoutNumbers(const scene::RobotModel& robot) const {
   SweepSummary made = counts_;
   for (std::size_t i = 0; i < bins_.size(); ++i)
     if (bins_[i] > 0) made.histogram[static_cast<int>(i) - kOutermost - 1] = bins_[i];
-  for (const Notable& notable : notable_) {
-    NotableState& state = made.notable.emplace_back();
-    state.closest = notable.closest;
-    for (const scene::JointRange& range : scene::jointRanges(robot))
-      state.positions.emplace_back(robot.joints[range.joint].name, notable.positions[range.joint]);
-  }
+  for (const auto& [closest, names, positions] : notable_)
+    made.notable.push_back({closest, names.first, names.second, positionsJson(robot, positions)});
   return made;
 }
 

@@ -2,8 +2,9 @@
 
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "tools/sweep/output_format.h"
 
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 
 #include <cstdint>
 #include <map>
@@ -17,18 +18,11 @@ namespace proximity_server::tools {
 /// distance.
 enum class SummaryKind : unsigned char { Distances, Verdicts };
 
-/// A state with its closest pair; distances [m].
-struct ClosestOfState {
-  std::uint64_t state = 0;
-  int pair = -1;  ///< its number
-  double distance = 0.0, lower = 0.0, upper = 0.0;
-};
-
 /// A state that is worth to be looked at.
 struct NotableState {
-  ClosestOfState closest;
+  NumberedPair closest;
   std::string link_a, link_b;
-  std::vector<std::pair<std::string, double>> positions;  ///< those of the joints that lead
+  nlohmann::ordered_json positions;  ///< those of the joints that lead, by their names
 };
 
 /// The results of a sweep, in numbers that do not depend on how it was divided: they are counts, and states in a total
@@ -63,8 +57,6 @@ struct SweepSummary {
 /// and from 10 m on are in the outermost bins.
 class SummaryCounter {
  public:
-  using Closest = ClosestOfState;
-
   explicit SummaryCounter(SummaryKind kind) : bins_(kBins, 0) { counts_.kind = kind; }
 
   void addUnknown() {
@@ -79,24 +71,21 @@ class SummaryCounter {
   /// The level of a state that is added besides.
   void addLevel(scene::ClearanceLevel level) { ++counts_.levels[level]; }
 
-  /// A state with its closest pair; of Verdicts one that is below. `positionsOf()` gives the positions of all joints.
-  template <typename PositionsOf>
-  void add(const Closest& closest, const PositionsOf& positionsOf) {
+  /// A state with its closest pair; of Verdicts one that is below. `namesOf()` gives the names of the two, which may have
+  /// no number, and `positionsOf()` the positions of all joints.
+  template <typename NamesOf, typename PositionsOf>
+  void add(const NumberedPair& closest, const NamesOf& namesOf, const PositionsOf& positionsOf) {
     count(closest);
-    if (isNotable(closest)) keep(closest, positionsOf());
+    if (closest.pair < 0) ++counts_.pairs[namesOf()];
+    if (isNotable(closest)) keep({closest, namesOf(), positionsOf()});
   }
 
-  /// `namesOf(pair)` gives the names of the two of a pair.
+  /// `namesOf(pair)` gives the names of the two of a pair that has a number.
   template <typename NamesOf>
   SweepSummary summary(const scene::RobotModel& robot, const NamesOf& namesOf) const {
-    SweepSummary made = withoutNames(robot);
+    SweepSummary made = withoutNumbers(robot);
     for (std::size_t pair = 0; pair < by_pair_.size(); ++pair)
       if (by_pair_[pair] > 0) made.pairs[namesOf(static_cast<int>(pair))] += by_pair_[pair];
-    for (std::size_t i = 0; i < notable_.size(); ++i) {
-      const SweepSummary::Names names = namesOf(notable_[i].closest.pair);
-      made.notable[i].link_a = names.first;
-      made.notable[i].link_b = names.second;
-    }
     return made;
   }
 
@@ -106,14 +95,15 @@ class SummaryCounter {
  private:
   static constexpr std::size_t kBins = 2 * kOutermost + 2;
   struct Notable {
-    Closest closest;
+    NumberedPair closest;
+    SweepSummary::Names names;
     scene::Positions positions;
   };
 
-  void count(const Closest& closest);
-  bool isNotable(const Closest& closest) const;
-  void keep(const Closest& closest, const scene::Positions& positions);
-  SweepSummary withoutNames(const scene::RobotModel& robot) const;
+  void count(const NumberedPair& closest);
+  bool isNotable(const NumberedPair& closest) const;
+  void keep(const Notable& notable);
+  SweepSummary withoutNumbers(const scene::RobotModel& robot) const;
 
   SweepSummary counts_;  ///< without what follows
   std::vector<std::uint64_t> bins_, by_pair_;

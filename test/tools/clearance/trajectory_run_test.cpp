@@ -79,7 +79,7 @@ TEST(TrajectorySegment, EndsWhereItEnds) {
 
 TEST(SegmentRow, SaysWhereNothingIsKnown) {
   const std::vector<std::string> names = csvFields(segmentFormat(RowFormat::Csv).begin);
-  const std::vector<std::string> fields = csvFields(rowText(SegmentClearance{}, robot(), RowFormat::Csv));
+  const std::vector<std::string> fields = csvFields(rowText(ClearanceAnswer{}, robot(), RowFormat::Csv));
   ASSERT_EQ(fields.size(), names.size());
   const auto field = [&](const std::string& name) {
     return fields.at(std::find(names.begin(), names.end(), name) - names.begin());
@@ -89,7 +89,7 @@ TEST(SegmentRow, SaysWhereNothingIsKnown) {
   EXPECT_EQ(field("link_a") + field("contact_link_b"), "");
   EXPECT_EQ(field("t_minimum") + field("t_contact"), "nannan");
   EXPECT_EQ(field("lower"), "-inf");
-  EXPECT_NE(rowText(SegmentClearance{}, robot(), RowFormat::Json).find("\"contact\":null"), std::string::npos);
+  EXPECT_NE(rowText(ClearanceAnswer{}, robot(), RowFormat::Json).find("\"contact\":null"), std::string::npos);
 }
 
 }  // namespace proximity_server::tools::trajectory_run_test

@@ -19,16 +19,20 @@ const scene::RobotModel& robot() {
   return model;
 }
 
-SweepSummary::Names namesOf(int pair) { return {"a" + std::to_string(pair), "b"}; }
+SweepSummary::Names namesOf(std::size_t pair) { return {"a" + std::to_string(pair), "b"}; }
 
-SummaryCounter::Closest stateAt(std::uint64_t state, double distance) {
+NumberedPair stateAt(std::uint64_t state, double distance) {
   return {state, static_cast<int>(state % 3), distance, distance - 1e-9, distance + 1e-9};
+}
+
+auto namesIn(std::size_t pair) {
+  return [pair] { return namesOf(pair); };
 }
 
 SweepSummary summaryOf(const std::vector<double>& distances, std::size_t begin, std::size_t end) {
   SummaryCounter counter(SummaryKind::Distances);
   for (std::size_t i = begin; i < end; ++i)
-    counter.add(stateAt(i, distances[i]), [&] { return scene::Positions{distances[i], 0.0}; });
+    counter.add(stateAt(i, distances[i]), namesIn(i % 3), [&] { return scene::Positions{distances[i], 0.0}; });
   return counter.summary(robot(), namesOf);
 }
 
@@ -53,10 +57,10 @@ TEST(SweepSummary, CountsStatesByDistanceAndPair) {
     all[robot().joints[0].name == "slide" ? 0 : 1] = 0.5;
     return all;
   };
-  counter.add({0, 1, 0.025, 0.02, 0.03}, positions);
-  counter.add({1, 1, 0.021, 0.02, 0.03}, positions);
-  counter.add({2, 0, 0.001, -0.001, 0.002}, positions);  // not proven to be apart
-  counter.add({3, 1, -0.005, -0.005, -0.005}, positions);
+  counter.add({0, 1, 0.025, 0.02, 0.03}, namesIn(1), positions);
+  counter.add({1, 1, 0.021, 0.02, 0.03}, namesIn(1), positions);
+  counter.add({2, 0, 0.001, -0.001, 0.002}, namesIn(0), positions);  // not proven to be apart
+  counter.add({3, -1, -0.005, -0.005, -0.005}, namesIn(1), positions);
   counter.addUnknown();
   counter.addUnlisted();
   const nlohmann::ordered_json json = counter.summary(robot(), namesOf).toJson();
@@ -79,7 +83,7 @@ TEST(SweepSummary, OfVerdictsKeepsTheFirstStatesBelow) {
     if (state % 2 == 0) {
       counter.addUnlisted();
     } else {
-      counter.add({state, 0}, [] { return scene::Positions{0.0, 0.0}; });
+      counter.add({state, 0}, namesIn(0), [] { return scene::Positions{0.0, 0.0}; });
     }
   }
   const nlohmann::ordered_json json = counter.summary(robot(), namesOf).toJson();
