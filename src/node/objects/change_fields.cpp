@@ -3,7 +3,10 @@
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/model/names.h"
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace proximity_server::node {
@@ -14,6 +17,7 @@ using Eigen::Vector3d;
 using Operation = scene::ObjectEdit::Operation;
 using Rule = scene::AllowedPairs::Rule;
 
+constexpr std::uint32_t kNoVertex = std::numeric_limits<int>::max();  // no mesh has as many
 constexpr double kMaxReach = 1e6;  // [m] an object must not be farther from its frame
 
 constexpr std::size_t kMaxNameLength = 1024;  // [characters] as for names in a URDF
@@ -60,8 +64,9 @@ scene::TriangleMesh meshOf(const shape_msgs::Mesh& message) {
   std::vector<std::array<int, 3>> triangles;
   triangles.reserve(message.triangles.size());
   for (const shape_msgs::MeshTriangle& triangle : message.triangles) {
-    const auto& [a, b, c] = triangle.vertex_indices.elems;
-    triangles.push_back({static_cast<int>(a), static_cast<int>(b), static_cast<int>(c)});
+    std::array<int, 3>& vertices = triangles.emplace_back();
+    std::transform(triangle.vertex_indices.begin(), triangle.vertex_indices.end(), vertices.begin(),
+                   [](std::uint32_t vertex) { return static_cast<int>(std::min<std::uint32_t>(vertex, kNoVertex)); });
   }
   return scene::meshFrom(vectorsOf(message.vertices), std::move(triangles));
 }
