@@ -138,7 +138,7 @@ class StateSweep {
   }
 
   /// Adds all pairs of a state for the report, which are answered by a scene of its own, so that the rows keep their
-  /// bytes.
+  /// bytes. A report goes without a range, so each state of the block has an answer.
   static void addAll(int i, const StateAnswer& all, AnsweredBlock& block) {
     ClearanceAnswer& answer = block.answers[i];
     for (const scene::PairProximity* pair = all.begin; pair != all.end; ++pair) {
