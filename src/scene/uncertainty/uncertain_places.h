@@ -61,9 +61,6 @@ class UncertainPlaces {
   Eigen::Vector3d jointOrigin(int body) const;
 
   double swellingOf(const ShapeRef& ref) const { return ref.isLink() ? uncertainty_.swellings[ref.link()] : 0.0; }
-  bool isUnbounded(const ShapeRef& ref) const {
-    return ref.isObject() && state_->objects()->placed(ref.object())->isUnbounded();
-  }
 
  private:
   void placeObjects();

@@ -48,8 +48,7 @@ struct ListedPairs {
 /// 5. The result is the better one of the two, for the pair of pieces for which it is the smallest. Depths in interiors
 ///    of meshes change by no more than the way of all points, either, and are bounded along the direction like pieces.
 ///
-/// Without uncertainty, guaranteed distances are
-/// the lower bounds of the scene, with the same bits.
+/// Without uncertainty, guaranteed distances are the lower bounds of the scene, with the same bits.
 class GuaranteedDistances {
  public:
   /// Without uncertainty, until assume() is called. Throws std::invalid_argument without a model.
