@@ -51,14 +51,15 @@ class ObjectsAtStart : public testing::Test {
     node_.reset();
   }
 
-  static ApplyObjectsResponse add(const std::string& id) {
+  /// The node advertises its services after ~objects.
+  static void apply(const ObjectChange& change) {
     ApplyObjectsResponse response;
-    ApplyObjectsRequest request = requestOf({addBall(id, poseAt(0.0, 5.0, 0.0))});
+    ApplyObjectsRequest request = requestOf({change});
     EXPECT_TRUE(ros::service::waitForService(kName + "/apply_objects", ros::Duration(20.0)));
     EXPECT_TRUE(ros::service::call(kName + "/apply_objects", request, response));
     EXPECT_TRUE(response.success) << response.status.message;
-    return response;
   }
+  static void add(const std::string& id) { apply(addBall(id, poseAt(0.0, 5.0, 0.0))); }
 
   bool fileHas(const std::string& id) const {
     return scene::readFile(file_).find("\"" + id + "\"") != std::string::npos;
@@ -107,7 +108,8 @@ TEST_F(ObjectsAtStart, OfAParameterThatIsWrongAreRefusedByFieldAndReason) {
   objects[1]["padding"] = -1.0;
   ros::param::set(kName + "/objects", objects);
   const std::string output = refusal();
-  EXPECT_NE(output.find("parameter /cell/objects: [1] \"other\"/padding: is negative"), std::string::npos) << output;
+  EXPECT_NE(output.find("parameter /cell/objects: [1] \"other\": padding: it is negative"), std::string::npos)
+      << output;
 }
 
 TEST_F(ObjectsAtStart, AreThoseOfTheStartBeforeEvenIfThatWasKilled) {
@@ -158,9 +160,7 @@ TEST_F(ObjectsAtStart, OfAFileWinOverThoseOfTheParameter) {
   ASSERT_TRUE(first);
   EXPECT_EQ(first->objects.size(), 1u) << "there was no file";
   EXPECT_TRUE(fileHas("part"));
-  ApplyObjectsRequest request = requestOf({change(ObjectChange::REMOVE, "part")});
-  ApplyObjectsResponse response;
-  ASSERT_TRUE(ros::service::call(kName + "/apply_objects", request, response));
+  apply(change(ObjectChange::REMOVE, "part"));
   end(SIGINT);
   const auto second = start();
   ASSERT_TRUE(second);
