@@ -30,8 +30,8 @@ class ChangeError : public std::invalid_argument {
 /// How objects of a robot are made.
 scene::ObjectOptions objectOptions(const Robot& robot);
 
-/// What a message says, before it is known whether it fits the present objects. If a field is wrong, `error` names the
-/// first one, and the changes are those before it.
+/// The changes of a message, read but not yet checked against the present objects. `error` is about the first field that
+/// is wrong; then `edits` has only the changes before it.
 struct ReadChanges {
   std::vector<scene::ObjectEdit> edits;
   std::optional<std::vector<scene::WrittenRule>> rules;

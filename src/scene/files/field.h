@@ -13,6 +13,17 @@
 
 namespace proximity_server::scene {
 
+/// Returns make(arguments...). A std::invalid_argument of it becomes what refuse(reason) throws.
+template <class Refuse, class Make, class... Arguments>
+auto refusedBy(const Refuse& refuse, const Make& make, Arguments&&... arguments) {
+  try {
+    return make(std::forward<Arguments>(arguments)...);
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+    throw;
+  }
+}
+
 /// A value with its path in the file, so that a message can name its place: "cell.yaml, line 3: objects[0]
 /// "table"/padding". It refers to the value and to the field that contains it, which must outlive it.
 ///
@@ -50,11 +61,8 @@ class Field {
   /// Returns make(arguments...). Its std::invalid_argument becomes one of this field.
   template <class Make, class... Arguments>
   auto checked(const Make& make, Arguments&&... arguments) const {
-    try {
-      return make(std::forward<Arguments>(arguments)...);
-    } catch (const std::invalid_argument& error) {
-      refuse(error.what());
-    }
+    return refusedBy([this](const std::string& reason) { refuse(reason); }, make,
+                     std::forward<Arguments>(arguments)...);
   }
 
   /// Returns a text like: cell.yaml, line 3: objects[0] "table"

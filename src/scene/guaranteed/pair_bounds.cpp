@@ -64,7 +64,7 @@ double PairBounds::boundOf(const PairProximity& pair, double enough) {
   if (loss == 0.0) return known.lower_bound;
   const double cheap = known.lower_bound - loss;
   if (cheap >= enough) return cheap;
-  // Where surfaces may meet, one shape may also be inside of the other.
+  // If the surfaces may meet, one shape may also lie inside the other: then interiors are bounded, too.
   constexpr double kApart = 1e-9;  // [m]
   const double apart = pair_.hasInterior() ? kApart - pair_.surfaces() : -kInfinity;
   enough = std::min(known.lower_bound, std::max(enough, apart));

@@ -1,18 +1,13 @@
 #pragma once
 
 #include "proximity_server/scene/guaranteed/reached_state.h"
-#include "proximity_server/scene/state/state.h"
-#include "proximity_server/scene/uncertainty/uncertainty.h"
 #include "scene/guaranteed/displaced_pair.h"
 #include "scene/guaranteed/divided.h"
-#include "scene/guaranteed/largest_loss.h"
 #include "scene/guaranteed/limited_work.h"
 #include "scene/guaranteed/pieces_bound.h"
 #include "scene/guaranteed/reached.h"
 #include "scene/uncertainty/uncertain_places.h"
 
-#include <memory>
-#include <optional>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -20,7 +15,7 @@ namespace proximity_server::scene {
 /// Bounds the distance of one pair after the other over an uncertainty; see GuaranteedDistances.
 class PairBounds {
  public:
-  explicit PairBounds(const SceneModel& model, UncertainPlaces& places);
+  PairBounds(const SceneModel& model, UncertainPlaces& places);
 
   void divideInto(int most_parts) { divided_.divideInto(most_parts); }
   void limit(const GuaranteeLimits& limits);

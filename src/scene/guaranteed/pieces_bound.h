@@ -11,7 +11,7 @@ class PiecesBound {
  public:
   PiecesBound(DisplacedPair& pair, LimitedWork& work) : pair_(pair), work_(work) {}
 
-  /// What is known about the pair before its pieces are bounded.
+  /// A direction, and bounds of the whole pair, with which the bounds of its pieces begin.
   struct Known {
     Eigen::Vector3d normal;  ///< of the closest pieces, in the frame of the poses; may be missing
     double lower_bound;      ///< [m] of the whole pair now, or of two of its pieces in the middle of a part

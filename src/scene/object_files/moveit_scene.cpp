@@ -1,5 +1,6 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "scene/files/field.h"
 #include "system/number_text.h"
 
 #include <algorithm>
@@ -64,11 +65,8 @@ class SceneReader {
   /// Returns make(arguments...). Its errors get the place in front.
   template <class Make, class... Arguments>
   auto checked(const Make& make, Arguments&&... arguments) const {
-    try {
-      return make(std::forward<Arguments>(arguments)...);
-    } catch (const std::invalid_argument& error) {
-      refuse(error.what());
-    }
+    return refusedBy([this](const std::string& reason) { refuse(reason); }, make,
+                     std::forward<Arguments>(arguments)...);
   }
 
   ObjectEdit object(std::string id) {

@@ -18,7 +18,7 @@ struct DisplacedShape {
   std::vector<Displacement> chain;  ///< from the shape to a body
 };
 
-/// What displaces the shapes of a state relative to each other, under an uncertainty.
+/// Lists the displacements by which the shapes of a state can be off relative to each other, under an uncertainty.
 class UncertainPlaces {
  public:
   explicit UncertainPlaces(const std::shared_ptr<const SceneModel>& model);
@@ -26,7 +26,7 @@ class UncertainPlaces {
   void assume(const Uncertainty& uncertainty);
   const Uncertainty& uncertainty() const { return uncertainty_; }
 
-  /// What is new about a state, or about the uncertainty, since the last question.
+  /// What has changed since the last call of see(). Another uncertainty counts as other poses.
   enum class News : unsigned char { None, Poses, Objects };
   /// Takes a state, which must stay as it is until the next call. Throws std::invalid_argument for one of another robot.
   News see(const State& state);

@@ -42,7 +42,7 @@ class Row {
   }
 
  private:
-  /// Of the formats that are texts.
+  /// Only CSV and JSON have this form; npy has none.
   static Form formOf(RowFormat format) {
     switch (format) {
       case RowFormat::Csv:

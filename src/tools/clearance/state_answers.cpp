@@ -121,7 +121,7 @@ class BatchAnswers : public StateAnswers {
   scene::SceneBatch batch_;
 };
 
-/// What all threads have in common.
+/// The scene and the state that each block begins with a copy of.
 struct FreshScene {
   scene::Scene scene;
   scene::State state;
