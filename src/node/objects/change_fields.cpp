@@ -18,7 +18,6 @@ using Operation = scene::ObjectEdit::Operation;
 using Rule = scene::AllowedPairs::Rule;
 
 constexpr std::uint32_t kNoVertex = std::numeric_limits<int>::max();  // no mesh has as many
-constexpr double kMaxReach = 1e6;  // [m] an object must not be farther from its frame
 
 constexpr std::size_t kMaxNameLength = 1024;  // [characters] as for names in a URDF
 
@@ -132,7 +131,8 @@ scene::ObjectEdit editOf(const ObjectChange& change, scene::ObjectOptions& optio
   readShapes(4, change.planes, change.plane_poses, plane, edit);
   if (edit.operation == Operation::Detach || change.keep_pose) edit.pose = scene::ObjectEdit::Pose::Kept;
   if (edit.operation != Operation::Remove && edit.pose == scene::ObjectEdit::Pose::Given) {
-    edit.place.pose = requireReach(within([] { return std::string("pose"); }, [&] { return poseOf(change.pose); }));
+    edit.place.pose =
+        scene::requireReach(within([] { return std::string("pose"); }, [&] { return poseOf(change.pose); }));
     edit.place.pose_frame = change.header.frame_id;
   }
   requireNames(edit);
@@ -198,16 +198,10 @@ void apply(ReadChanges& changes, scene::ObjectEditor& objects) {
 void add(const scene::ObjectEdit& object, scene::ObjectEditor& objects) {
   const auto check_and_add = [&] {
     requireNames(object);
-    requireReach(object.place.pose);
+    scene::requireReach(object.place.pose);
     objects.apply(object);
   };
   within([&] { return object.source; }, [&] { withinObject(object.id, check_and_add); });
-}
-
-Isometry3d requireReach(const Isometry3d& pose) {
-  if (!pose.matrix().allFinite() || pose.translation().norm() > kMaxReach)
-    scene::refuseField("pose", "it is farther than 1e6 m from its frame, or not finite");
-  return pose;
 }
 
 geometry_msgs::Pose toMessage(const Isometry3d& pose) {

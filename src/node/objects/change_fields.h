@@ -50,9 +50,6 @@ void apply(ReadChanges& changes, scene::ObjectEditor& objects);
 /// Failure: throws std::invalid_argument naming its place in the file, the object, the field and the reason.
 void add(const scene::ObjectEdit& object, scene::ObjectEditor& objects);
 
-/// Returns the pose. Refuses it if it is not finite or too far from its frame.
-Eigen::Isometry3d requireReach(const Eigen::Isometry3d& pose);
-
 geometry_msgs::Pose toMessage(const Eigen::Isometry3d& pose);
 
 }  // namespace proximity_server::node

@@ -31,7 +31,7 @@ std::string ChangeFrames::ofLink(const std::string& link) const {
 }
 
 Isometry3d ChangeFrames::seenFrom(const std::string& frame, const std::string& other, const Isometry3d& pose) {
-  return requireReach(frame == other ? pose : referenceTo(frame).inverse() * referenceTo(other) * pose);
+  return scene::requireReach(frame == other ? pose : referenceTo(frame).inverse() * referenceTo(other) * pose);
 }
 
 const Isometry3d& ChangeFrames::referenceTo(const std::string& frame) {

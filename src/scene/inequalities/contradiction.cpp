@@ -1,5 +1,7 @@
 #include "scene/inequalities/contradiction.h"
 
+#include "scene/mesh/input_limits.h"
+
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -13,8 +15,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kFarthest = 1e6;  // [rad] or [m] of a joint without limits
-constexpr double kZero = 1e-12;    // a smaller coefficient is rounding; those of the program are about 1
+constexpr double kZero = 1e-12;  // a smaller coefficient is rounding; those of the program are about 1
 constexpr int kMostSteps = 100'000;
 
 /// A linear program as equations of its basic variables, a row for each: value + row . the others, which are 0. The

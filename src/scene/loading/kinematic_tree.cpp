@@ -48,8 +48,8 @@ Isometry3d originOf(const urdf::Joint& joint) {
   const Isometry3d origin = toEigen(joint.parent_to_joint_origin_transform);
   // Written as !(norm <= farthest) so that NaN is refused too.
   if (!origin.matrix().allFinite() || !(origin.translation().norm() <= kFarthest)) {
-    throw std::invalid_argument("URDF: joint " + quoted(joint.name) +
-                                " has an <origin> that is not finite, or farther than 1e6 m from its parent");
+    throw std::invalid_argument("URDF: joint " + quoted(joint.name) + " has an <origin> that is not finite, or " +
+                                kTooFar + " from its parent");
   }
   return origin;
 }

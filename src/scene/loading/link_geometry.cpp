@@ -120,14 +120,6 @@ CollisionGeometry readGeometry(const urdf::Geometry& geometry, const Place& plac
   }
 }
 
-void checkReach(const Piece& piece) {
-  const double reach = reachFrom(Vector3d::Zero(), piece);
-  if (reach <= kFarthest) return;
-  std::ostringstream text;
-  text << "it reaches " << reach << " m from the frame of its body, farther than 1e6 m";
-  throw std::invalid_argument(text.str());
-}
-
 /// [m] The diagonal of the box around a mesh. No link of a robot is that large, but a link of 2 cm is if its mesh is in
 /// millimetres.
 constexpr double kOddlyLarge = 20.0;
@@ -171,7 +163,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
       if (!geometry.mesh.is_representative.empty()) piece.is_representative = geometry.mesh.is_representative[i];
       if (i == 0) piece.interior = geometry.mesh.interior;
       collision.pieces.push_back(system::append(model.pieces, std::move(piece)));
-      checkReach(model.pieces.back());
+      requireNear(model.pieces.back(), "its body");
     }
     owner.collisions.push_back(system::append(model.collisions, std::move(collision)));
   } catch (const std::invalid_argument& error) {

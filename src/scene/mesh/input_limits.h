@@ -9,6 +9,8 @@ namespace proximity_server::scene {
 
 /// [m] The largest coordinate. There a double is rounded by 1e-10 m, a tenth of the default tolerance of an answer.
 constexpr double kFarthest = 1e6;
+/// The end of each message about it.
+constexpr const char* kTooFar = "farther than 1e6 m";
 
 // --- meshes
 

@@ -157,7 +157,7 @@ void checkMesh(const TriangleMesh& mesh) {
     if (!vertex.allFinite()) throw std::invalid_argument("a vertex of the mesh is not finite");
     if (vertex.cwiseAbs().maxCoeff() <= kFarthest) continue;
     std::ostringstream text;
-    text << "a vertex of the mesh is at (" << vertex.transpose() << ") m, farther than 1e6 m from its origin";
+    text << "a vertex of the mesh is at (" << vertex.transpose() << ") m, " << kTooFar << " from its origin";
     throw std::invalid_argument(text.str());
   }
   const int count = static_cast<int>(mesh.vertices.size());

@@ -1,6 +1,10 @@
 #include "scene/model/pieces.h"
 
+#include "scene/mesh/input_limits.h"
+
 #include <algorithm>
+#include <sstream>
+#include <stdexcept>
 
 namespace proximity_server::scene {
 
@@ -13,6 +17,14 @@ double reachFrom(const Vector3d& point, const Piece& piece) {
   double reach = 0.0;
   for (const Vector3d& vertex : piece.shape.hull().vertices()) reach = std::max(reach, (vertex - in_piece).norm());
   return reach + piece.shape.margin();
+}
+
+void requireNear(const Piece& piece, const char* frame) {
+  const double reach = reachFrom(Vector3d::Zero(), piece);
+  if (reach <= kFarthest) return;
+  std::ostringstream text;
+  text << "it reaches " << reach << " m from the frame of " << frame << ", " << kTooFar;
+  throw std::invalid_argument(text.str());
 }
 
 double RobotModel::reachOf(int link, const Vector3d& point) const {

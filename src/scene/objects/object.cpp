@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -120,14 +119,6 @@ class PartsReader {
   const ObjectOptions& options_;
 };
 
-void checkReach(const Piece& piece) {
-  const double reach = reachFrom(Vector3d::Zero(), piece);
-  if (reach <= kFarthest) return;
-  std::ostringstream text;
-  text << "it reaches " << reach << " m from the frame of the object, farther than 1e6 m";
-  throw std::invalid_argument(text.str());
-}
-
 /// The parts of all shapes of an object together.
 struct Parts {
   std::vector<Piece> pieces;
@@ -150,14 +141,14 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
                                 piece.shape.coreReach() + piece.shape.margin());
     piece.body_T_piece = *pose * piece.body_T_piece;
     piece.collision = index;
-    checkReach(piece);
+    requireNear(piece, "the object");
     all.pieces.push_back(std::move(piece));
   }
   for (const HalfSpace& half_space : parts.half_spaces) {
     const Vector3d normal = (pose->linear() * half_space.normal).normalized();
     const double offset = half_space.offset + normal.dot(pose->translation()) + options.padding;
     if (!(std::abs(offset) <= kFarthest))
-      throw std::invalid_argument("its plane is farther than 1e6 m from the frame of the object");
+      throw std::invalid_argument(std::string("its plane is ") + kTooFar + " from the frame of the object");
     const double chain_length = std::abs(half_space.offset) + pose->translation().norm() + std::abs(options.padding);
     all.half_spaces.push_back({normal, offset, index, chain_length});
   }

@@ -1,6 +1,7 @@
 #include "proximity_server/scene/objects/object_fields.h"
 
 #include "proximity_server/scene/mesh/mesh_resolver.h"
+#include "scene/mesh/input_limits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,12 @@ Names withShapes(Names fields) {
 
 void refuseField(const std::string& field, const std::string& reason) {
   throw std::invalid_argument(field + ": " + reason);
+}
+
+const Eigen::Isometry3d& requireReach(const Eigen::Isometry3d& pose) {
+  if (!pose.matrix().allFinite() || pose.translation().norm() > kFarthest)
+    refuseField("pose", std::string("it is ") + kTooFar + " from its frame, or not finite");
+  return pose;
 }
 
 // --- fields

@@ -61,7 +61,7 @@ class Placing {
   std::shared_ptr<const ObjectGeometry> in(const Isometry3d& frame_T_object) const {
     auto geometry = ObjectGeometry::in(required(frame_T_object, object_.id), object_.geometry);
     if (!(geometry->root().bounds.reach <= kFarthest))
-      refuseObject(object_.id, "it is farther than 1e6 m from its frame");
+      refuseObject(object_.id, std::string("it is ") + kTooFar + " from its frame");
     return geometry;
   }
 

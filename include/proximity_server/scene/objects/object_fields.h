@@ -70,6 +70,9 @@ struct OperationFields {
 /// In the order of ObjectEdit::Operation, which has the numbers of ObjectChange.msg.
 const std::array<OperationFields, 7>& operationFields();
 
+/// Returns the pose of an object. Refuses one that is not finite, or farther than 1e6 m from its frame.
+const Eigen::Isometry3d& requireReach(const Eigen::Isometry3d& pose);
+
 [[noreturn]] void refuseField(const std::string& field, const std::string& reason);
 
 /// Puts the shapes into their poses. Refuses fields that do not fit each other or the operation, and a bad padding.
