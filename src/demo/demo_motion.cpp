@@ -101,9 +101,8 @@ void requireJoints(const std::vector<Joint>& joints, const std::vector<std::stri
   for (const Joint& joint : joints) known.push_back(joint.name);
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw std::invalid_argument(
-        "~joints: '" + name + "' is no joint of the robot that can be driven" +
-        (known.empty() ? "" : ": did you mean '" + proximity_server::scene::nearestName(name, known) + "'?"));
+    throw std::invalid_argument("~joints: '" + name + "' is no joint of the robot that can be driven" +
+                                proximity_server::scene::didYouMean(name, known));
   }
 }
 

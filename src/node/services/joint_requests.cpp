@@ -20,9 +20,7 @@ int jointNamed(const scene::RobotModel& robot, const std::string& name, const st
     if (std::count(robot.fixed_joints.begin(), robot.fixed_joints.end(), name) > 0) {
       refuse(where + ": " + "joint '" + name + "' is fixed");
     }
-    const std::string nearest = scene::nearestName(name, scene::namesOf(robot.joints));
-    refuse(where + ": " + "there is no joint '" + name + "'" +
-           (nearest.empty() ? "" : ": did you mean '" + nearest + "'?"));
+    refuse(where + ": " + "there is no joint '" + name + "'" + scene::didYouMean(name, scene::namesOf(robot.joints)));
   }
   if (!scene::hasOnePosition(robot.joints[index])) {
     refuse(where + ": " + "joint '" + name + "' is floating or planar, it has not one position");

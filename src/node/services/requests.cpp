@@ -29,8 +29,8 @@ int linkWithGeometry(const scene::RobotModel& robot, int link) {
 [[noreturn]] void refuseName(const RequestContext& context, const std::string& name) {
   std::vector<std::string> known = scene::namesOf(context.model().links);
   for (const int number : context.sceneObjects().numbers()) known.push_back(context.sceneObjects().object(number)->id);
-  throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link or object '" + name + "': did you mean '" +
-                                                    scene::nearestName(name, known) + "'?");
+  throw RequestError(QueryStatus::UNKNOWN_LINK,
+                     "there is no link or object '" + name + "'" + scene::didYouMean(name, known));
 }
 
 std::vector<scene::Collision> collisionsOf(const scene::RobotModel& robot, const scene::Link& link) {
@@ -44,8 +44,8 @@ int shapeNamed(const scene::RobotModel& robot, const scene::Link& link, const st
   for (const scene::Collision& collision : collisions) {
     if (collision.name == name) return collision.number;
   }
-  refuse("link '" + link.name + "' has no <collision> '" + name + "': did you mean '" +
-         scene::nearestName(name, scene::namesOf(collisions)) + "'?");
+  refuse("link '" + link.name + "' has no <collision> '" + name + "'" +
+         scene::didYouMean(name, scene::namesOf(collisions)));
 }
 
 int shapeNumbered(const scene::Link& link, std::uint32_t number) {
@@ -278,8 +278,8 @@ void require(const QueryStatus& status) {
 int linkNamed(const scene::RobotModel& robot, const std::string& name) {
   const int index = robot.findLink(name);
   if (index >= 0) return index;
-  throw RequestError(QueryStatus::UNKNOWN_LINK, "there is no link '" + name + "': did you mean '" +
-                                                    scene::nearestName(name, scene::namesOf(robot.links)) + "'?");
+  throw RequestError(QueryStatus::UNKNOWN_LINK,
+                     "there is no link '" + name + "'" + scene::didYouMean(name, scene::namesOf(robot.links)));
 }
 
 double finite(double value, const std::string& name) {

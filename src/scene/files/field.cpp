@@ -71,8 +71,9 @@ std::vector<std::string> Field::members() const { return namesOf(map()); }
 void Field::requireMembers(const std::vector<std::string>& names) const {
   for (const FileValue::Member& member : map()) {
     if (std::find(names.begin(), names.end(), member.name) != names.end()) continue;
+    const std::string nearest = nearestName(member.name, names);
     Field(member.value, *this, member.name, -1)
-        .refuse("there is no such field (did you mean " + quoted(nearestName(member.name, names)) + "?)");
+        .refuse("there is no such field" + (nearest.empty() ? "" : " (did you mean " + quoted(nearest) + "?)"));
   }
 }
 

@@ -11,6 +11,14 @@ namespace {
 /// [characters] What comes from outside may be so long that comparing all of it takes minutes. Names have no more.
 constexpr std::size_t kMostCompared = 1024;
 
+/// Whether a name may be meant from which `edits` edits lead to the known one.
+bool isNear(const std::string& name, const std::string& known, int edits) {
+  const auto [shorter, longer] = std::minmax({name.size(), known.size()});
+  const bool is_part = shorter > 2 && (name.find(known) != std::string::npos || known.find(name) != std::string::npos);
+  const std::size_t most = std::min(std::max<std::size_t>(2, known.size() / 3), std::max<std::size_t>(1, longer) - 1);
+  return is_part || edits <= static_cast<int>(most);
+}
+
 }  // namespace
 
 int editDistance(const std::string& from, const std::string& to) {
@@ -34,7 +42,7 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
   int smallest = 0;
   for (const std::string& other : known) {
     const int distance = editDistance(compared, other);
-    if (nearest && distance >= smallest) continue;
+    if (!isNear(compared, other, distance) || (nearest && distance >= smallest)) continue;
     nearest = &other;
     smallest = distance;
   }
@@ -60,7 +68,13 @@ std::string listed(const std::vector<std::string>& items, std::size_t most) {
 }
 
 std::string unknownName(const std::string& name, const std::vector<std::string>& known) {
-  return quoted(name) + (known.empty() ? "" : " (did you mean " + quoted(nearestName(name, known)) + "?)");
+  const std::string nearest = nearestName(name, known);
+  return quoted(name) + (nearest.empty() ? "" : " (did you mean " + quoted(nearest) + "?)");
+}
+
+std::string didYouMean(const std::string& name, const std::vector<std::string>& known) {
+  const std::string nearest = nearestName(name, known);
+  return nearest.empty() ? "" : ": did you mean '" + nearest + "'?";
 }
 
 }  // namespace proximity_server::scene

@@ -24,7 +24,9 @@ int findNamed(const std::vector<Named>& things, const std::string& name) {
   return hit == things.end() ? -1 : static_cast<int>(hit - things.begin());
 }
 
-/// The known name nearest to `name` in edit distance ("did you mean ..."); "" if `known` is empty.
+/// The known name that `name` may mean: the nearest one, if one of the two contains the other, or if the number of edits
+/// between them is at most two, or at most a third of the known name, and fewer than the longer one has characters. "" if there
+/// is none.
 std::string nearestName(const std::string& name, const std::vector<std::string>& known);
 
 /// The smallest number of insertions, deletions and replacements of a character that turn one text into the other
@@ -41,8 +43,11 @@ std::string shortest(double number);
 /// Returns "name" in quotes.
 std::string quoted(const std::string& name);
 
-/// Returns a text like: "name" (did you mean "nearest"?)
+/// Returns a text like: "name" (did you mean "nearest"?); "name" if none is near.
 std::string unknownName(const std::string& name, const std::vector<std::string>& known);
+
+/// Returns the end of a sentence: ": did you mean 'nearest'?"; "" if none is near.
+std::string didYouMean(const std::string& name, const std::vector<std::string>& known);
 
 /// The number of items that listed() writes out by default.
 constexpr std::size_t kMaxListed = 5;
