@@ -171,6 +171,16 @@ std::string table(const Clearance& clearance, std::size_t width) {
 /// The name of the node that has this private topic.
 std::string nodeOf(const std::string& topic) { return topic.substr(0, topic.find_last_of('/')); }
 
+/// Where a node talks, if it is not on `topic`: "; there is one on /cell/clearance: clearance:=/cell/clearance".
+std::string elsewhere(const std::string& topic) {
+  ros::master::V_TopicInfo topics;
+  ros::master::getTopics(topics);
+  for (const ros::master::TopicInfo& other : topics)
+    if (other.datatype == ros::message_traits::datatype<Clearance>() && other.name != topic)
+      return "; there is one on " + other.name + ": clearance:=" + other.name;
+  return {};
+}
+
 class Display {
  public:
   explicit Display(ros::NodeHandle& nh)
@@ -197,7 +207,8 @@ class Display {
     if (!clearance_ || silence > 1.0) {
       const std::string message =
           last_message_.empty() ? "" : (is_terminal_ ? "\n  the node says: " : "; the node says: ") + last_message_;
-      return format("  nothing has arrived on %s for %.0f s", subscriber_.getTopic().c_str(), silence) + message + "\n";
+      return format("  nothing has arrived on %s for %.0f s", subscriber_.getTopic().c_str(), silence) +
+             (clearance_ ? "" : elsewhere(subscriber_.getTopic())) + message + "\n";
     }
     return is_terminal_ ? table(*clearance_, columnsOfTerminal()) : line(*clearance_);
   }

@@ -38,7 +38,7 @@ class Stretch {
     files_.folder = std::move(folder);
     files_.mesh_tolerance = robot_->config().model.mesh_tolerance;
     requireTable();
-    std::filesystem::create_directory(files_.folder);
+    std::filesystem::create_directories(files_.folder);
     write("robot.urdf", robot_->texts()[0].urdf);
     write("robot.srdf", srdf());
     write("objects.yaml", reader.objects_text.empty() ? "[]\n" : reader.objects_text);

@@ -54,6 +54,8 @@ void RecordReader::read(const OnCycle& on_cycle) {
     rosbag::Bag bag(file_, rosbag::bagmode::Read);
     rosbag::View view(bag);
     for (const rosbag::MessageInstance& message : view) take(message, on_cycle);
+  } catch (const rosbag::BagFormatException& error) {
+    throw std::invalid_argument(file_ + ": it is no bag, or a damaged one: " + error.what());
   } catch (const std::exception& error) {  // rosbag has exceptions of its own
     throw std::invalid_argument(file_ + ": " + error.what());
   }

@@ -13,6 +13,7 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -23,9 +24,13 @@ namespace fs = std::filesystem;
 using proximity_server::node::ReplayOptions;
 
 constexpr char kHelp[] =
-    "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--explain-event | --write-files DIR |\n"
+    "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--quiet] [--out FILE] [--explain-event | "
+    "--write-files "
+    "DIR |\n"
     "                                    --second-opinion LIBRARY | --report FILE.html]\n"
     "  --mesh-tolerance METRES  in place of that of the record; 0: triangles\n"
+    "  --quiet                  no warnings of the model\n"
+    "  --out FILE               where the rows go, or the text of --explain-event (default: standard output)\n"
     "  --explain-event          contact, or the envelope around the surfaces: each share in millimetres\n"
     "  --write-files DIR        robot, pairs, objects and states for the other tools: DIR/1, and a folder more for\n"
     "                           each change of the objects\n"
@@ -33,7 +38,7 @@ constexpr char kHelp[] =
     "  --report FILE.html       a page about the distances in its states, and their files in FILE_files; where "
     "objects\n"
     "                           change, another page (FILE_2.html) begins\n"
-    "A row for each cycle on standard output. Exit code 2: a level or bounds differ from the record.\n"
+    "A row for each cycle. Exit code 2: a level or bounds differ from the record.\n"
     "3: an answer of ours is refuted.\n";
 
 /// Runs the program beside this one, and returns its exit code.
@@ -103,10 +108,14 @@ int askSecondOpinion(const ReplayOptions& options, const std::string& library) {
   return code;
 }
 
+void setLogLevel(ros::console::Level level) {
+  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, level)) ros::console::notifyLoggerLevelsChanged();
+}
+
 int run(int argc, char** argv) {
   ReplayOptions options;
   bool explains = false;
-  std::string folder, library, page;
+  std::string folder, library, page, out;
   for (int i = 1; i < argc; ++i) {
     const std::string option = argv[i];
     const auto value = [&]() -> std::string {
@@ -125,12 +134,17 @@ int run(int argc, char** argv) {
       library = value();
     else if (option == "--report")
       page = value();
+    else if (option == "--out")
+      out = value();
+    else if (option == "--quiet")
+      setLogLevel(ros::console::levels::Error);
     else
       throw std::invalid_argument(option + " does not go with --replay\n" + kHelp);
   }
   proximity_server::system::FileRoles& roles = proximity_server::system::FileRoles::ofProcess();
   roles.addInput("--replay", options.file);
   if (!page.empty()) roles.addOutput("--report", page);
+  if (!out.empty()) roles.addOutput("--out", out);
   if (!folder.empty()) {
     for (const auto& files : proximity_server::node::writeFiles(options, folder))
       std::cout << files.folder << ": " << files.states << " states\n";
@@ -138,11 +152,18 @@ int run(int argc, char** argv) {
   }
   if (!library.empty()) return askSecondOpinion(options, library);
   if (!page.empty()) return writeReports(options, page);
+  std::ostringstream text;
+  const auto writeText = [&] {
+    if (!out.empty()) proximity_server::system::replaceFile(out, text.str());
+  };
+  std::ostream& to = out.empty() ? std::cout : text;
   if (explains) {
-    std::cout << proximity_server::node::explainEvent(options);
+    to << proximity_server::node::explainEvent(options);
+    writeText();
     return 0;
   }
-  const auto result = proximity_server::node::replay(options, std::cout);
+  const auto result = proximity_server::node::replay(options, to);
+  writeText();
   std::cerr << "clearance: " << result.cycles << " cycles, " << result.different << " differ from the record\n";
   if (result.coarse > 0)
     std::cerr << "clearance: in " << result.coarse << " of them a limit ended guaranteed distances\n";
@@ -156,9 +177,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Standard output is for rows, and ROS writes its info there.
-  if (ros::console::set_logger_level(ROSCONSOLE_DEFAULT_NAME, ros::console::levels::Warn))
-    ros::console::notifyLoggerLevelsChanged();
+  setLogLevel(ros::console::levels::Warn);  // standard output is for rows, and ROS writes its info there
   try {
     return run(argc, argv);
   } catch (const std::exception& error) {

@@ -114,6 +114,10 @@ CollisionGeometry readGeometry(const urdf::Geometry& geometry, const Place& plac
     return result;
   } catch (const std::invalid_argument& error) {
     const auto* mesh = dynamic_cast<const urdf::Mesh*>(&geometry);
+    if (mesh && mesh->filename.find("$(") != std::string::npos)
+      throw std::invalid_argument(error.what() +
+                                  std::string(": this is a xacro file; run xacro on it and take the URDF "
+                                              "that it prints"));
     if (!mesh || !options.allow_missing_meshes) throw;
     warnings.add(std::string("no geometry: ") + error.what(), place);
     return {"mesh " + mesh->filename + ", missing", {}};

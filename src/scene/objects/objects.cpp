@@ -87,6 +87,8 @@ void refuseObject(const std::string& id, const std::string& reason) {
 void requireUsableId(const RobotModel& robot, const std::string& id) {
   if (id.empty()) refuseObject(id, "id: it is empty");
   if (id == "*") refuseObject(id, "id: it stands for all objects");
+  if (id.find_first_not_of(" \t\r\n") == std::string::npos) refuseObject(id, "id: it is blank");
+  if (id.find_first_of("\r\n") != std::string::npos) refuseObject(id, "id: it has a line break");
   if (robot.findLink(id) >= 0) refuseObject(id, "id: a link has this name");
 }
 
