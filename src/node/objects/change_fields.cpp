@@ -162,7 +162,7 @@ std::vector<scene::WrittenRule> rulesOf(const std::vector<PairRule>& messages) {
 scene::ObjectOptions objectOptions(const Robot& robot) {
   const scene::ModelOptions& model = robot.config().model;
   scene::ObjectOptions options;
-  options.resolve = meshResolver(robot.config());
+  options.resolve = robot.config().meshResolver();
   options.meshes.tolerance = model.mesh_tolerance;
   options.meshes.cache = model.mesh_cache;
   options.meshes.time_budget = model.mesh_time_budget;

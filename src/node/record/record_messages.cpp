@@ -109,8 +109,8 @@ dynamic_reconfigure::Config toMessage(const MonitorSettings& settings) {
     entry.value = value;
     return entry;
   };
-  for (const Parameter& parameter : parameterTable(config)) {
-    if (parameter.change != Parameter::Change::Live) continue;
+  for (const scene::Parameter& parameter : parameterTable(config)) {
+    if (parameter.change != scene::Parameter::Change::Live) continue;
     if (const auto* const* number = std::get_if<double*>(&parameter.field))
       message.doubles.push_back(named(dynamic_reconfigure::DoubleParameter(), parameter.name, **number));
     if (const auto* const* count = std::get_if<int*>(&parameter.field))

@@ -1,12 +1,11 @@
 #include "node/robot/parameter_table.h"
 
-#include "proximity_server/scene/model/names.h"
-
 #include <utility>
 
 namespace proximity_server::node {
 
-std::string Range::text() const { return "[" + scene::shortest(lowest) + ", " + scene::shortest(highest) + "]"; }
+using scene::Parameter;
+using scene::Range;
 
 std::vector<Parameter> parameterTable(Config& config) {
   constexpr auto kLive = Parameter::Change::Live, kReload = Parameter::Change::Reload,
@@ -34,58 +33,16 @@ std::vector<Parameter> parameterTable(Config& config) {
       "The robot's frames in tf are named PREFIX/link, as robot_state_publisher does with the same parameter. It is "
       "searched upwards, so that both find it in a common namespace. Requests and answers name links without the "
       "prefix; header.frame_id has the prefix. \"\": frames have the links' names.");
-  add("robots", &config.robots, {}, "", kReload,
+  add("robots", &config.robots_value, {}, "", kReload,
       "Several robots in this node, by name, instead of `robot_description`, `semantic_description` and `tf_prefix`: "
       "`{left: {description: /left/robot_description, tf_prefix: left, joint_states: /left/joint_states}}`. See "
       "[several robots](#several-robots). {}: one robot.");
-  add("mesh_roots", &config.mesh_roots, {}, "", kReload,
-      "Folders that are searched for `package://` before those of ROS_PACKAGE_PATH.");
-  add("allowed_mesh_roots", &config.allowed_mesh_roots, {}, "", kReload,
-      "Folders below which every mesh must lie, once symbolic links are followed, however the URDF names it. []: "
-      "anywhere. In any case only package://, file:// and plain paths are read; another scheme (http://), or a `..` "
-      "out of its package, is refused.");
-  add("allow_missing_meshes", &config.model.allow_missing_meshes, {}, "", kReload,
-      "false: a mesh that cannot be read stops the node. true: the node only warns, and that geometry is NOT checked.");
-  add("allow_broken_mimics", &config.model.allow_broken_mimics, {}, "", kReload,
-      "false: a mimic that makes no sense, as of a joint that does not exist or is fixed, stops the node. true: the "
-      "node only warns, and the joint has a position of its own: that of tf, as all joints.");
-  add("mesh_tolerance", &config.model.mesh_tolerance, {0, 1}, "m", kReload,
-      "How far the convex pieces of a mesh may lie from it. Smaller means more pieces, so slower loading and slower "
-      "answers: a mesh is replaced by its hull if that is within the tolerance, else by the hulls of its parts, else "
-      "by a convex decomposition. 0: by its triangles, unless hulls are exact. A closed mesh is solid with each of "
-      "them, see [solid meshes](#solid-meshes); one that is not closed is named in a warning. `~model_info` tells the "
-      "representation of each mesh and its measured distance from the mesh.");
-  add("link_mesh_tolerance", &config.model.link_mesh_tolerance, {0, 1}, "m", kReload,
-      "Replaces `mesh_tolerance` for single links: `{gripper: 0.001}`.");
-  add("mesh_time_budget", &config.model.mesh_time_budget, {1e-3, 3600}, "s", kReload,
-      "How long the decomposition of one mesh may take, roughly in seconds of one core: steps are counted instead of "
-      "time, so that every machine and every start gives the same pieces. A mesh that half of it does not bring to 300 "
-      "pieces gets twice the tolerance, up to eight times, with as much each time; rooms in it that are not excluded "
-      "within the budget are filled. A warning in `~model_info` names link and file, how near the pieces are, and the "
-      "line of YAML that "
-      "changes it. Meshes are read in parallel.");
-  add("mesh_cache", &config.mesh_cache, {}, "", kReload,
-      "Folder of the cache of decomposed meshes, for the next start. user: $XDG_CACHE_HOME/proximity_server, or "
-      "~/.cache/proximity_server. \"\": no cache. If the folder cannot be written, the node warns. Broken files are "
-      "replaced.");
-  add("default_padding", &config.model.default_padding, {0, 10}, "m", kReload,
-      "Offset of every shape, exact: the answers are distances of the padded shapes.");
-  add("link_padding", &config.model.link_padding, {0, 10}, "m", kReload,
-      "Replaces `default_padding` for single links: `{wrist: 0.01}`.");
-  add("pair_padding", &config.filter.pair_padding, {0, 10}, "m", kReload,
-      "Subtracted from the distance of single pairs: `[{links: [wrist, torso], padding: 0.05}]`.");
-  add("exclude_pairs", &config.filter.exclude_pairs, {}, "", kReload,
-      "Pairs that are not checked, besides those that the SRDF disables: `[[wrist, torso], [hand, torso]]`.");
-  add("only_pairs", &config.filter.only_pairs, {}, "", kReload,
-      "If this list is not empty, only its pairs are checked, whatever the SRDF says.");
-  add("group", &config.filter.group, {}, "", kReload,
-      "Only pairs in which a link of this SRDF group moves are checked. \"\": no restriction.");
-  add("joint_inequalities", &config.joint_inequalities, {}, "", kReload,
-      "Limits that couple joints, as a cable or a differential does: `[\"2*j1 - j2 <= 1.7\"]`, or the absolute path of "
-      "a file with this list. See [coupled limits](#coupled-limits). An unknown joint, and inequalities without a "
-      "solution, stop the node.");
-  add("tolerance", &config.tolerance, {1e-14, 0.1}, "m", kReload,
-      "Accepted gap between the two certified bounds of a distance. A larger gap is faster.");
+
+  for (Parameter& parameter : scene::robotParameters(config, monitor)) table.push_back(std::move(parameter));
+  add("objects_file", &config.objects_file, {}, "", kStart,
+      "Absolute path of a file that keeps the objects and their rules for the next start; no other node may use it. "
+      "If the file is there, `objects` is not used. A folder that is not there, or a damaged file, which is not "
+      "touched, stops the node; a full disk does not. \"\": objects do not outlive the node.");
 
   heading = "Transforms.";
   add("max_tf_age", &config.max_tf_age, {1e-3, 1e6}, "s", kReload,
@@ -114,19 +71,6 @@ std::vector<Parameter> parameterTable(Config& config) {
       "Wall time of one `time_of_contact` or `query_trajectory` whose `time_budget` is 0, at most "
       "`max_request_time`. When it ends, the answer has the status OVER_BUDGET and the numbers that are proven so "
       "far.");
-
-  heading = "Objects: what the robot holds and what stands around it.";
-  add("objects", &config.objects, {}, "", kStart,
-      "What stands there from the start, in the format of [objects](#objects), `[{id: table, pose: {position: {z: "
-      "-0.5}}, primitives: [{type: BOX, dimensions: [1.0, 2.0, 0.05]}]}]`. In a launch file: `<rosparam "
-      "param=\"objects\" command=\"load\" file=\"cell.yaml\"/>`.");
-  add("objects_file", &config.objects_file, {}, "", kStart,
-      "Absolute path of a file that keeps the objects and their rules for the next start; no other node may use it. "
-      "If the file is there, `objects` is not used. A folder that is not there, or a damaged file, which is not "
-      "touched, stops the node; a full disk does not. \"\": objects do not outlive the node.");
-  add("check_free_objects", &config.free_objects, {}, "", kReload,
-      "true: two objects that no link holds are checked too, if one of them moves with a frame. What a link holds is "
-      "checked against all objects in any case.");
 
   heading =
       "Records: the last seconds before an event, as a bag that `clearance --replay` answers again; see "
@@ -157,29 +101,6 @@ std::vector<Parameter> parameterTable(Config& config) {
       "once, with a rate one at most between two of its own.");
   add("threshold", &monitor.threshold, {0, 100}, "m", kLive,
       "Pairs at or below this distance are listed in `~clearance`. A smaller value is faster.");
-  add("warn_distance", &monitor.warn_distance, {0, 100}, "m", kLive,
-      "At or below it the level of `~clearance` is WARN. If two levels apply, the worse one counts.");
-  add("stop_distance", &monitor.stop_distance, {0, 100}, "m", kLive,
-      "At or below it the level is STOP; on contact it is COLLISION. It must be at most `warn_distance`: otherwise "
-      "the node does not start, and a live change is refused.");
-  add("pair_warn_distance", &config.thresholds.warn.of_pairs, {0, 100}, "m", kReload,
-      "Replaces `warn_distance` for single pairs, as the parts of a hand that are always near: `[{links: [wrist, "
-      "flange], "
-      "distance: 0.01}]`. See [thresholds of single pairs](#thresholds-of-single-pairs).");
-  add("pair_stop_distance", &config.thresholds.stop.of_pairs, {0, 100}, "m", kReload,
-      "The same of `stop_distance`. It must be at most the warn distance of the pair, and below `influence_distance`.");
-  add("link_warn_distance", &config.thresholds.warn.of_links, {0, 100}, "m", kReload,
-      "Replaces `warn_distance`, and `object_warn_distance`, for the pairs of single links: `{gripper: 0.01}`.");
-  add("link_stop_distance", &config.thresholds.stop.of_links, {0, 100}, "m", kReload,
-      "The same of `stop_distance` and `object_stop_distance`.");
-  add("group_warn_distance", &config.thresholds.warn.of_groups, {0, 100}, "m", kReload,
-      "The same as `link_warn_distance` for the links that move when the joints of an SRDF group do.");
-  add("group_stop_distance", &config.thresholds.stop.of_groups, {0, 100}, "m", kReload,
-      "The same of `stop_distance` and `object_stop_distance`.");
-  add("object_warn_distance", &monitor.object_warn_distance, {0, 100}, "m", kLive,
-      "The same as `warn_distance` of pairs with an object.");
-  add("object_stop_distance", &monitor.object_stop_distance, {0, 100}, "m", kLive,
-      "The same as `stop_distance` of pairs with an object. It must be at most `object_warn_distance`.");
   add("hysteresis", &monitor.hysteresis, {0, 1}, "m", kLive,
       "A level is left only when the distance exceeds its threshold by more than this; of a pair with a smaller stop "
       "distance "
@@ -211,24 +132,8 @@ std::vector<Parameter> parameterTable(Config& config) {
       "true: each pair that `~clearance` lists has its gradient by the joints. The message then has their names and "
       "positions.");
 
-  heading =
-      "What is not known exactly. With one of these, each pair has a `guaranteed` distance, the levels are decided by "
-      "it, and so are `~constraints` and `~collision_velocity_scale`; see "
-      "[uncertainty](UNCERTAINTY.md#uncertainty).";
-  add("joint_uncertainty", &config.uncertainty.joint, {}, "rad or m", kReload,
-      "How far the position of each joint may be off to either side: one number for all joints, or `{elbow: 0.002}`. "
-      "In this and the next four, `\"*\"` names all that a map does not name.");
-  add("joint_frame_uncertainty", &config.uncertainty.joint_frame, {}, "m, rad", kReload,
-      "How far the place of each joint on its parent may be off: `{translation: 0.001, angle: 0.002}` or the number of "
-      "the translation, for all joints or by name. A link that is 3 mm longer displaces all that is behind it.");
-  add("base_uncertainty", &config.uncertainty.base, {}, "m, rad", kReload,
-      "The same of the root of the robot relative to everything that it does not carry; of several robots for all or "
-      "by name.");
-  add("object_uncertainty", &config.uncertainty.object, {}, "m, rad", kReload,
-      "The same of the place of objects on what carries them, for all or by id.");
-  add("link_uncertainty", &config.uncertainty.link, {}, "m", kReload,
-      "How far the surface of links may be outside of their geometry: one number for all links, or `{hose: 0.01}`.");
-  add("pose_latency", &config.pose_latency, {}, "", kReload,
+  heading = "The age of the poses. With `pose_latency` each pair has a `guaranteed` distance, too.";
+  add("pose_latency", &config.pose_latency_value, {}, "", kReload,
       "How the monitor takes account of the time from the stamp of the poses until its message is used. off: not at "
       "all. velocity: each joint may have moved on by its velocity of joint_states and `max_acceleration`; a joint "
       "without one of the two by its velocity limit of the URDF. limit: by this limit. If a joint that moves a checked "

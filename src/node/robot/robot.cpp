@@ -65,34 +65,17 @@ std::vector<std::string> srdfsOf(const std::vector<RobotTexts>& texts) {
 scene::RobotModel loadModel(const std::vector<RobotTexts>& texts, const Config& config) {
   scene::ModelOptions options = config.model;
   options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
-  if (config.robots.empty()) return scene::loadRobotModel(texts.front().urdf, meshResolver(config), options);
+  if (config.robots.empty()) return scene::loadRobotModel(texts.front().urdf, config.meshResolver(), options);
   std::vector<scene::NamedUrdf> robots;
   for (std::size_t i = 0; i < texts.size(); ++i) robots.push_back({config.robots[i].name, texts[i].urdf});
-  return scene::loadRobots(robots, meshResolver(config), options);
-}
-
-/// Sets the inequalities of the parameter, which is a path or the list itself.
-void setInequalities(const scene::FileValue& value, scene::RobotModel& robot) {
-  const std::string source = "parameter joint_inequalities";
-  const auto* const path = std::get_if<std::string>(&value.content);
-  if (!path) return setJointInequalities(value, source, robot);
-  if (path->empty()) return;
-  if (path->front() != '/') throw std::invalid_argument(source + " is '" + *path + "', no absolute path");
-  readJointInequalities(*path, robot);
-}
-
-scene::LevelThresholds thresholdsOf(const scene::RobotModel& robot, const std::vector<std::string>& srdfs,
-                                    const Config& config) {
-  scene::LevelThresholds defaults;
-  assignDefaults(defaults, config.monitor);
-  return scene::levelThresholds(robot, srdfs, config.thresholds, defaults);
+  return scene::loadRobots(robots, config.meshResolver(), options);
 }
 
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {
   const std::vector<std::string> srdfs = srdfsOf(texts);
   scene::SceneModel model = scene::makeSceneModel(loadModel(texts, config), srdfs, config.filter);
-  scene::warnOfNearPairs(model, thresholdsOf(model.robot, srdfs, config));
-  setInequalities(config.joint_inequalities, model.robot);  // after the random states, none of which may be within them
+  scene::warnOfNearPairs(model, config.thresholdsOf(model.robot, srdfs, config.monitor));
+  config.setInequalities(model.robot);  // after the random states, none of which may be within them
   return std::make_shared<const scene::SceneModel>(std::move(model));
 }
 
@@ -164,13 +147,13 @@ std::vector<TfEdge> edgesOf(const Robot& robot) {
 int movableJoint(const scene::RobotModel& robot, const std::string& name, const std::string& parameter) {
   const int joint = scene::findNamed(robot.joints, name);
   if (joint >= 0) return joint;
-  throw std::invalid_argument(parameter + "the robot has no such movable joint: did you mean '" +
-                              scene::nearestName(name, scene::namesOf(robot.joints)) + "'?");
+  throw std::invalid_argument(parameter + "the robot has no such movable joint" +
+                              scene::didYouMean(name, scene::namesOf(robot.joints)));
 }
 
 /// Reads a limit of each joint from `parameter`. Throws std::invalid_argument naming a joint that does not exist or has
 /// not one velocity.
-std::vector<std::optional<double>> limitsOf(const scene::RobotModel& robot, const JointLimits& known,
+std::vector<std::optional<double>> limitsOf(const scene::RobotModel& robot, const scene::JointLimits& known,
                                             const std::string& parameter) {
   std::vector<std::optional<double>> limits(robot.joints.size(), known.of_all);
   for (const auto& [name, limit] : known.of_joint) {
@@ -181,15 +164,6 @@ std::vector<std::optional<double>> limitsOf(const scene::RobotModel& robot, cons
     limits[joint] = limit;
   }
   return limits;
-}
-
-scene::Uncertainty uncertaintyOf(const scene::RobotModel& robot, const UncertaintyValues& values) {
-  return scene::uncertaintyFrom(scene::FileValue{scene::FileValue::Map{{"joint_uncertainty", values.joint},
-                                                                       {"joint_frame_uncertainty", values.joint_frame},
-                                                                       {"base_uncertainty", values.base},
-                                                                       {"object_uncertainty", values.object},
-                                                                       {"link_uncertainty", values.link}}},
-                                "parameter", robot);
 }
 
 /// Throws std::invalid_argument for a robot that does not exist.
@@ -255,12 +229,13 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       max_accelerations_(limitsOf(model_->robot, config.max_acceleration, "max_acceleration")),
       tracking_errors_(limitsOf(model_->robot, config.tracking_error, "tracking_error")),
       tracking_velocity_errors_(limitsOf(model_->robot, config.tracking_velocity_error, "tracking_velocity_error")),
-      uncertainty_(uncertaintyOf(model_->robot, config.uncertainty)),
+      uncertainty_(config.uncertaintyOf(model_->robot)),
       is_uncertain_(!uncertainty_.isZero() || config.pose_latency != PoseLatency::Off),
       base_speeds_(baseSpeedsOf(model_->robot, config)),
       object_speeds_(scene::frameSpeedsFrom(config.object_speed, "parameter object_speed")),
       constraint_columns_(constraintColumnsOf(model_->robot, config.constraint_joints)),
-      thresholds_(std::make_shared<const scene::LevelThresholds>(thresholdsOf(model_->robot, srdfsOf(texts), config))),
+      thresholds_(std::make_shared<const scene::LevelThresholds>(
+          config.thresholdsOf(model_->robot, srdfsOf(texts), config.monitor))),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(model_)) {
   useDefaults(config.monitor);
@@ -295,19 +270,6 @@ std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) c
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
   return scene::Candidates(scene::filterPairs(robotModel(), srdfsOf(texts_), filter)).list();
-}
-
-void assignDefaults(scene::LevelThresholds& thresholds, const MonitorSettings& settings) {
-  thresholds.stop.links = settings.stop_distance;
-  thresholds.stop.objects = settings.object_stop_distance;
-  thresholds.warn.links = settings.warn_distance;
-  thresholds.warn.objects = settings.object_warn_distance;
-}
-
-scene::MeshResolver meshResolver(const Config& config) {
-  std::vector<std::string> roots = config.mesh_roots;
-  for (std::string& root : scene::rosPackagePath()) roots.push_back(std::move(root));
-  return scene::withinRoots(scene::packageResolver(roots), config.allowed_mesh_roots);
 }
 
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {

@@ -148,13 +148,6 @@ class Robot {
   std::unique_ptr<ScenePool> scenes_;
 };
 
-/// Gives the pairs that have no thresholds of their own those of the settings.
-void assignDefaults(scene::LevelThresholds& thresholds, const MonitorSettings& settings);
-
-/// Makes the function that finds the mesh files of links and objects. It searches packages below the roots of the
-/// parameters and of ROS_PACKAGE_PATH, and refuses files that are not below one of the allowed roots.
-scene::MeshResolver meshResolver(const Config& config);
-
 /// The bodies of all links in `pairs`, each once, in ascending order. Objects are left out.
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);
 

@@ -28,8 +28,9 @@ Isometry3d LinkFrames::seenFrom(const std::string& frame, const std::string& oth
   return poseOf(frame).inverse() * poseOf(other) * pose;
 }
 
-Objects noObjects(const std::shared_ptr<const SceneModel>& model) {
+Objects noObjects(const std::shared_ptr<const SceneModel>& model, ObjectRules::FreeObjects free_objects) {
   ObjectRules rules;
+  rules.free_objects = free_objects;
   rules.base = ObjectRules::Base::StandsStill;
   return Objects(model).withRules(std::move(rules));
 }

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <limits>
@@ -20,6 +21,9 @@
 
 namespace proximity_server::node::parameters_test {
 
+using scene::JointLimits;
+using scene::Parameter;
+using scene::Range;
 using XmlRpc::XmlRpcValue;
 using FreeObjects = scene::ObjectRules::FreeObjects;
 
@@ -41,7 +45,6 @@ std::string yaml(const std::vector<Entry>& entries) {
   return list(entries.empty());
 }
 std::string yaml(const scene::ObjectFile& file) { return list(file.objects.empty()); }
-std::string yaml(const std::vector<RobotSource>& robots) { return map(robots.empty()); }
 std::string yaml(const std::map<std::string, double>& numbers) { return map(numbers.empty()); }
 std::string yaml(const JointLimits& limits) {
   return limits.of_all ? yaml(*limits.of_all) : map(limits.of_joint.empty());
@@ -49,12 +52,10 @@ std::string yaml(const JointLimits& limits) {
 
 std::string yaml(const scene::FileValue& value) {
   const auto* number = std::get_if<double>(&value.content);
+  if (const auto* text = std::get_if<std::string>(&value.content)) return *text == "off" ? "\"off\"" : *text;
   const auto* entries = std::get_if<scene::FileValue::Map>(&value.content);
   if (const auto* listed = std::get_if<scene::FileValue::List>(&value.content)) return list(listed->empty());
   return number ? yaml(*number) : map(entries && entries->empty());
-}
-std::string yaml(PoseLatency latency) {
-  return toString(latency) == std::string("off") ? "\"off\"" : toString(latency);
 }
 
 std::string yaml(const Parameter& parameter) {
@@ -164,7 +165,7 @@ TEST(ParameterFiles, SayWhatTheTableSays) {
     const std::string found = scene::readFile(path);
     for (const Parameter& parameter : table) {
       EXPECT_TRUE(found.find(file.entry(parameter)) != std::string::npos)
-          << file.path << " differs from src/node/robot/parameter_table.cpp in " << parameter.name
+          << file.path << " differs from the tables of parameters in " << parameter.name
           << "; ./dev parameters writes it";
     }
     EXPECT_EQ(found, wanted) << file.path << "; ./dev parameters writes it";
@@ -207,12 +208,12 @@ XmlRpcValue otherValue(const Parameter& parameter) {
   } else if (std::holds_alternative<std::vector<Parameter::Names>*>(parameter.field)) {
     value[0][0] = "a";
     value[0][1] = "b";
-  } else if (std::holds_alternative<std::vector<RobotSource>*>(parameter.field)) {
+  } else if (parameter.name == "robots") {
     value["left"]["description"] = "a";
+  } else if (parameter.name == "pose_latency") {
+    value = "limit";
   } else if (std::holds_alternative<scene::FileValue*>(parameter.field)) {
     value = 0.125;
-  } else if (std::holds_alternative<PoseLatency*>(parameter.field)) {
-    value = "limit";
   } else if (std::holds_alternative<scene::ObjectFile*>(parameter.field)) {
     value[0]["id"] = "ball";
     value[0]["primitives"][0]["type"] = "SPHERE";
@@ -240,6 +241,21 @@ Config configWith(const std::string& name, const XmlRpcValue& value) {
 
 TEST(Parameters, HaveTheirDefaultsIfNothingIsSet) {
   EXPECT_EQ(changesIn(configFrom({}, "/node")), std::vector<std::string>());
+}
+
+TEST(Parameters, OfTheNodeAreThoseThatNoToolUses) {
+  Config config;
+  std::vector<std::string> of_node, of_robot;
+  for (const Parameter& parameter : scene::robotParameters(config, config.monitor)) of_robot.push_back(parameter.name);
+  for (const Parameter& parameter : parameterTable(config))
+    if (std::find(of_robot.begin(), of_robot.end(), parameter.name) == of_robot.end())
+      of_node.push_back(parameter.name);
+  of_node.erase(std::find(of_node.begin(), of_node.end(), "reference_frame"));  // of objects, too
+  of_node.insert(of_node.end(), {"diagnostic_period", "conditional_pairs"});
+  std::vector<std::string> known = scene::parametersOfNode();
+  std::sort(of_node.begin(), of_node.end());
+  std::sort(known.begin(), known.end());
+  EXPECT_EQ(known, of_node);
 }
 
 TEST(Parameters, SetTheirOwnFieldAndNoOther) {

@@ -200,36 +200,6 @@ TEST_F(Balls, ThresholdsThatMakeNoSenseAreRefusedByName) {
             "before STOP");
 }
 
-// --- thresholds of a file
-
-TEST(ThresholdFile, HasTheNamesOfTheParameters) {
-  const ThresholdFile file = thresholdsFrom(R"(
-stop_distance: 0.01
-object_warn_distance: 0.2
-pair_stop_distance: [{links: [a, b], distance: 0.003}, {links: [c, a], distance: 0}]
-link_warn_distance: {a: 0.3}
-group_stop_distance: {left: 0.02}
-)",
-                                            "cell.yaml");
-  EXPECT_EQ(file.defaults.stop.links, 0.01);
-  EXPECT_EQ(file.defaults.stop.objects, 0.02);
-  EXPECT_EQ(file.defaults.warn.objects, 0.2);
-  ASSERT_EQ(file.rules.stop.of_pairs.size(), 2u);
-  EXPECT_EQ(file.rules.stop.of_pairs[0].first.second, "b");
-  EXPECT_EQ(file.rules.stop.of_pairs[0].second, 0.003);
-  EXPECT_EQ(file.rules.warn.of_links.at("a"), 0.3);
-  EXPECT_EQ(file.rules.stop.of_groups.at("left"), 0.02);
-}
-
-TEST(ThresholdFile, IsRefusedWithTheLineAndTheField) {
-  const auto refusal = [](const std::string& yaml) { return errorOf([&] { thresholdsFrom(yaml, "cell.yaml"); }); };
-  EXPECT_EQ(refusal("pair_stop_distances: []"),
-            "cell.yaml, line 1: pair_stop_distances: there is no such field (did you mean \"pair_stop_distance\"?)");
-  EXPECT_EQ(refusal("link_stop_distance:\n  a: -0.1"), "cell.yaml, line 2: link_stop_distance/a: must not be negative");
-  EXPECT_EQ(refusal("pair_warn_distance: [{links: [a], distance: 1}]"),
-            "cell.yaml, line 1: pair_warn_distance[0]/links: must name two links");
-}
-
 // --- pairs that the SRDF disables
 
 // Around the ball of the base turn, each behind a link without geometry, a ball at a distance of 15 mm, one in its

@@ -38,20 +38,6 @@ struct ThresholdRules {
 LevelThresholds levelThresholds(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
                                 const ThresholdRules& rules, const LevelThresholds& defaults = {});
 
-/// The thresholds in a file.
-struct ThresholdFile {
-  LevelThresholds defaults;
-  ThresholdRules rules;
-};
-
-/// Reads YAML with the names of the node's parameters: stop_distance, warn_distance, object_stop_distance,
-/// object_warn_distance, pair_stop_distance: [{links: [a, b], distance: 0.01}], link_stop_distance: {link: 0.01},
-/// group_stop_distance, and the same names with warn_distance. Distances that the file does not contain keep their
-/// defaults.
-///
-/// Failure: throws std::invalid_argument with `source`, the line, the field and the reason.
-ThresholdFile thresholdsFrom(const std::string& yaml, const std::string& source);
-
 /// Throws std::invalid_argument, naming the pair, if a stop distance is above the warn distance ("the stop distance of
 /// wrist - hand is 0.06, above ..."). For pairs with objects it names the link.
 void requireOrder(const RobotModel& model, const LevelThresholds& thresholds);

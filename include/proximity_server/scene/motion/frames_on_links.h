@@ -37,7 +37,8 @@ class LinkFrames : public ObjectFrames {
 };
 
 /// The empty set of objects of a robot. Its root link stands still, because it is the frame of all poses.
-Objects noObjects(const std::shared_ptr<const SceneModel>& model);
+Objects noObjects(const std::shared_ptr<const SceneModel>& model,
+                  ObjectRules::FreeObjects free_objects = ObjectRules::FreeObjects::NotChecked);
 
 /// The link in whose frame an object stands or moves, or which holds it.
 int carryingLink(const RobotModel& robot, const Object& object);
