@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/configuration/robot_config.h"
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/objects/object.h"
@@ -18,10 +19,10 @@
 
 namespace proximity_server::python {
 
-/// The options of reading a robot and of its pairs.
+/// The options of reading a robot and of its pairs. Where one is not set, RobotText::config or the default decides.
 struct LoadOptions {
-  double mesh_tolerance;                             ///< [m] see scene::ModelOptions
-  double padding;                                    ///< [m] see scene::ModelOptions::default_padding
+  std::optional<double> mesh_tolerance;              ///< [m] see scene::ModelOptions
+  std::optional<double> padding;                     ///< [m] see scene::ModelOptions::default_padding
   std::optional<std::vector<std::string>> packages;  ///< folders of packages; nullopt: those of ROS_PACKAGE_PATH
   scene::PairFilterOptions pairs;
   bool allow_missing_meshes;                         ///< see scene::ModelOptions
@@ -50,7 +51,14 @@ struct RobotText {
   std::filesystem::path folder;           ///< relative paths of meshes begin here
   std::optional<std::string> thresholds;  ///< nullopt if there are none
   std::string thresholds_name;
+  std::optional<std::string> config;  ///< the node's parameters, see scene::configFrom(); nullopt if there are none
+  std::string config_name;
+  std::filesystem::path config_folder;  ///< relative paths of its objects' meshes begin here
 };
+
+/// The configuration of a robot, with the options, which replace it.
+/// Failure: throws std::invalid_argument naming config_name, the line and what is wrong.
+scene::ConfigFile configOf(const RobotText& text, const LoadOptions& options);
 
 /// Makes the model of a robot from its texts.
 /// Failure: throws std::invalid_argument naming urdf_name or srdf_name, and the link, joint or file that is wrong;
@@ -62,7 +70,7 @@ std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadO
 /// `stop` must outlive the use of the options.
 scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options, const std::atomic<bool>* stop);
 
-/// The thresholds of the text; nullopt if there are none.
+/// The thresholds of the text, or else of the configuration; nullopt if there are none.
 /// Failure: throws std::invalid_argument naming thresholds_name, and the line, link or group that is wrong.
 std::optional<scene::LevelThresholds> thresholdsOf(const RobotText& text, const scene::RobotModel& robot);
 

@@ -110,9 +110,9 @@ std::string describe(const Robot& robot) {
 
 using Folders = std::vector<std::filesystem::path>;
 
-LoadOptions loadOptions(double mesh_tolerance, const std::optional<Folders>& packages, double padding,
-                        std::string group, NamePairs exclude_pairs, NamePairs only_pairs, bool allow_missing_meshes,
-                        bool allow_broken_mimics) {
+LoadOptions loadOptions(std::optional<double> mesh_tolerance, const std::optional<Folders>& packages,
+                        std::optional<double> padding, std::string group, NamePairs exclude_pairs, NamePairs only_pairs,
+                        bool allow_missing_meshes, bool allow_broken_mimics) {
   LoadOptions options{mesh_tolerance, padding, std::nullopt, {}, allow_missing_meshes, allow_broken_mimics, {}};
   if (packages) {
     options.packages.emplace();
@@ -151,28 +151,6 @@ std::unique_ptr<Robot> makeRobot(RobotText text, LoadOptions options, std::optio
     robot = std::make_unique<Robot>(std::move(text), std::move(options), threads.value_or(all_cores), watch.stop());
   });
   return robot;
-}
-
-std::unique_ptr<Robot> withWarnings(std::unique_ptr<Robot> robot) {
-  for (const std::string& warning : warningsOf(*robot->model())) warn(robot->text().urdf_name + ": " + warning);
-  return robot;
-}
-
-std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                                    const std::optional<std::filesystem::path>& thresholds, LoadOptions options,
-                                    std::optional<int> threads) {
-  std::error_code is_no_path;  // a text may be longer than a path can be
-  if (urdf.native().find('<') != std::string::npos && !std::filesystem::exists(urdf, is_no_path))
-    throw std::invalid_argument("the first argument is the path of a URDF; Robot.from_text takes its text");
-  RobotText text;
-  text.urdf = readTextFile(urdf);
-  text.urdf_name = urdf.string();
-  text.srdf = srdf ? readTextFile(*srdf) : "";
-  text.srdf_name = srdf ? srdf->string() : text.urdf_name;
-  if (thresholds) text.thresholds = readTextFile(*thresholds);
-  text.thresholds_name = thresholds ? thresholds->string() : "";
-  text.folder = std::filesystem::absolute(urdf).parent_path();
-  return withWarnings(makeRobot(std::move(text), std::move(options), threads));
 }
 
 // --- objects
@@ -257,6 +235,41 @@ scene::ObjectEdit editOf(Operation operation, const std::string& name, scene::Ob
   return edit;
 }
 
+// --- files
+
+/// Returns the robot, or that with the objects of its configuration, and gives the warnings of the load.
+std::unique_ptr<Robot> asConfigured(std::unique_ptr<Robot> robot) {
+  for (const std::string& warning : warningsOf(*robot->model())) warn(robot->text().urdf_name + ": " + warning);
+  scene::ConfigFile config = configOf(robot->text(), robot->options());
+  for (const std::string& warning : config.warnings) warn(warning);
+  if (!config.robot.uncertaintyOf(robot->model()->robot).isZero())
+    warn(robot->text().config_name + ": its uncertainty counts where a question is given it: guaranteed()");
+  scene::ObjectFile& file = config.robot.objects;
+  if (file.objects.empty() && file.rules.empty()) return robot;
+  return withObjects(*robot, std::move(file.objects), file.rules, ObjectWarnings::Give);
+}
+
+std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
+                                    const std::optional<std::filesystem::path>& thresholds,
+                                    const std::optional<std::filesystem::path>& config, LoadOptions options,
+                                    std::optional<int> threads) {
+  std::error_code is_no_path;  // a text may be longer than a path can be
+  if (urdf.native().find('<') != std::string::npos && !std::filesystem::exists(urdf, is_no_path))
+    throw std::invalid_argument("the first argument is the path of a URDF; Robot.from_text takes its text");
+  RobotText text;
+  text.urdf = readTextFile(urdf);
+  text.urdf_name = urdf.string();
+  text.srdf = srdf ? readTextFile(*srdf) : "";
+  text.srdf_name = srdf ? srdf->string() : text.urdf_name;
+  if (thresholds) text.thresholds = readTextFile(*thresholds);
+  text.thresholds_name = thresholds ? thresholds->string() : "";
+  if (config) text.config = readTextFile(*config);
+  text.config_name = config ? config->string() : "";
+  if (config) text.config_folder = std::filesystem::absolute(*config).parent_path();
+  text.folder = std::filesystem::absolute(urdf).parent_path();
+  return asConfigured(makeRobot(std::move(text), std::move(options), threads));
+}
+
 // --- pickles
 
 py::dict stateOf(const Robot& robot) {
@@ -270,14 +283,15 @@ py::dict stateOf(const Robot& robot) {
     objects.append(py::make_tuple(name, describedObject(*robot.objects()->object(number))));
   for (const scene::WrittenRule& rule : robot.rules())
     rules.append(py::make_tuple(rule.a, rule.b, rule.rule == scene::AllowedPairs::Rule::Allowed));
-  return py::dict("urdf"_a = text.urdf, "srdf"_a = text.srdf, "urdf_name"_a = text.urdf_name,
-                  "srdf_name"_a = text.srdf_name, "folder"_a = text.folder.string(), "thresholds"_a = text.thresholds,
-                  "thresholds_name"_a = text.thresholds_name, "mesh_tolerance"_a = options.mesh_tolerance,
-                  "padding"_a = options.padding, "packages"_a = options.packages, "group"_a = options.pairs.group,
-                  "exclude_pairs"_a = options.pairs.exclude_pairs, "only_pairs"_a = options.pairs.only_pairs,
-                  "allow_missing_meshes"_a = options.allow_missing_meshes,
-                  "allow_broken_mimics"_a = options.allow_broken_mimics, "threads"_a = robot.threads(),
-                  "objects"_a = objects, "rules"_a = rules);
+  return py::dict(
+      "urdf"_a = text.urdf, "srdf"_a = text.srdf, "urdf_name"_a = text.urdf_name, "srdf_name"_a = text.srdf_name,
+      "folder"_a = text.folder.string(), "thresholds"_a = text.thresholds, "thresholds_name"_a = text.thresholds_name,
+      "config"_a = text.config, "config_name"_a = text.config_name, "config_folder"_a = text.config_folder.string(),
+      "mesh_tolerance"_a = options.mesh_tolerance, "padding"_a = options.padding, "packages"_a = options.packages,
+      "group"_a = options.pairs.group, "exclude_pairs"_a = options.pairs.exclude_pairs,
+      "only_pairs"_a = options.pairs.only_pairs, "allow_missing_meshes"_a = options.allow_missing_meshes,
+      "allow_broken_mimics"_a = options.allow_broken_mimics, "threads"_a = robot.threads(), "objects"_a = objects,
+      "rules"_a = rules);
 }
 
 template <typename Value>
@@ -287,15 +301,21 @@ Value valueOf(const py::dict& state, const char* name) {
 
 std::unique_ptr<Robot> robotOf(const py::dict& state) {
   using Text = std::string;
-  RobotText text{valueOf<Text>(state, "urdf"),           valueOf<Text>(state, "srdf"),
-                 valueOf<Text>(state, "urdf_name"),      valueOf<Text>(state, "srdf_name"),
-                 valueOf<Text>(state, "folder"),         valueOf<std::optional<Text>>(state, "thresholds"),
-                 valueOf<Text>(state, "thresholds_name")};
-  LoadOptions options =
-      loadOptions(valueOf<double>(state, "mesh_tolerance"), valueOf<std::optional<Folders>>(state, "packages"),
-                  valueOf<double>(state, "padding"), valueOf<Text>(state, "group"),
-                  valueOf<NamePairs>(state, "exclude_pairs"), valueOf<NamePairs>(state, "only_pairs"),
-                  valueOf<bool>(state, "allow_missing_meshes"), valueOf<bool>(state, "allow_broken_mimics"));
+  RobotText text{valueOf<Text>(state, "urdf"),
+                 valueOf<Text>(state, "srdf"),
+                 valueOf<Text>(state, "urdf_name"),
+                 valueOf<Text>(state, "srdf_name"),
+                 valueOf<Text>(state, "folder"),
+                 valueOf<std::optional<Text>>(state, "thresholds"),
+                 valueOf<Text>(state, "thresholds_name"),
+                 valueOf<std::optional<Text>>(state, "config"),
+                 valueOf<Text>(state, "config_name"),
+                 valueOf<Text>(state, "config_folder")};
+  LoadOptions options = loadOptions(
+      valueOf<std::optional<double>>(state, "mesh_tolerance"), valueOf<std::optional<Folders>>(state, "packages"),
+      valueOf<std::optional<double>>(state, "padding"), valueOf<Text>(state, "group"),
+      valueOf<NamePairs>(state, "exclude_pairs"), valueOf<NamePairs>(state, "only_pairs"),
+      valueOf<bool>(state, "allow_missing_meshes"), valueOf<bool>(state, "allow_broken_mimics"));
   std::unique_ptr<Robot> robot = makeRobot(std::move(text), std::move(options), valueOf<int>(state, "threads"));
   std::vector<scene::ObjectEdit> objects;
   for (const auto& [name, object] : valueOf<std::vector<std::pair<Text, py::object>>>(state, "objects"))
@@ -336,14 +356,17 @@ constexpr char kLoadDoc[] = R"(Reads a URDF from a file.
 urdf             path of the file; Robot.from_text takes the text
 srdf             path of a file that tells which pairs not to check; None: neighbours are not checked, but all other
                  pairs are
-mesh_tolerance   [m] how far the convex pieces may lie from the mesh that they stand for; 0: its triangles
+mesh_tolerance   [m] how far the convex pieces may lie from the mesh that they stand for; 0: its triangles; None: that
+                 of `config`, or 0.005
 packages         folders in which package:// is looked for; None: those of ROS_PACKAGE_PATH, and /usr/share
-padding          [m] is added to every piece
-group            of the SRDF: only pairs that its joints can move are checked; "": all
-exclude_pairs    pairs of names of links that are not checked
+padding          [m] is added to every piece; None: that of `config`, or 0
+group            of the SRDF: only pairs that its joints can move are checked; "": that of `config`, or all
+exclude_pairs    pairs of names of links that are not checked, in place of those of `config`
 only_pairs       if there are any, no other pair is checked
 thresholds       path of YAML with the stop and warn distances, also those of single pairs, links and groups; then rows
-                 about pairs have a level. None: they have none
+                 about pairs have a level. None: those of `config`, or none
+config           path of YAML with the node's parameters, or of a dump of rosparam: what they say about geometry, pairs,
+                 coupled limits, levels and objects counts; an argument that says otherwise is stronger
 allow_missing_meshes  True: a mesh that cannot be read is a warning, and that geometry is NOT checked
 allow_broken_mimics   True: a mimic that makes no sense, as of a joint that does not exist, is a warning, and the joint
                  has a column of its own
@@ -355,11 +378,12 @@ Raises OSError (FileNotFoundError, ...) for a file that cannot be read, and Valu
 file and link, joint or mesh. What is odd but legal is a UserWarning.)";
 
 constexpr char kFromTextDoc[] =
-    R"(Reads a URDF from its text; the SRDF and the thresholds are texts too, "" if there are none.
+    R"(Reads a URDF from its text; the SRDF, the thresholds and the configuration are texts too, "" if
+there are none.
 
 Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
 
-constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object; one of the same name is replaced.
+constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object.
 
 name         neither that of a link nor "*"; the pairs with the object are named by it
 shapes       a shape (proximity.Box, Sphere, Mesh, ...), or a list of shapes and of pairs of a shape and its pose in the
@@ -372,7 +396,7 @@ touch_links  other links that it may touch then
 frame        a link that the object moves with, but that may not touch it; "": it stands still
 padding      [m] is added to every shape
 Meshes become convex pieces with the robot's mesh_tolerance. An object that stands still is not checked against links
-that do. Raises ValueError naming the object and what is wrong.)";
+that do. Raises ValueError naming the object and what is wrong; also for a name that is there.)";
 
 constexpr char kWithObjectsDoc[] =
     R"(Returns the robot with the objects of a file, and with its rules about what may touch.
@@ -430,36 +454,41 @@ void declareJoint(py::module_& module) {
 }
 
 void declareConstructors(py::class_<Robot>& robot) {
-  robot.def(
-      py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
-                  double mesh_tolerance, const std::optional<Folders>& packages, double padding, std::string group,
-                  NamePairs exclude_pairs, NamePairs only_pairs, const std::optional<std::filesystem::path>& thresholds,
-                  bool allow_missing_meshes, bool allow_broken_mimics, std::optional<int> threads) {
-        return robotOfFiles(urdf, srdf, thresholds,
-                            loadOptions(mesh_tolerance, packages, padding, std::move(group), std::move(exclude_pairs),
-                                        std::move(only_pairs), allow_missing_meshes, allow_broken_mimics),
-                            threads);
-      }),
-      kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = 0.005, "packages"_a = py::none(),
-      "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{}, "only_pairs"_a = NamePairs{},
-      "thresholds"_a = py::none(), "allow_missing_meshes"_a = false, "allow_broken_mimics"_a = false,
-      "threads"_a = py::none());
+  robot.def(py::init([](const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,
+                        std::optional<double> mesh_tolerance, const std::optional<Folders>& packages,
+                        std::optional<double> padding, std::string group, NamePairs exclude_pairs, NamePairs only_pairs,
+                        const std::optional<std::filesystem::path>& thresholds,
+                        const std::optional<std::filesystem::path>& config, bool allow_missing_meshes,
+                        bool allow_broken_mimics, std::optional<int> threads) {
+              return robotOfFiles(
+                  urdf, srdf, thresholds, config,
+                  loadOptions(mesh_tolerance, packages, padding, std::move(group), std::move(exclude_pairs),
+                              std::move(only_pairs), allow_missing_meshes, allow_broken_mimics),
+                  threads);
+            }),
+            kLoadDoc, "urdf"_a, "srdf"_a = py::none(), py::kw_only(), "mesh_tolerance"_a = py::none(),
+            "packages"_a = py::none(), "padding"_a = py::none(), "group"_a = "", "exclude_pairs"_a = NamePairs{},
+            "only_pairs"_a = NamePairs{}, "thresholds"_a = py::none(), "config"_a = py::none(),
+            "allow_missing_meshes"_a = false, "allow_broken_mimics"_a = false, "threads"_a = py::none());
   robot.def_static(
       "from_text",
-      [](const std::string& urdf, const std::string& srdf, const std::filesystem::path& folder, double mesh_tolerance,
-         const std::optional<Folders>& packages, double padding, std::string group, NamePairs exclude_pairs,
-         NamePairs only_pairs, const std::string& thresholds, bool allow_missing_meshes, bool allow_broken_mimics,
-         std::optional<int> threads) {
-        return withWarnings(
-            makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder),
-                       thresholds.empty() ? std::nullopt : std::make_optional(thresholds), "the thresholds"},
+      [](const std::string& urdf, const std::string& srdf, const std::filesystem::path& folder,
+         std::optional<double> mesh_tolerance, const std::optional<Folders>& packages, std::optional<double> padding,
+         std::string group, NamePairs exclude_pairs, NamePairs only_pairs, const std::string& thresholds,
+         const std::string& config, bool allow_missing_meshes, bool allow_broken_mimics, std::optional<int> threads) {
+        const auto given = [](const std::string& text) {
+          return text.empty() ? std::nullopt : std::make_optional(text);
+        };
+        return asConfigured(
+            makeRobot({urdf, srdf, "the URDF", "the SRDF", std::filesystem::absolute(folder), given(thresholds),
+                       "the thresholds", given(config), "the configuration", std::filesystem::absolute(folder)},
                       loadOptions(mesh_tolerance, packages, padding, std::move(group), std::move(exclude_pairs),
                                   std::move(only_pairs), allow_missing_meshes, allow_broken_mimics),
                       threads));
       },
-      kFromTextDoc, "urdf"_a, "srdf"_a = "", py::kw_only(), "folder"_a = ".", "mesh_tolerance"_a = 0.005,
-      "packages"_a = py::none(), "padding"_a = 0.0, "group"_a = "", "exclude_pairs"_a = NamePairs{},
-      "only_pairs"_a = NamePairs{}, "thresholds"_a = "", "allow_missing_meshes"_a = false,
+      kFromTextDoc, "urdf"_a, "srdf"_a = "", py::kw_only(), "folder"_a = ".", "mesh_tolerance"_a = py::none(),
+      "packages"_a = py::none(), "padding"_a = py::none(), "group"_a = "", "exclude_pairs"_a = NamePairs{},
+      "only_pairs"_a = NamePairs{}, "thresholds"_a = "", "config"_a = "", "allow_missing_meshes"_a = false,
       "allow_broken_mimics"_a = false, "threads"_a = py::none());
 }
 
@@ -492,6 +521,8 @@ void declareObjects(py::class_<Robot>& robot) {
       "with_object",
       [](const Robot& self, const std::string& name, const py::object& shapes, const py::object& pose,
          const std::string& link, Names touch_links, const std::string& frame, double padding) {
+        if (self.objects()->find(name) >= 0)
+          throw std::invalid_argument("object " + scene::quoted(name) + ": there is one already; without() removes it");
         std::vector<scene::ObjectEdit> objects{
             objectOf(name, shapes, pose, link, std::move(touch_links), frame, padding)};
         return withObjects(self, std::move(objects), {}, ObjectWarnings::Give);

@@ -33,7 +33,8 @@ struct LoadedRobot {
 
 Robot::Robot(RobotText text, LoadOptions options, int threads, const std::atomic<bool>* stop)
     : loaded_(std::make_shared<const LoadedRobot>(std::move(text), std::move(options), stop)), threads_(1) {
-  objects_ = std::make_shared<const scene::Objects>(scene::noObjects(loaded_->model));
+  objects_ = std::make_shared<const scene::Objects>(
+      scene::noObjects(loaded_->model, configOf(loaded_->text, loaded_->options).robot.free_objects));
   setThreads(threads);
 }
 

@@ -3,6 +3,7 @@
 
 import math
 import pathlib
+import pickle
 import tempfile
 import unittest
 
@@ -124,6 +125,43 @@ class OnPaper(unittest.TestCase):
         self.assertEqual(Level.CLEAR, balls(thresholds="{}").level([0.0, 0.0, 0.0])["level"])
 
 
+class OfAConfiguration(unittest.TestCase):
+    """What the node's own parameters say; base and arm are 0.7 m apart at 0."""
+
+    Q = [0.0, 0.0, 0.0]
+
+    def test_padding_pairs_and_levels_count_and_arguments_are_stronger(self):
+        text = "default_padding: 0.05\nwarn_distance: 0.61\nonly_pairs: [[base, arm]]\nmesh_tolerance: 0.001"
+        robot = balls(config=text, only_pairs=[])
+        self.assertEqual([("base", "arm")], robot.pairs)
+        row = robot.level(self.Q)
+        self.assertAlmostEqual(0.6, row["distance"], delta=1e-12)
+        self.assertEqual(Level.WARN, row["level"])
+        self.assertEqual(Level.CLEAR, balls(config=text, padding=0.0).level(self.Q)["level"])
+        self.assertEqual(Level.STOP, balls(config=text, thresholds="stop_distance: 0.6001\nwarn_distance: 1")
+                         .level(self.Q)["level"])
+
+    def test_objects_stand_there_and_survive_a_pickle(self):
+        text = ("check_free_objects: true\n"
+                "objects: [{id: ball, pose: {position: [0, 0, 9]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}]")
+        robot = balls(config=text)
+        self.assertEqual(["ball"], list(robot.objects))
+        copy = pickle.loads(pickle.dumps(robot))
+        self.assertEqual(["ball"], list(copy.objects))
+        self.assertEqual(robot.level(self.Q).tobytes(), copy.level(self.Q).tobytes())
+
+    def test_what_only_a_node_uses_is_a_warning_and_what_is_wrong_an_error(self):
+        with self.assertWarnsRegex(UserWarning, "only a running node uses rate, lookahead"):
+            proximity.Robot.from_text(BALLS, config="rate: 50\nlookahead: 1")
+        with self.assertWarnsRegex(UserWarning, "its uncertainty counts where a question is given it"):
+            proximity.Robot.from_text(BALLS, config="joint_uncertainty: 0.1")
+        for text, message in (("default_padding: -1", "the configuration, line 1: default_padding is -1"),
+                              ("robots: {left: {description: a}}", "robots describes several robots"),
+                              ("link_padding: {nobody: 1}", "nobody"), ("link_stop_distance: {nobody: 0}", "nobody")):
+            with self.assertRaisesRegex(ValueError, message):
+                balls(config=text)
+
+
 class Refusals(InFolder):
     def test_without_thresholds_there_are_no_levels(self):
         robot = balls()
@@ -132,9 +170,9 @@ class Refusals(InFolder):
             robot.level([0.0, 0.0, 0.0])
 
     def test_what_is_wrong_is_named_with_its_place(self):
-        for text, words in (("stop_distanc: 1", "the thresholds.*stop_distanc"), ("stop_distance: -1", "the thresholds.*negative"),
+        for text, words in (("stop_distanc: 1", "the thresholds.*stop_distanc"), ("stop_distance: -1", "the thresholds.*is -1, outside of"),
                             ("link_stop_distance: {moon: 1}", "the thresholds: link_stop_distance.*moon"),
-                            ("stop_distance: 1", "the stop distance of two links is 1, above")):
+                            ("stop_distance: 1", "the thresholds: stop_distance is 1, above warn_distance")):
             with self.subTest(text), self.assertRaisesRegex(ValueError, words):
                 balls(thresholds=text)
 

@@ -1,5 +1,5 @@
 // How close a robot is to itself and to objects in recorded or planned states, without a ROS master.
-#include "proximity_server/scene/levels/level_thresholds.h"
+#include "proximity_server/scene/configuration/robot_config.h"
 #include "proximity_server/scene/loading/model_options.h"
 #include "proximity_server/scene/query/question.h"
 #include "tools/clearance/clearance_assertion.h"
@@ -45,12 +45,61 @@
 namespace proximity_server::tools {
 namespace {
 
-std::optional<scene::LevelThresholds> thresholdsOf(const ClearanceOptions& options, const scene::RobotModel& robot) {
+scene::LevelThresholds thresholdsOf(const scene::ConfigFile& file, const std::string& path, const RobotFiles& files,
+                                    const scene::RobotModel& robot) {
+  const std::string srdf = srdfOf(files);
+  return naming(path, [&] { return file.robot.thresholdsOf(robot, {srdf}, file.levels); });
+}
+
+/// Why a question has no levels or no uncertainty of --config, although no option is wrong; "" if it has both.
+std::string withoutLevels(const ClearanceOptions& options) {
+  const PairSelection& selection = options.question.selection;
+  if (options.rows == RowKind::Segment) return "--trajectory";
+  if (options.format == RowFormat::Npy) return "--format npy";
+  if (options.accuracy || selection.accuracy > 0.0) return "--accuracy";
+  if (selection.kind == PairSelection::Kind::Any) return "--pairs any";
+  const bool is_plot = !options.plot.empty() && selection.kind == PairSelection::Kind::Minimum;
+  return is_plot ? "--plot, which shows the closest pairs, and --pairs minimum" : "";
+}
+
+std::string withoutUncertainty(const ClearanceOptions& options) {
+  if (options.question.filter == PairFilter::Off) return "--no-filter";
+  if (options.sweep.isPart()) return "--shard and --range";
+  return withoutLevels(options);
+}
+
+/// Sets the thresholds: those of --thresholds, or of --config where levels go.
+void setThresholds(const ClearanceOptions& options, const scene::ConfigFile& config, ClearanceQuestion& question) {
+  const RobotFiles& files = options.robot;
+  const scene::RobotModel& robot = question.model->robot;
   const std::string& path = options.question.thresholds_file;
-  if (path.empty()) return std::nullopt;
-  const scene::ThresholdFile file = scene::thresholdsFrom(readTextFile(path), path);
-  const std::string srdf = options.robot.srdf.empty() ? "" : readTextFile(options.robot.srdf);
-  return naming(path, [&] { return scene::levelThresholds(robot, {srdf}, file.rules, file.defaults); });
+  if (!path.empty()) {
+    question.thresholds = thresholdsOf(scene::thresholdsFrom(readTextFile(path), path), path, files, robot);
+  } else if (!files.config.empty()) {
+    const std::string without = withoutLevels(options);
+    if (!without.empty())
+      return printWarnings({files.config + ": there are no levels with " + without + "."}, files.warnings);
+    question.thresholds = thresholdsOf(config, files.config, files, robot);
+    question.thresholds_file = files.config;
+  }
+}
+
+/// Sets the uncertainty: that of --joint-uncertainty, or of --config where it goes.
+void setUncertainty(const ClearanceOptions& options, const scene::ConfigFile& config, ClearanceQuestion& question) {
+  const RobotFiles& files = options.robot;
+  if (!question.uncertainty_text.empty()) {
+    JointUncertainty uncertainty = uncertaintyFrom(question.uncertainty_text, question.model->robot);
+    printWarnings(uncertainty.warnings, files.warnings);
+    question.uncertainty = std::move(uncertainty.of_robot);
+    return;
+  }
+  scene::Uncertainty uncertainty =
+      naming(files.config, [&] { return config.robot.uncertaintyOf(question.model->robot); });
+  if (uncertainty.isZero()) return;
+  const std::string without = withoutUncertainty(options);
+  if (!without.empty())
+    return printWarnings({files.config + ": its uncertainty is not used with " + without + "."}, files.warnings);
+  question.uncertainty = std::move(uncertainty);
 }
 
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
@@ -58,12 +107,9 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
   if (options.accuracy) question.selection.accuracy = *options.accuracy;
   question.model = loadSceneModel(options.robot);
   printWarningsOf(*question.model, options.robot.warnings);
-  question.thresholds = thresholdsOf(options, question.model->robot);
-  if (!question.uncertainty_text.empty()) {
-    JointUncertainty uncertainty = uncertaintyFrom(question.uncertainty_text, question.model->robot);
-    printWarnings(uncertainty.warnings, options.robot.warnings);
-    question.uncertainty = std::move(uncertainty.of_robot);
-  }
+  const scene::ConfigFile config = configOf(options.robot);
+  setThresholds(options, config, question);
+  setUncertainty(options, config, question);
   if (!question.tracking_error_text.empty()) {
     TrackingError error = trackingErrorFrom(question.tracking_error_text, question.model->robot);
     printWarnings(error.warnings, options.robot.warnings);
@@ -72,6 +118,7 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
   if (!question.start_text.empty()) question.start = startFrom(question.start_text, question.model->robot);
   question.pairs = checkedPairs(*question.model, question.filter);
   question.objects = loadObjects(options.question.objects_file, options.robot, question.model);
+  if (question.objects && question.objects_file.empty()) question.objects_file = options.robot.config;
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
   if (question.pairs.empty() && !question.objects)
     throw std::invalid_argument(options.robot.urdf + ": no pair of links is checked");
@@ -179,11 +226,12 @@ nlohmann::ordered_json askedBy(const ClearanceOptions& options, const ClearanceQ
   nlohmann::ordered_json asked = describe(question, options.format, states, 0);
   asked.erase("pairs");
   asked["command"] = options.command;
-  asked["mesh_tolerance"] = options.robot.mesh_tolerance.value_or(scene::ModelOptions().mesh_tolerance);
+  asked["mesh_tolerance"] = configOf(options.robot).robot.model.mesh_tolerance;
   asked["tolerance"] = options.rows == RowKind::State ? scene::Question().tolerance : question.motion.tolerance;
   asked["files"] = nlohmann::ordered_json::array();
   for (const auto& [name, text] : {std::pair{"URDF", options.robot.urdf},
                                    {"SRDF", options.robot.srdf},
+                                   {"configuration", options.robot.config},
                                    {"objects", question.objects_file},
                                    {"thresholds", question.thresholds_file},
                                    {"joint uncertainty", question.uncertainty_text},

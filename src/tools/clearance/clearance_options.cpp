@@ -148,8 +148,8 @@ void requireConsistent(const ClearanceOptions& options) {
   require(!has_accuracy || (!has_thresholds && !has_second),
           "--accuracy does not go with --thresholds and --second-opinion, which need the distance");
   const bool is_uncertain = !options.question.uncertainty_text.empty();
-  require(!is_uncertain || (!is_any && !has_accuracy && !has_thresholds),
-          "--joint-uncertainty does not go with --pairs any, --accuracy and --thresholds");
+  require(!is_uncertain || (!is_any && !has_accuracy),
+          "--joint-uncertainty does not go with --pairs any and --accuracy");
   require(!is_uncertain || options.question.filter == PairFilter::On,
           "--joint-uncertainty does not go with --no-filter");
   require(!is_uncertain || (is_whole && !is_npy),

@@ -54,7 +54,7 @@ struct ClearanceQuestion {
   /// Those of the filter, if there are objects; nullopt: all pairs that have geometry.
   std::optional<scene::Candidates> candidates;
   std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for segments
-  /// nullopt: the states are exact. For states and the filter's pairs; not with levels, accuracy and Kind::Any.
+  /// nullopt: the states are exact. For states and the filter's pairs; not with accuracy and Kind::Any.
   std::optional<scene::Uncertainty> uncertainty;
   /// "": none
   std::string objects_file, thresholds_file, uncertainty_text, tracking_error_text, start_text;

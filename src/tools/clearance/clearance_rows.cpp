@@ -156,7 +156,10 @@ void addState(std::uint64_t state, const scene::PairProximity& pair, const Surro
   row.add("state", state);
   addPair(pair, named, row);
   const bool is_known = pair.result.status != narrowphase::Status::Unknown;
-  if (thresholds) row.add("level", is_known ? toString(scene::levelOf(pair, *thresholds).level) : "INVALID");
+  const auto level = [&] {
+    return guaranteed ? levelOf(pair, *guaranteed, *thresholds).level : levelOf(pair, *thresholds).level;
+  };
+  if (thresholds) row.add("level", is_known ? toString(level()) : "INVALID");
   if (guaranteed) row.add("guaranteed", *guaranteed);
 }
 

@@ -1,5 +1,6 @@
 #include "tools/clearance/state_answers.h"
 
+#include "proximity_server/scene/answers/assessment.h"
 #include "proximity_server/scene/answers/deciding_pair.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/guaranteed/guaranteed_distances.h"
@@ -162,7 +163,8 @@ class SceneAnswers : public StateAnswers {
   template <typename Tell>
   void answer(const scene::Pairs& pairs, scene::Scene& scene, const scene::State& state,
               scene::GuaranteedDistances* guaranteed, const Tell& tell) const {
-    const bool is_guaranteed_minimum = guaranteed && question_.selection.kind == Kind::Minimum;
+    const bool is_minimum = question_.selection.kind == Kind::Minimum;
+    const bool is_guaranteed_minimum = guaranteed && is_minimum && !question_.thresholds;
     const bool wants_closest = wants_ == WantsClosest::Yes;
     scene::GuaranteedMinimum smallest;
     if (is_guaranteed_minimum || (guaranteed && wants_closest))
@@ -170,7 +172,12 @@ class SceneAnswers : public StateAnswers {
     std::vector<scene::PairProximity> listed{smallest.pair}, minimum;
     std::vector<double> of_listed{smallest.guaranteed};
     int unknown = smallest.unknown;
-    if (!is_guaranteed_minimum) {
+    if (guaranteed && is_minimum && question_.thresholds) {
+      const scene::Assessment assessed = assess(scene, state, *guaranteed);
+      listed = {assessed.deciding.pair};
+      of_listed = {assessed.deciding.guaranteed};
+      unknown = assessed.counts.unknown;
+    } else if (!is_guaranteed_minimum) {
       listed = ask(pairs, scene, state);
       unknown = scene.counts().unknown;
       of_listed.clear();
@@ -189,6 +196,17 @@ class SceneAnswers : public StateAnswers {
     }
     if (wants_closest) answer.closest = &closest;
     tell(answer);
+  }
+
+  /// The level in all states that may be the true one, as the node finds it.
+  scene::Assessment assess(scene::Scene& scene, const scene::State& state,
+                           scene::GuaranteedDistances& guaranteed) const {
+    const std::vector<std::optional<double>> none_stated(question_.model->robot.joints.size());
+    scene::AssessmentQuestion asked{*question_.thresholds, none_stated};
+    asked.guaranteed = &guaranteed;
+    scene::Assessment assessed;
+    scene::assess(scene, state, asked, assessed);
+    return assessed;
   }
 
   std::vector<scene::PairProximity> ask(const scene::Pairs& pairs, scene::Scene& scene,

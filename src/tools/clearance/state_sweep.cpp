@@ -194,8 +194,11 @@ class StateSweep {
     const auto& thresholds = question_.thresholds;
     if (!thresholds || (kind_ != PairSelection::Kind::Minimum && kind_ != PairSelection::Kind::All)) return;
     scene::ClearanceLevel worst = scene::ClearanceLevel::Clear;
-    for (const scene::PairProximity* pair = listed.begin; pair != listed.end; ++pair)
-      worst = std::max(worst, levelOf(*pair, *thresholds).level);
+    for (const scene::PairProximity* pair = listed.begin; pair != listed.end; ++pair) {
+      const bool is_exact = listed.guaranteed == nullptr;
+      worst = std::max(worst, is_exact ? levelOf(*pair, *thresholds).level
+                                       : levelOf(*pair, listed.guaranteed[pair - listed.begin], *thresholds).level);
+    }
     counter.addLevel(worst);
   }
 

@@ -79,7 +79,7 @@ scene::RobotModel loadVisual(const CheckArguments& arguments, const std::string&
   options.allow_missing_meshes = true;
   options.allow_broken_mimics = arguments.robot.allow_broken_mimics;
   const std::string folder = std::filesystem::absolute(arguments.robot.urdf).parent_path();
-  return scene::loadRobotModel(visualAsCollision(urdf), meshResolver(folder), options);
+  return scene::loadRobotModel(visualAsCollision(urdf), meshResolver(configOf(arguments.robot).robot, folder), options);
 }
 
 std::vector<Finding> findAll(const CheckArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,

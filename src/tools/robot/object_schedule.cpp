@@ -20,10 +20,10 @@ bool isDue(const scene::Moment& moment, long row, std::optional<double> time) {
 }  // namespace
 
 ObjectSchedule::ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& model, const scene::ObjectFile& file,
-                               const scene::ObjectOptions& options)
+                               const scene::ObjectOptions& options, scene::ObjectRules::FreeObjects free_objects)
     : model_(model),
       options_(options),
-      now_(std::make_shared<const scene::Objects>(withRules(scene::noObjects(model), file.rules))),
+      now_(std::make_shared<const scene::Objects>(withRules(scene::noObjects(model, free_objects), file.rules))),
       steps_(file.changes) {
   std::vector<scene::ObjectEdit> objects = file.objects;
   for (scene::ObjectEdit& object : objects) makeGeometry(object);
@@ -86,12 +86,15 @@ void ObjectSchedule::makeGeometry(scene::ObjectEdit& edit) {
 
 std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const RobotFiles& robot,
                                             const std::shared_ptr<const scene::SceneModel>& model) {
-  if (path.empty()) return nullptr;
+  const scene::RobotConfig config = configOf(robot).robot;
+  if (path.empty() && config.objects.objects.empty()) return nullptr;
   scene::ObjectOptions how;
-  how.resolve = meshResolver();
-  if (robot.mesh_tolerance) how.meshes.tolerance = *robot.mesh_tolerance;
-  how.meshes.cache = scene::userMeshCache();
-  auto schedule = std::make_shared<ObjectSchedule>(model, scene::readObjectFile(path), how);
+  how.resolve = meshResolver(config);
+  how.meshes.tolerance = config.model.mesh_tolerance;
+  how.meshes.cache = config.model.mesh_cache;
+  how.meshes.time_budget = config.model.mesh_time_budget;
+  auto schedule = std::make_shared<ObjectSchedule>(model, path.empty() ? config.objects : scene::readObjectFile(path),
+                                                   how, config.free_objects);
   printWarnings(schedule->warnings(), robot.warnings);
   return schedule;
 }

@@ -24,7 +24,8 @@ class ObjectSchedule {
   /// before the first state.
   /// Failure: throws std::invalid_argument naming the place in the file, the object and the reason.
   ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& model, const scene::ObjectFile& file,
-                 const scene::ObjectOptions& options);
+                 const scene::ObjectOptions& options,
+                 scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked);
 
   /// Makes the changes that are due before the state of this row and time [s], in their order.
   void advance(long row, std::optional<double> time, const scene::Positions& positions);
@@ -59,8 +60,8 @@ class ObjectSchedule {
   std::vector<std::string> warnings_;
 };
 
-/// Reads the objects of a file, with the meshes as those of the robot, and prints their warnings. nullptr if the name
-/// of the file is "".
+/// Reads the objects of a file, or else of --config, with the meshes as those of the robot, and prints their warnings.
+/// nullptr if there are none.
 /// Failure: throws std::invalid_argument as readObjectFile() and ObjectSchedule do.
 std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const RobotFiles& robot,
                                             const std::shared_ptr<const scene::SceneModel>& model);

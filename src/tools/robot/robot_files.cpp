@@ -4,7 +4,6 @@
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/mesh/readable_file.h"
-#include "proximity_server/scene/pieces/convex_pieces.h"
 #include "system/number_text.h"
 #include "system/whole_file.h"
 #include "tools/program/options.h"
@@ -24,6 +23,11 @@ std::string folderOf(const std::string& file) { return std::filesystem::absolute
 }  // namespace
 
 void addRobotOptions(ProgramOptions& program, RobotFiles& files, const std::string& needs) {
+  program
+      .addText("--config", "FILE", files.config,
+               "the node's parameters, YAML or a dump of rosparam: what they say about geometry, pairs, levels, "
+               "uncertainty and objects counts; an option that says otherwise is stronger")
+      .needs = needs;
   addLength(program, "--mesh-tolerance", files.mesh_tolerance, 0.0,
             "how far pieces may lie from their mesh (default: 0.005; 0: triangles)")
       .needs = needs;
@@ -55,8 +59,22 @@ std::string readTextFile(const std::string& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-scene::MeshResolver meshResolver(const std::string& folder) {
-  return [find = scene::packageResolver(scene::rosPackagePath(), folder)](const std::string& uri) {
+std::string srdfOf(const RobotFiles& files) { return files.srdf.empty() ? "" : readTextFile(files.srdf); }
+
+scene::ConfigFile configOf(const RobotFiles& files) {
+  scene::ConfigFile config;
+  if (!files.config.empty())
+    config = scene::configFrom(readTextFile(files.config), files.config, folderOf(files.config));
+  scene::RobotConfig& robot = config.robot;
+  if (files.mesh_tolerance) robot.model.mesh_tolerance = *files.mesh_tolerance;
+  robot.model.allow_missing_meshes |= files.allow_missing_meshes;
+  robot.model.allow_broken_mimics |= files.allow_broken_mimics;
+  robot.useMeshCache();
+  return config;
+}
+
+scene::MeshResolver meshResolver(const scene::RobotConfig& config, const std::string& folder) {
+  return [find = config.meshResolver(folder)](const std::string& uri) {
     const std::string path = find(uri);
     system::FileRoles::ofProcess().addInput("the mesh", path);
     return path;
@@ -64,19 +82,23 @@ scene::MeshResolver meshResolver(const std::string& folder) {
 }
 
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files) {
-  scene::ModelOptions options;
-  if (files.mesh_tolerance) options.mesh_tolerance = *files.mesh_tolerance;
-  options.allow_missing_meshes = files.allow_missing_meshes;
-  options.allow_broken_mimics = files.allow_broken_mimics;
-  options.mesh_cache = scene::userMeshCache();
+  const scene::ConfigFile config = configOf(files);
+  printWarnings(config.warnings, files.warnings);
+  scene::ModelOptions options = config.robot.model;
   if (files.warnings == Warnings::Shown) options.progress = [](const std::string& what) { std::cerr << what << '\n'; };
-  const std::string srdf = files.srdf.empty() ? "" : readTextFile(files.srdf);
+  const std::string srdf = srdfOf(files);
+  if (!files.srdf.empty() && srdf.find_first_not_of(" \t\r\n") == std::string::npos)
+    printWarnings({files.srdf + ": the file is empty, so only neighbours are not checked."}, files.warnings);
   scene::RobotModel robot = naming(files.urdf, [&] {
-    return scene::loadRobotModel(readTextFile(files.urdf), meshResolver(folderOf(files.urdf)), options);
+    return scene::loadRobotModel(readTextFile(files.urdf), meshResolver(config.robot, folderOf(files.urdf)), options);
   });
-  if (!files.joint_inequalities.empty()) scene::readJointInequalities(files.joint_inequalities, robot);
+  if (files.joint_inequalities.empty())
+    naming(files.config, [&] { config.robot.setInequalities(robot); });
+  else
+    scene::readJointInequalities(files.joint_inequalities, robot);
   return naming(files.srdf.empty() ? files.urdf : files.srdf, [&] {
-    return std::make_shared<const scene::SceneModel>(scene::makeSceneModel(std::move(robot), srdf));
+    return std::make_shared<const scene::SceneModel>(
+        scene::makeSceneModel(std::move(robot), srdf, config.robot.filter));
   });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proximity_server/scene/configuration/robot_config.h"
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/model/robot_model.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
@@ -20,6 +21,7 @@ enum class Warnings : unsigned char { Shown, Hidden };
 struct RobotFiles {
   std::string urdf;
   std::string srdf;                      ///< "": none
+  std::string config;                    ///< the node's parameters, see scene::configFrom(); "": none
   std::optional<double> mesh_tolerance;  ///< [m]; nullopt: the default of the library
   bool allow_missing_meshes = false;     ///< see scene::ModelOptions, as the next
   bool allow_broken_mimics = false;
@@ -27,7 +29,7 @@ struct RobotFiles {
   Warnings warnings = Warnings::Shown;
 };
 
-/// Adds --mesh-tolerance, --allow-missing-meshes and --allow-broken-mimics; `needs` as in Option.
+/// Adds --config, --mesh-tolerance, --allow-missing-meshes and --allow-broken-mimics; `needs` as in Option.
 void addRobotOptions(ProgramOptions& program, RobotFiles& files, const std::string& needs = "");
 
 /// Adds --joint-inequalities.
@@ -36,12 +38,18 @@ void addJointInequalities(ProgramOptions& program, RobotFiles& files);
 /// Adds --quiet.
 void addQuiet(ProgramOptions& program, Warnings& warnings);
 
+/// The text of the SRDF; "" if there is none.
+std::string srdfOf(const RobotFiles& files);
+
 /// The whole text of a file. Throws std::invalid_argument with its name and the reason if it cannot be read.
 std::string readTextFile(const std::string& path);
 
-/// Finds the meshes of a robot or of objects in the packages on ROS_PACKAGE_PATH, relative ones below a folder. Each is
-/// an input of the process. Failure: throws system::FileConflict if it is an output, too.
-scene::MeshResolver meshResolver(const std::string& folder = "");
+/// Finds the meshes of a robot or of objects as RobotConfig::meshResolver() does. Each is an input of the process.
+/// Failure: throws system::FileConflict if it is an output, too.
+scene::MeshResolver meshResolver(const scene::RobotConfig& config, const std::string& folder = "");
+
+/// What the file of --config says, with the other options, which replace it; the defaults of the node without a file.
+scene::ConfigFile configOf(const RobotFiles& files);
 
 /// Loads the same robot and pairs as the node would. Mesh packages are searched on ROS_PACKAGE_PATH; relative paths
 /// start at the folder of the URDF. Throws std::invalid_argument naming file and link.
