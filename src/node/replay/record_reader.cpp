@@ -8,6 +8,7 @@
 #include <rosbag/view.h>
 #include <std_msgs/String.h>
 
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -54,8 +55,9 @@ void RecordReader::read(const OnCycle& on_cycle) {
     rosbag::Bag bag(file_, rosbag::bagmode::Read);
     rosbag::View view(bag);
     for (const rosbag::MessageInstance& message : view) take(message, on_cycle);
-  } catch (const rosbag::BagFormatException& error) {
-    throw std::invalid_argument(file_ + ": it is no bag, or a damaged one: " + error.what());
+  } catch (const rosbag::BagException& error) {
+    const bool is_there = std::filesystem::exists(file_);
+    throw std::invalid_argument(file_ + (is_there ? ": it is no bag, or a damaged one: " : ": ") + error.what());
   } catch (const std::exception& error) {  // rosbag has exceptions of its own
     throw std::invalid_argument(file_ + ": " + error.what());
   }

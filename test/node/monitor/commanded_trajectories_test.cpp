@@ -581,7 +581,7 @@ TEST(CommandedParameters, AreChecked) {
   config.tracking_error.of_joint["to_midle"] = 0.1;
   EXPECT_EQ(scene::errorOf([&] { Robot(kSliders, "", config); }),
             "parameter tracking_error/to_midle: the robot has no such movable joint: did you mean 'to_middle'?");
-  config = {};
+  config = Config();
   config.tracking_error.of_joint["to_middle"] = 0.1;
   EXPECT_EQ(Robot(kSliders, "", config).trackingErrors(), (std::vector<std::optional<double>>{0.01, 0.1, 0.01}));
 }
