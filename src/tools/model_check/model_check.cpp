@@ -96,7 +96,8 @@ std::vector<Finding> findAll(const CheckArguments& arguments, const std::shared_
     options.distance = distance;
     return studyPairs(model, options, [&](StudyStage, double done) { bar.show("pairs of links", done); });
   };
-  append(findings, findPairs(*model, study(0.0)));
+  const LevelShares shares = levelShares(model, {}, levelStates(model->robot, arguments.study.seed));
+  append(findings, findPairs(*model, study(0.0), shares));
   if (arguments.pinch) append(findings, findPinchPoints(*model, study(*arguments.pinch), *arguments.pinch));
   return findings;
 }

@@ -7,6 +7,8 @@
 #include "proximity_server/scene/objects/object.h"
 #include "proximity_server/scene/query/scene.h"
 #include "tools/pair_audit/audit_report.h"
+#include "tools/pair_audit/level_report.h"
+#include "tools/pair_audit/srdf_writer.h"
 #include "tools/robot/robot_text.h"
 
 #include <tinyxml2.h>
@@ -266,7 +268,7 @@ std::string visualAsCollision(const std::string& urdf_xml) {
   return printer.CStr();
 }
 
-std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& study) {
+std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& study, const LevelShares& shares) {
   std::vector<Finding> findings;
   for (const PairEvidence& evidence : study.pairs)
     if (evidence.are_neighbours && entryOf(model, evidence).reason != scene::PairReason::Checked)
@@ -292,6 +294,13 @@ std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& 
     findings.push_back(ofPair(Severity::Error, "srdf", model, study.pairs[i],
                               "checked, but in contact in every state that was tried: an alarm that never ends.",
                               "Disable the pair, or mend its geometry; `pair_audit --write` does the former."));
+  for (const PairLevels& pair : shares.suspects()) {
+    const PairEvidence& evidence = evidenceOf(pair.pair, study);
+    if (!evidence.alwaysInContact())
+      findings.push_back(ofPair(Severity::Warning, "srdf", model, evidence, "checked, but " + contactText(pair) + ".",
+                                "Is it " + suspicionOf(pair) + "? Disabling it costs: " + costOfDisabling(pair, study) +
+                                    ". " + disablingEntry(model.robot, pair)));
+  }
   return findings;
 }
 

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "tools/model_check/findings.h"
+#include "tools/pair_audit/level_shares.h"
 #include "tools/pair_audit/pair_study.h"
 
 #include <memory>
@@ -35,8 +36,9 @@ std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>&
 /// The URDF with its visual geometry in place of its collision geometry. Throws std::invalid_argument for broken XML.
 std::string visualAsCollision(const std::string& urdf_xml);
 
-/// Findings about neighbours, which no filter checks, and about entries of an SRDF that the study contradicts.
-std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& study);
+/// Findings about neighbours, which no filter checks, about entries of an SRDF that the study contradicts, and about
+/// checked pairs that are suspects, see PairLevels::isSuspect().
+std::vector<Finding> findPairs(const scene::SceneModel& model, const PairStudy& study, const LevelShares& shares);
 
 /// Pairs of links whose gap opens to more than `gap` [m] and closes below it: what fits between the two is caught there.
 /// `study` has this distance. Source: ISO 13854, Minimum gaps to avoid crushing of parts of the human body, 2017.

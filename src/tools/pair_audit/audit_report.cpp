@@ -4,22 +4,13 @@
 #include "tools/robot/robot_text.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <sstream>
 
 namespace proximity_server::tools {
 namespace {
 
-/// A length with three significant digits.
-std::string metres(double length) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), "%.3g m", length);
-  return text.data();
-}
-
 /// "in contact", or "within 0.02 m".
-std::string nearText(double near) { return near > kContactDistance ? "within " + metres(near) : "in contact"; }
+std::string nearText(double near) { return near > kContactDistance ? "within " + lengthText(near) : "in contact"; }
 
 std::string toText(NearClass near_class, double near) {
   switch (near_class) {
@@ -36,7 +27,7 @@ std::string toText(NearClass near_class, double near) {
 }
 
 std::string smallestText(const PairEvidence& evidence) {
-  return evidence.contact ? "contact" : metres(evidence.smallest);
+  return evidence.contact ? "contact" : lengthText(evidence.smallest);
 }
 
 /// The evidence for the class of a pair.
@@ -47,17 +38,18 @@ std::string evidenceText(const PairEvidence& evidence) {
     case NearClass::Always:
       return evidence.alwaysInContact()
                  ? "not seen apart" + seen_in
-                 : "from " + smallestText(evidence) + " to " + metres(evidence.largest) + seen_in;
+                 : "from " + smallestText(evidence) + " to " + lengthText(evidence.largest) + seen_in;
     case NearClass::Never:
-      return "closest seen " + metres(evidence.smallest) + "; " +
-             (is_proven ? "proven: at least " + metres(*evidence.proven)
+      return "closest seen " + lengthText(evidence.smallest) + "; " +
+             (is_proven ? "proven: at least " + lengthText(*evidence.proven)
                         : (evidence.near > kContactDistance ? "nothing nearer" : "contact not seen") + seen_in);
     case NearClass::Undecided:
-      return std::string(evidence.within ? "always " : "never ") + nearText(evidence.near) +
-             " so far, but a joint between them can do more than was tried";
+      return std::string(evidence.within ? "always " : "never ") + nearText(evidence.near) + " so far, but " +
+             (evidence.has_known_ranges ? "the time was over before a search"
+                                        : "a joint between them can do more than was tried");
     case NearClass::Sometimes:
       if (evidence.near > kContactDistance)
-        return evidence.contact ? "down to contact" : "down to " + metres(evidence.smallest);
+        return evidence.contact ? "down to contact" : "down to " + lengthText(evidence.smallest);
       break;
   }
   return "";
@@ -80,11 +72,13 @@ class Report {
 
   void addSummary() {
     text_ << "Robot \"" << model_.robot.name << "\": " << study_.pairs.size() << " pairs of links, " << study_.samples
-          << " random states, " << endText() << ".\n";
+          << " random states, " << endText() << ".\n"
+          << beyondText();
+    if (study_.is_out_of_time) text_ << cutText();
     for (const scene::JointRange& range : scene::jointRanges(model_.robot)) {
       if (scene::hasKnownRange(model_.robot, range.joint)) continue;
       text_ << "Joint \"" << model_.robot.joints[range.joint].name << "\" has no limits; tried from "
-            << metres(range.lower) << " to " << metres(range.upper) << ".\n";
+            << lengthText(range.lower) << " to " << lengthText(range.upper) << ".\n";
     }
     for (const scene::Joint& joint : model_.robot.joints) {
       if (joint.type != scene::Joint::Type::Floating && joint.type != scene::Joint::Type::Planar) continue;
@@ -131,11 +125,11 @@ class Report {
     if (study_.near > kContactDistance) {
       addList("disabled, but they come " + nearText(study_.near),
               linesOf(faults.disabled_but_near, [&](const PairEvidence& evidence) {
-                return reasonText(evidence) + metres(evidence.smallest) + " apart at " +
+                return reasonText(evidence) + lengthText(evidence.smallest) + " apart at " +
                        stateText(model_.robot, evidence.pair, evidence.closest);
               }));
     }
-    addList("checked, but never " + nearText(study_.near), linesOf(faults.checked_but_never, evidenceText));
+    addList("checked, but never " + nearText(study_.measured), linesOf(faults.checked_but_never, evidenceText));
     addList("checked, but always in contact", linesOf(faults.checked_but_always, evidenceText));
     std::vector<std::string> idle;
     for (const scene::IdleEntry& entry : model_.pairs.idle) {
@@ -152,9 +146,9 @@ class Report {
   std::string contactText(const PairEvidence& evidence) const {
     const std::string doubt = isInDoubt(model_, evidence)
                                   ? " (in doubt: what is checked lies up to " +
-                                        metres(deviationOf(model_.robot, evidence.pair)) + " from the meshes)"
+                                        lengthText(deviationOf(model_.robot, evidence.pair)) + " from the meshes)"
                                   : "";
-    return "in contact, " + metres(evidence.contact_depth) + " deep" + doubt + ", at " +
+    return "in contact, " + lengthText(evidence.contact_depth) + " deep" + doubt + ", at " +
            stateText(model_.robot, evidence.pair, *evidence.contact);
   }
 
@@ -167,8 +161,36 @@ class Report {
       case SamplingEnd::AllKnown:
         return "after which every pair had been seen in contact and " +
                (study_.near > kContactDistance ? "not " + nearText(study_.near) : "apart");
+      case SamplingEnd::OutOfTime:
+        return "after which the time was over";
     }
     return "";
+  }
+
+  /// How many pairs an SRDF may disable as "Never", and what that stands on.
+  std::string beyondText() const {
+    int beyond = 0, unproven = 0;
+    const PairEvidence* closest = nullptr;
+    for (const PairEvidence& evidence : study_.pairs) {
+      if (evidence.are_neighbours || !evidence.isBeyond()) continue;
+      ++beyond;
+      if (evidence.isProvenBeyond()) continue;
+      ++unproven;
+      if (!closest || evidence.smallest < closest->smallest) closest = &evidence;
+    }
+    return "Never " + nearText(study_.measured) + ": " + std::to_string(beyond) + " pairs, " +
+           std::to_string(beyond - unproven) + " of them proven" +
+           (closest ? "; of the other " + std::to_string(unproven) + " the closest seen is " + names(*closest) + ", " +
+                          lengthText(closest->smallest)
+                    : "") +
+           ".\n";
+  }
+
+  /// What was not looked at.
+  std::string cutText() const {
+    const auto is_open = [](const PairEvidence& evidence) { return !evidence.is_searched; };
+    return "The time was over: " + std::to_string(std::count_if(study_.pairs.begin(), study_.pairs.end(), is_open)) +
+           " pairs were not searched, and proofs were cut short. Another run may have looked at more.\n";
   }
 
   std::string names(const PairEvidence& evidence) const {
@@ -234,7 +256,7 @@ SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study
       }
     }
     if (reason != scene::PairReason::Checked) continue;
-    if (evidence.nearClass() == NearClass::Never) faults.checked_but_never.push_back(i);
+    if (evidence.isBeyond()) faults.checked_but_never.push_back(i);
     if (evidence.alwaysInContact()) faults.checked_but_always.push_back(i);
   }
   return faults;

@@ -11,7 +11,7 @@ struct SrdfFaults {
   std::vector<int> disabled_but_touch;    ///< dangerous: nobody would report their collisions; without neighbours
   std::vector<int> disabled_by_decision;  ///< they touch, too, but the SRDF says why, see scene::isDecision()
   std::vector<int> disabled_but_near;     ///< seen near, see PairEvidence::near, but never in contact
-  std::vector<int> checked_but_never;     ///< never near: their checks are useless
+  std::vector<int> checked_but_never;     ///< see PairEvidence::isBeyond(): their checks are useless
   std::vector<int> checked_but_always;    ///< they raise an alarm in every state
 };
 SrdfFaults findSrdfFaults(const scene::SceneModel& model, const PairStudy& study);

@@ -2,6 +2,7 @@
 #include "proximity_server/scene/levels/always_near.h"
 #include "system/whole_file.h"
 #include "tools/pair_audit/audit_report.h"
+#include "tools/pair_audit/level_report.h"
 #include "tools/pair_audit/level_shares.h"
 #include "tools/pair_audit/pair_study.h"
 #include "tools/pair_audit/range_search.h"
@@ -13,6 +14,7 @@
 #include "tools/program/time_budget.h"
 #include "tools/program/tool_main.h"
 #include "tools/robot/robot_files.h"
+#include "tools/states/csv_states.h"
 #include "tools/text/csv.h"
 #include "tools/text/output_file.h"
 
@@ -30,10 +32,16 @@ namespace {
 
 constexpr scene::StopAndWarn kUsual{0.02, 0.05};  // [m] the defaults of the node
 
+/// What --setup does about suspects, see PairLevels: ask a person, or disable them.
+enum class Overlaps : unsigned char { Asked, Accepted };
+
 struct AuditArguments {
   RobotFiles robot;
   StudyOptions study;
   std::string write, write_thresholds, write_limits, setup;
+  std::string rest_text;
+  std::optional<scene::Positions> rest;  ///< of rest_text
+  Overlaps overlaps = Overlaps::Asked;
   std::optional<double> ranges;  ///< [m] how far apart pairs are in the ranges to print
   double safe_distance = 0.0;    ///< [m]
   long boxes = 2000;
@@ -54,6 +62,8 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
             "pairs that are always within it get thresholds of their own (default: 0.05, that of the node)");
   addCount(program, "--samples", study.most_samples, 1, 1000000000,
            "most random states (default: 100000); fewer where the classes of the pairs settle before");
+  addCount(program, "--proof-boxes", study.most_boxes, 1, 1000000000,
+           "parts into which the proof that a pair is never near divides its joint ranges (default: 10000)");
   addCount(program, "--seed", study.seed, 0, std::numeric_limits<long>::max(), "of the random states (default: 1)");
   program.addOutput("--write", "FILE", arguments.write,
                     "an SRDF that disables what is adjacent, always in contact or never near");
@@ -71,8 +81,17 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
   program.addOutput(
       "--setup", "DIR", arguments.setup,
       "a new folder with all that the node needs for the robot: URDF, SRDF, thresholds, launch file, rostest");
-  addTimeBudget(program, study.budget,
-                "end with an error after this time; what it has written by then is complete (default: none)");
+  program
+      .addFlag("--accept-overlaps", arguments.overlaps, Overlaps::Accepted,
+               "disable the pairs that are in contact at rest or in more than half of the states")
+      .needs = "--setup";
+  program
+      .addText("--rest", "\"JOINT=POSITION ...\"", arguments.rest_text,
+               "a state in which the robot rests, the other joints at 0 (default: all)")
+      .needs = "--setup";
+  addTimeBudget(
+      program, study.budget,
+      "look at pairs no longer, and say what is left out; ranges and limits end with an error (default: none)");
   addThreads(program, study.threads);
   program.atMostOneOf({"--joint-inequalities", "--setup"});
 }
@@ -106,11 +125,12 @@ struct Proposal {
   scene::LevelThresholds thresholds() const { return scene::thresholdsWith(near, usual); }
 };
 
-Proposal propose(const AuditArguments& arguments, const scene::SceneModel& model, const PairStudy& study) {
+Proposal propose(const AuditArguments& arguments, const scene::SceneModel& model, const PairStudy& study,
+                 const std::vector<PairLevels>& overlaps = {}) {
   const bool has_srdf = !arguments.write.empty() || (!arguments.setup.empty() && arguments.robot.srdf.empty());
   const bool has_thresholds = !arguments.write_thresholds.empty() || !arguments.setup.empty();
   const std::string given = srdfOf(arguments);
-  const std::string srdf = has_srdf ? writeSrdf(given, model.robot, study) : given;
+  const std::string srdf = withDisabled(has_srdf ? writeSrdf(given, model.robot, study) : given, model.robot, overlaps);
   const auto proposed =
       std::make_shared<const scene::SceneModel>(scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf)});
   return {srdf, proposed, usualOf(arguments.study),
@@ -132,25 +152,58 @@ std::string parametersText(const Proposal& proposal, const RobotFiles& files) {
          (files.allow_broken_mimics ? "allow_broken_mimics: true\n" : "") + thresholdsText(proposal);
 }
 
-void writeSetupOf(const AuditArguments& arguments, const Proposal& proposal) {
-  const RestState rest = restState(proposal.model, proposal.thresholds(), arguments.study.seed);
-  writeSetup(arguments.setup, proposal.model->robot,
-             {arguments.robot.urdf, proposal.srdf, parametersText(proposal, arguments.robot), rest});
-  writeTo(std::cout, "standard output",
-          "\n" + arguments.setup + " is ready: roslaunch " + arguments.setup + "/proximity.launch simulate:=true\n");
+std::string acceptedText(const scene::RobotModel& robot, const std::vector<PairLevels>& overlaps) {
+  std::string text = "\naccepted as overlaps of the model (" + std::to_string(overlaps.size()) + ")\n";
+  for (const PairLevels& pair : overlaps) text += "  " + disablingEntry(robot, pair) + "\n";
+  return text;
+}
+
+std::string readyText(const std::string& folder) {
+  return "\n" + folder + " is ready: roslaunch " + folder + "/proximity.launch simulate:=true\n";
+}
+
+/// What a person has to decide about suspects before a folder is ready. `disabled` has the levels without them.
+std::string notReadyText(const std::string& folder, const std::vector<PairLevels>& suspects, const RestState& rest,
+                         const LevelShares& disabled) {
+  const bool rests = rest.level < scene::ClearanceLevel::Collision;
+  return "\n" + folder + " is not ready: pairs in contact at rest or in more than half of the states (" +
+         std::to_string(suspects.size()) + "). Decide:\n" +
+         "  Do they overlap in the model only? Paste their lines into " + folder +
+         "/robot.srdf, or use --accept-overlaps with a new folder. Then " + levelsText(disabled) + ".\n" +
+         "  Does the robot never rest so? Say how it does: --rest \"JOINT=POSITION ...\"" +
+         (rests ? " (rest.yaml has a state at " + std::string(toString(rest.level)) + ")" : "") + ".\n" +
+         "  Otherwise mend the geometry, or the limits of the joints.\n";
 }
 
 /// Writes what the options ask for, and the table of levels before and after.
-void writeProposal(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
-                   const PairStudy& study) {
-  const Proposal proposal = propose(arguments, *model, study);
+ExitCode writeProposal(const AuditArguments& arguments, const std::shared_ptr<const scene::SceneModel>& model,
+                       const PairStudy& study) {
+  const std::vector<scene::Positions> states = levelStates(model->robot, arguments.study.seed, arguments.rest);
+  const auto levelsOf = [&](const Proposal& proposal) {
+    return levelShares(proposal.model, proposal.thresholds(), states);
+  };
+  Proposal proposal = propose(arguments, *model, study);
+  LevelShares shares = levelsOf(proposal);
+  if (arguments.overlaps == Overlaps::Accepted) {
+    writeTo(std::cout, "standard output", acceptedText(model->robot, shares.suspects()));
+    proposal = propose(arguments, *model, study, shares.suspects());
+    shares = levelsOf(proposal);
+  }
   if (!arguments.write.empty()) system::replaceFile(arguments.write, proposal.srdf);
   if (!arguments.write_thresholds.empty()) system::replaceFile(arguments.write_thresholds, thresholdsText(proposal));
-  const unsigned long seed = arguments.study.seed;
+  const LevelShares before = levelShares(model, scene::thresholdsWith({}, proposal.usual), states);
   writeTo(std::cout, "standard output",
-          levelTable(countLevels(model, scene::thresholdsWith({}, proposal.usual), seed, arguments.study.budget),
-                     countLevels(proposal.model, proposal.thresholds(), seed, arguments.study.budget)));
-  if (!arguments.setup.empty()) writeSetupOf(arguments, proposal);
+          levelTable(before, shares) + levelReport(model->robot, study, shares, proposal.usual));
+  if (arguments.setup.empty()) return ExitCode::Done;
+  const RestState at_rest = restState(states, shares, arguments.rest ? Rest::Chosen : Rest::Found);
+  writeSetup(arguments.setup, model->robot,
+             {arguments.robot.urdf, proposal.srdf, parametersText(proposal, arguments.robot), at_rest});
+  const std::vector<PairLevels> suspects = shares.suspects();
+  writeTo(std::cout, "standard output",
+          suspects.empty() ? readyText(arguments.setup)
+                           : notReadyText(arguments.setup, suspects, at_rest,
+                                          levelsOf(propose(arguments, *model, study, suspects))));
+  return suspects.empty() ? ExitCode::Done : ExitCode::AssertionFails;
 }
 
 /// Calls `search(options)` with these options and a progress bar, and returns its result.
@@ -188,6 +241,8 @@ ExitCode run(AuditArguments& arguments) {
   if (!arguments.setup.empty()) requireEmpty(arguments.setup);
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(arguments.robot);
   printWarningsOf(*model, arguments.robot.warnings);
+  if (!arguments.rest_text.empty())
+    arguments.rest = readState("--rest", arguments.rest_text, model->robot, arguments.robot.warnings);
   arguments.study.budget.begin();
   StudyOptions options = arguments.study;
   options.warn_distance = std::max(options.warn_distance, arguments.safe_distance);
@@ -195,10 +250,10 @@ ExitCode run(AuditArguments& arguments) {
   const SrdfGiven srdf = arguments.robot.srdf.empty() ? SrdfGiven::No : SrdfGiven::Yes;
   writeTo(std::cout, "standard output", auditReport(*model, study, srdf));
   const bool writes = !arguments.write.empty() || !arguments.write_thresholds.empty() || !arguments.setup.empty();
-  if (writes) writeProposal(arguments, model, study);
+  const ExitCode code = writes ? writeProposal(arguments, model, study) : ExitCode::Done;
   writeProofs(arguments, model, study);
   flushTo(std::cout, "standard output");
-  return ExitCode::Done;
+  return code;
 }
 
 }  // namespace

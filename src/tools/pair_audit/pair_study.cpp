@@ -69,8 +69,7 @@ BlockEvidence sampleBlock(scene::Scene scene, scene::State state, const std::vec
                           BlockEvidence evidence, std::mt19937_64 random, long states, const TimeBudget& budget) {
   scene::Question question;
   question.depth = scene::Question::Depth::NotWanted;
-  for (long i = 0; i < states; ++i) {
-    budget.require();
+  for (long i = 0; i < states && !budget.deadline.hasPassed(); ++i) {
     const scene::Positions positions = scene::randomPositions(scene.model().robot, ranges, random);
     state.set(scene::forwardKinematics(scene.model().robot, positions));
     for (PairEvidence& each : evidence) {
@@ -114,7 +113,7 @@ class DistanceSearch {
  private:
   bool goesOn() const {
     const bool found = goal_ == Goal::Contact ? evidence_.contact.has_value() : evidence_.largest > evidence_.measured;
-    return !found && queries_ < kMaxSearchQueries;
+    return !found && queries_ < kMaxSearchQueries && !budget_.deadline.hasPassed();
   }
 
   bool improves(const scene::JointRange& range, double step) {
@@ -134,7 +133,6 @@ class DistanceSearch {
 
   /// The value to minimise: the signed distance if contact is searched for, otherwise minus the signed distance.
   double valueAt(const scene::Positions& positions) {
-    budget_.require();
     state_.set(scene::forwardKinematics(scene_.model().robot, positions));
     const narrowphase::SignedDistance answer = scene_.proximity(state_, evidence_.pair).result;
     ++queries_;
@@ -157,11 +155,13 @@ class DistanceSearch {
 PairEvidence searched(scene::Scene scene, scene::State state, const std::vector<scene::JointRange>& all_ranges,
                       const TimeBudget& budget, PairEvidence evidence) {
   using Goal = DistanceSearch::Goal;
+  if (evidence.samples == 0) return evidence;
   const std::vector<scene::JointRange> ranges =
       scene::rangesBetween(scene.model().robot, all_ranges, evidence.pair.a.link(), evidence.pair.b.link());
   const bool always_near = evidence.largest <= evidence.measured;
   if (!evidence.contact) DistanceSearch(Goal::Contact, scene, state, ranges, budget, evidence).run();
   if (always_near) DistanceSearch(Goal::Distance, scene, state, ranges, budget, evidence).run();
+  evidence.is_searched = !budget.deadline.hasPassed();
   return evidence;
 }
 
@@ -198,6 +198,7 @@ class Studying {
         state_(model),
         ranges_(scene::jointRanges(model->robot)) {
     study_.near = std::max(options.distance, kContactDistance);
+    study_.measured = std::max(options.warn_distance, study_.near);
     for (const scene::LinkPair& pair : model->pairs.pairs) {
       if (pair.reason != scene::PairReason::SameBody) study_.pairs.push_back(noEvidence(model->robot, pair, options));
     }
@@ -209,8 +210,8 @@ class Studying {
       const bool changed = sampleRound();
       quiet = changed ? 0 : quiet + study_.samples - before;
       if (quiet >= kQuietSamples) study_.end = SamplingEnd::Quiet;
+      if (options_.budget.deadline.hasPassed()) study_.end = SamplingEnd::OutOfTime;
       if (openPairs().empty()) study_.end = SamplingEnd::AllKnown;
-      tell(StudyStage::Sampling, study_.samples, options_.most_samples);
     }
   }
 
@@ -233,11 +234,17 @@ class Studying {
     study_.pairs = std::move(found);
   }
 
-  /// Tries to prove that pairs which were never near never are, and that those without contact never have any.
+  /// Tries to prove of each pair the largest of the distances below which it was never seen.
   void prove() {
     const auto isNeverNear = [](const PairEvidence& evidence) { return !evidence.within && !evidence.are_neighbours; };
-    proveBeyond(study_.near, [&](const PairEvidence& evidence) { return isNeverNear(evidence); });
+    proveBeyond(study_.measured, [&](const PairEvidence& evidence) {
+      return isNeverNear(evidence) && evidence.smallest > evidence.measured;
+    });
+    proveBeyond(study_.near, [&](const PairEvidence& evidence) {
+      return isNeverNear(evidence) && evidence.smallest <= evidence.measured;
+    });
     proveBeyond(kContactDistance, [&](const PairEvidence& evidence) { return !isNeverNear(evidence); });
+    study_.is_out_of_time = options_.budget.deadline.hasPassed();
   }
 
   void measureDepths() {
@@ -269,22 +276,23 @@ class Studying {
     std::vector<scene::ShapeRefPair> pairs;
     std::vector<PairEvidence*> evidence;
     for (PairEvidence& each : study_.pairs) {
-      if (each.contact || !each.has_known_ranges || !isWanted(each)) continue;
+      if (each.contact || !each.has_known_ranges || !each.is_searched || !isWanted(each)) continue;
       pairs.push_back(each.pair);
       evidence.push_back(&each);
     }
     scene::ProofQuestion question;
     question.contact_distance = distance;
+    question.most_boxes = options_.most_boxes;
     question.tightness = 0.5;
     question.threads = options_.threads;
     question.deadline = options_.budget.deadline;
     question.progress = [&](double done) { tell(StudyStage::Proving, done); };
     const std::vector<scene::PairProof> proofs = scene::proveApart(model_, pairs, ranges_, question);
-    options_.budget.require();
     scene::Scene scene = scene_.forAnotherThread();
     scene::State state = state_.forAnotherThread();
     for (std::size_t i = 0; i < proofs.size(); ++i) {
-      if (proofs[i].lower_bound > kContactDistance) evidence[i]->proven = proofs[i].lower_bound;
+      if (proofs[i].lower_bound > std::max(kContactDistance, evidence[i]->proven.value_or(0.0)))
+        evidence[i]->proven = proofs[i].lower_bound;
       if (proofs[i].outcome != scene::ProofOutcome::Refuted) continue;
       const auto between = scene::rangesBetween(model_->robot, ranges_, pairs[i].a.link(), pairs[i].b.link());
       // A proof is about all of the ranges, also about what the inequalities leave out.
@@ -313,21 +321,25 @@ class Studying {
     const int kinds_before = kindsSeenOfAll();
 
     int blocks = 0;
+    long drawn = study_.samples;
     const auto draw = [&](SampledBlock& block) {
-      if (blocks == kBlocksInRound || study_.samples >= options_.most_samples) return false;
+      if (blocks == kBlocksInRound || drawn >= options_.most_samples) return false;
       ++blocks;
-      block.states = std::min(kBlockSize, options_.most_samples - study_.samples);
-      std::seed_seq seed{options_.seed, static_cast<unsigned long>(study_.samples / kBlockSize)};
+      block.states = std::min(kBlockSize, options_.most_samples - drawn);
+      std::seed_seq seed{options_.seed, static_cast<unsigned long>(drawn / kBlockSize)};
       block.random.seed(seed);
-      study_.samples += block.states;
+      drawn += block.states;
       return true;
     };
     const auto sample = [&](SampledBlock& block, int) {
       block.evidence = sampleBlock(scene_.forAnotherThread(), state_.forAnotherThread(), ranges_, fresh, block.random,
                                    block.states, options_.budget);
+      if (!fresh.empty()) block.states = block.evidence.front().samples;  // fewer if the time was over
     };
     const auto addBlock = [&](const SampledBlock& block) {
+      study_.samples += block.states;
       for (std::size_t i = 0; i < open.size(); ++i) add(block.evidence[i], study_.pairs[open[i]]);
+      tell(StudyStage::Sampling, study_.samples, options_.most_samples);
     };
     system::runPipeline<SampledBlock>({draw, sample, addBlock}, {options_.threads});
     return kindsSeenOfAll() > kinds_before;
@@ -353,13 +365,19 @@ class Studying {
 
 NearClass PairEvidence::nearClass() const {
   if (within && apart) return NearClass::Sometimes;
-  if (!has_known_ranges) return NearClass::Undecided;
+  if (!has_known_ranges || !is_searched) return NearClass::Undecided;
   return within ? NearClass::Always : NearClass::Never;
 }
 
+bool PairEvidence::isBeyond() const { return nearClass() == NearClass::Never && smallest > measured; }
+
+bool PairEvidence::isProvenBeyond() const { return isBeyond() && proven && *proven > measured; }
+
 bool PairEvidence::canCollide() const { return contact && largest > kContactDistance; }
 
-bool PairEvidence::alwaysInContact() const { return has_known_ranges && contact && largest <= kContactDistance; }
+bool PairEvidence::alwaysInContact() const {
+  return has_known_ranges && is_searched && contact && largest <= kContactDistance;
+}
 
 PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
                      const StudyProgress& progress) {
@@ -371,11 +389,18 @@ PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, cons
   return studying.study();
 }
 
+const PairEvidence& evidenceOf(const scene::ShapeRefPair& pair, const PairStudy& study) {
+  return *std::find_if(study.pairs.begin(), study.pairs.end(), [&](const PairEvidence& evidence) {
+    return evidence.pair.a.link() == pair.a.link() && evidence.pair.b.link() == pair.b.link();
+  });
+}
+
 std::vector<scene::AlwaysNear> alwaysNear(const PairStudy& study, const scene::PairTable& pairs) {
   std::vector<scene::AlwaysNear> near;
   for (const PairEvidence& evidence : study.pairs) {
     const scene::LinkPair& pair = pairs.pairs[pairs.find(evidence.pair.a.link(), evidence.pair.b.link())];
-    const bool is_always_near = evidence.has_known_ranges && evidence.largest <= evidence.measured;
+    const bool is_always_near =
+        evidence.has_known_ranges && evidence.is_searched && evidence.largest <= evidence.measured;
     if (pair.reason != scene::PairReason::Checked || evidence.are_neighbours) continue;
     if (is_always_near && !evidence.alwaysInContact())
       near.push_back({evidence.pair, evidence.smallest, evidence.largest});

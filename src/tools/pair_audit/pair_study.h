@@ -19,7 +19,7 @@ enum class NearClass : unsigned char {
   Always,
   Never,
   Sometimes,
-  Undecided  ///< always or never in the states seen, but a joint between the two has positions that were not sampled
+  Undecided  ///< always or never in the states seen, but not all was looked at: see has_known_ranges and is_searched
 };
 
 /// The evidence about the distance of two links that do not belong to one body.
@@ -31,6 +31,7 @@ struct PairEvidence {
       kContactDistance;  ///< [m] that of the options; of neighbours, which are near by design, kContactDistance
   double measured = kContactDistance;  ///< [m] at least `near`; `largest` is exact up to it
   long samples = 0;                    ///< random states until both contact and separation had been seen
+  bool is_searched = false;            ///< false: the time was over before
 
   double smallest = std::numeric_limits<double>::infinity();  ///< [m] smallest distance seen; 0: contact
   double largest = -1.0;               ///< [m] largest distance seen, or a value between `measured` and it; 0: contact
@@ -40,6 +41,8 @@ struct PairEvidence {
   std::optional<double> proven;                            ///< [m] proven lower bound of the distance; above 0
 
   NearClass nearClass() const;
+  bool isBeyond() const;         ///< never within `measured`
+  bool isProvenBeyond() const;   ///< and that is proven
   bool canCollide() const;       ///< was seen in contact, and not in contact
   bool alwaysInContact() const;  ///< over known ranges
 };
@@ -48,6 +51,7 @@ struct StudyOptions {
   double distance = 0.0;       ///< [m] two links are near up to this distance; 0: in contact
   double warn_distance = 0.0;  ///< [m] the largest distance of a pair is measured up to this one
   long most_samples = 100000;
+  long most_boxes = 10000;  ///< of the proof about a pair
   unsigned long seed = 1;
   TimeBudget budget;
   int threads = 1;
@@ -61,14 +65,17 @@ constexpr long kQuietSamples = 30000;  ///< 3 / kUnseenShare
 enum class SamplingEnd : unsigned char {
   MaxSamples,  ///< the requested number was reached
   Quiet,       ///< no pair changed its class in the last kQuietSamples
-  AllKnown     ///< every pair was seen both in contact and not near
+  AllKnown,    ///< every pair was seen both in contact and not near
+  OutOfTime
 };
 
 struct PairStudy {
   std::vector<PairEvidence> pairs;  ///< all pairs of links that have geometry and do not belong to one body
-  double near = kContactDistance;   ///< [m] of pairs that are no neighbours
-  long samples = 0;                 ///< the number of states that were drawn
+  double near = kContactDistance;   ///< [m] of pairs that are no neighbours, as the next
+  double measured = kContactDistance;
+  long samples = 0;  ///< the number of states that were drawn
   SamplingEnd end = SamplingEnd::MaxSamples;
+  bool is_out_of_time = false;  ///< the budget ended it: another run may see more, or less
 };
 
 /// Reports the progress of a study, in the thread of the caller.
@@ -83,14 +90,17 @@ using StudyProgress = std::function<void(StudyStage, double done)>;  ///< done: 
 ///    independent states all miss a share p with the probability (1 - p)^n < exp(-n p), which is 5 % for n p = 3.
 /// 2. Search for states that sampling missed: a coordinate descent of the distance from the closest state of a pair
 ///    that was never in contact, and an ascent from the farthest state of a pair that was never beyond `measured`.
-/// 3. Try to prove that a pair which was never near never is, and one that was never in contact never is, see
-///    scene::proveApart(). A state that refutes it counts as one that was seen.
+/// 3. Try to prove that a pair which was never within `measured` or never near never is, and one that was never in
+///    contact never is, see scene::proveApart(). A state that refutes it counts as one that was seen.
 ///
 /// States are drawn in blocks of one size, each from a seed of its own, and pairs are settled only between rounds of
-/// blocks. So the result is the same for any number of threads.
-/// Failure: throws as TimeBudget::require(): a study of less than it asks for would tell pairs apart that touch.
+/// blocks. So the result is the same for any number of threads. A time budget ends the study early: what it has not
+/// searched is Undecided.
 PairStudy studyPairs(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options,
                      const StudyProgress& progress = {});
+
+/// The evidence about a pair of the study.
+const PairEvidence& evidenceOf(const scene::ShapeRefPair& pair, const PairStudy& study);
 
 /// The pairs that are always within PairEvidence::measured, as far as `pairs` says that they are checked; without
 /// neighbours, pairs that are always in contact, and pairs with a joint that can do more than was tried.

@@ -153,26 +153,13 @@ std::vector<SetupFile> setupFiles(const std::string& folder, const scene::RobotM
 
 }  // namespace
 
-RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
-                    unsigned long seed) {
-  if (model->robot.joints.empty()) return {{}, levelsIn(Eigen::MatrixXd(1, 0), model, thresholds).front()};
-  const Eigen::MatrixXd random = randomStates(model->robot, seed);
-  Eigen::MatrixXd states = Eigen::MatrixXd::Zero(random.rows() + 2, random.cols());
-  states.bottomRows(random.rows()) = random;
-  for (const scene::JointRange& range : scene::jointRanges(model->robot)) {
-    states(0, range.joint) = std::clamp(0.0, range.lower, range.upper);
-    states(1, range.joint) = range.typeable(0.5 * (range.lower + range.upper));
-  }
-  const std::vector<scene::ClearanceLevel> levels = levelsIn(states, model, thresholds);
+RestState restState(const std::vector<scene::Positions>& states, const LevelShares& shares, Rest rest) {
+  const std::vector<scene::ClearanceLevel>& levels = shares.of_states;
   const auto is_usable = [](scene::ClearanceLevel level) { return level <= scene::ClearanceLevel::Warn; };
   const auto usual = std::find_if(levels.begin(), levels.begin() + 2, is_usable);
-  const auto chosen = usual != levels.begin() + 2 ? usual : std::min_element(levels.begin(), levels.end());
-  const Eigen::Index best = chosen - levels.begin();
-  scene::Positions positions(model->robot.joints.size());
-  for (std::size_t joint = 0; joint < positions.size(); ++joint) {
-    positions[joint] = states(best, static_cast<Eigen::Index>(joint));
-  }
-  return {positions, levels[best]};
+  const auto found = usual != levels.begin() + 2 ? usual : std::min_element(levels.begin(), levels.end());
+  const auto chosen = rest == Rest::Chosen ? levels.begin() : found;
+  return {states[chosen - levels.begin()], *chosen};
 }
 
 void requireEmpty(const std::string& folder) {

@@ -4,7 +4,6 @@
 #include "proximity_server/scene/scene_model/scene_model.h"
 #include "tools/pair_audit/level_shares.h"
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,10 +15,10 @@ struct RestState {
   scene::ClearanceLevel level;
 };
 
-/// All joints at 0, or at the limit next to it; or in the middle of their ranges; the first that is at most at WARN. If
-/// neither is, the random state with the best level.
-RestState restState(const std::shared_ptr<const scene::SceneModel>& model, const scene::LevelThresholds& thresholds,
-                    unsigned long seed);
+/// The first of levelStates() if a person has chosen it; or the first of its two without random joints that is at most
+/// at WARN; or else the first with the best level.
+enum class Rest : unsigned char { Chosen, Found };
+RestState restState(const std::vector<scene::Positions>& states, const LevelShares& shares, Rest rest);
 
 /// The parts that the files of a folder for a robot are made of.
 struct RobotSetup {

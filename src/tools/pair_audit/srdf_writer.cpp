@@ -20,11 +20,29 @@ constexpr const char* kDisable = "disable_collisions";
 
 Names ordered(const std::string& a, const std::string& b) { return {std::min(a, b), std::max(a, b)}; }
 
-/// The reason why a pair need not be checked; nullptr if it must be checked.
-const char* reasonOf(const PairEvidence& evidence) {
-  if (evidence.are_neighbours) return evidence.nearClass() == NearClass::Sometimes ? nullptr : "Adjacent";
+/// The reason why a pair need not be checked; "" if it must be checked.
+std::string reasonOf(const PairEvidence& evidence) {
+  if (evidence.are_neighbours) return evidence.nearClass() == NearClass::Sometimes ? "" : "Adjacent";
   if (evidence.alwaysInContact()) return "Always";
-  return evidence.nearClass() == NearClass::Never ? "Never" : nullptr;
+  if (!evidence.isBeyond()) return "";
+  return evidence.isProvenBeyond() ? "Never" : "Never: not proven, closest seen " + lengthText(evidence.smallest);
+}
+
+XMLElement* makeEntry(tinyxml2::XMLDocument& document, const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
+                      const std::string& reason) {
+  XMLElement* entry = document.NewElement(kDisable);
+  entry->SetAttribute("link1", nameOf(pair.a, robot).c_str());
+  entry->SetAttribute("link2", nameOf(pair.b, robot).c_str());
+  entry->SetAttribute("reason", reason.c_str());
+  return entry;
+}
+
+std::string decisionOf(const PairLevels& pair) { return "User: " + contactText(pair); }
+
+std::string textOf(const tinyxml2::XMLDocument& document) {
+  tinyxml2::XMLPrinter printer;
+  document.Print(&printer);
+  return printer.CStr();
 }
 
 bool isDecision(const XMLElement& entry) {
@@ -78,18 +96,29 @@ std::string writeSrdf(const std::string& srdf_xml, const scene::RobotModel& robo
   const std::set<Names> decided = decidedPairs(root);
   tinyxml2::XMLNode* before = removeDisabled(root);
   for (const PairEvidence& evidence : study.pairs) {
-    const char* reason = reasonOf(evidence);
+    const std::string reason = reasonOf(evidence);
     const std::string &a = nameOf(evidence.pair.a, robot), &b = nameOf(evidence.pair.b, robot);
-    if (!reason || decided.count(ordered(a, b))) continue;
-    XMLElement* entry = document.NewElement(kDisable);
-    entry->SetAttribute("link1", a.c_str());
-    entry->SetAttribute("link2", b.c_str());
-    entry->SetAttribute("reason", reason);
+    if (reason.empty() || decided.count(ordered(a, b))) continue;
+    XMLElement* entry = makeEntry(document, robot, evidence.pair, reason);
     before = before ? root.InsertAfterChild(before, entry) : root.InsertFirstChild(entry);
   }
-  tinyxml2::XMLPrinter printer;
-  document.Print(&printer);
-  return printer.CStr();
+  return textOf(document);
+}
+
+std::string disablingEntry(const scene::RobotModel& robot, const PairLevels& pair) {
+  tinyxml2::XMLDocument document;
+  tinyxml2::XMLPrinter line(nullptr, /*compact=*/true);
+  document.InsertEndChild(makeEntry(document, robot, pair.pair, decisionOf(pair)))->Accept(&line);
+  return line.CStr();
+}
+
+std::string withDisabled(const std::string& srdf_xml, const scene::RobotModel& robot,
+                         const std::vector<PairLevels>& pairs) {
+  if (pairs.empty()) return srdf_xml;
+  tinyxml2::XMLDocument document;
+  XMLElement& root = parse(srdf_xml, robot.name, document);
+  for (const PairLevels& pair : pairs) root.InsertEndChild(makeEntry(document, robot, pair.pair, decisionOf(pair)));
+  return textOf(document);
 }
 
 }  // namespace proximity_server::tools

@@ -25,7 +25,7 @@ std::string duration(double seconds) {
 
 }  // namespace
 
-ProgressBar::ProgressBar() : is_terminal_(isatty(STDERR_FILENO) != 0) {}
+ProgressBar::ProgressBar(std::chrono::milliseconds pause) : is_terminal_(isatty(STDERR_FILENO) != 0), pause_(pause) {}
 
 ProgressBar::~ProgressBar() { clear(); }
 
@@ -35,12 +35,15 @@ void ProgressBar::clear() {
 }
 
 void ProgressBar::show(const std::string& what, double done) {
-  if (!is_terminal_) return;
   constexpr std::size_t kWidth = 40;
   const double fraction = std::clamp(done, 0.0, 1.0);
   const auto filled = static_cast<std::size_t>(fraction * kWidth);
-  show(what + " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "] " +
-       std::to_string(static_cast<int>(100.0 * fraction)) + " %");
+  const std::string percent = std::to_string(static_cast<int>(100.0 * fraction)) + " %";
+  show(what + " [" + std::string(filled, '#') + std::string(kWidth - filled, '.') + "] " + percent);
+  const Clock::time_point now = Clock::now();
+  if (is_terminal_ || now - told_ < pause_) return;
+  told_ = now;
+  std::cerr << what << ": " << percent << std::endl;
 }
 
 void ProgressBar::show(const std::string& line) {

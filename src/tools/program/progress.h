@@ -7,10 +7,11 @@
 
 namespace proximity_server::tools {
 
-/// A line at the bottom of a terminal that shows progress; it writes nothing if standard error is not a terminal.
+/// A line at the bottom of a terminal that shows progress. If standard error is not a terminal, shares are printed there
+/// line by line, one in `pause`.
 class ProgressBar {
  public:
-  ProgressBar();
+  explicit ProgressBar(std::chrono::milliseconds pause = std::chrono::seconds(10));
   ~ProgressBar();  ///< removes the line
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
@@ -25,8 +26,12 @@ class ProgressBar {
   bool isTerminal() const { return is_terminal_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   bool is_terminal_;
   std::string shown_;
+  std::chrono::milliseconds pause_;
+  Clock::time_point told_ = Clock::now();
 };
 
 /// Shows on a terminal how many answers there are, how fast they come, and how long the others will take.

@@ -11,7 +11,7 @@ enum class ExitCode : int {
   Done = 0,
   BadInput = 1,  ///< also if memory, threads or disk space do not suffice
   /// --assert-above of clearance; of prove: a pair is not proven apart, or a certificate is wrong; of model_check: a
-  /// finding
+  /// finding; of pair_audit: a person has to decide before the folder of --setup is ready
   AssertionFails = 2,
   Refuted = 3  ///< --second-opinion of clearance
 };

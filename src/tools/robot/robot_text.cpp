@@ -4,6 +4,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
+#include <cstdio>
+
 namespace proximity_server::tools {
 namespace {
 
@@ -42,6 +45,12 @@ std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair&
     text += (text.empty() ? "" : " ") + robot.joints[range.joint].name + "=" + shortest(positions[range.joint]);
   }
   return text;
+}
+
+std::string lengthText(double length) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), "%.3g m", length);
+  return text.data();
 }
 
 }  // namespace proximity_server::tools

@@ -25,4 +25,7 @@ nlohmann::ordered_json positionsJson(const scene::RobotModel& robot, const scene
 std::string stateText(const scene::RobotModel& robot, const scene::ShapeRefPair& pair,
                       const scene::Positions& positions);
 
+/// A length with three significant digits, "0.0499 m".
+std::string lengthText(double length);
+
 }  // namespace proximity_server::tools

@@ -211,6 +211,15 @@ TEST_F(ModelCheck, NamesPairsThatAlwaysAlarm) {
   expectFinding(parts, "error: srdf: a - c: checked, but in contact in every state that was tried");
 }
 
+TEST_F(ModelCheck, NamesPairsInContactAtRestOrInMostStates) {
+  Parts parts;
+  parts.second = joint("second", "prismatic", "b", "c", "-0.6", kLimit);  // "c" from -0.1 to 0.5 seen from "a"
+  expectFinding(parts, "warning: srdf: a - c: checked, but in contact at rest and in ");
+  expectFinding(parts,
+                "Is it an overlap of the model, or the robot never rests so? Disabling it costs: nobody reports");
+  expectFinding(parts, R"(<disable_collisions link1="a" link2="c" reason="User: in contact at rest and in )");
+}
+
 // "c" is 0.8 to 1.4 m from "a".
 TEST_F(ModelCheck, NamesPinchPoints) {
   EXPECT_EQ(run(Parts(), "--fail-on note --pinch 0.1").exit_code, 0);

@@ -30,28 +30,72 @@ const char* const kBoth =
 
 constexpr StopAndWarn kUsual{0.02, 0.05};
 
+LevelShares sharesOf(const std::shared_ptr<const SceneModel>& model, const LevelThresholds& thresholds,
+                     const std::optional<Positions>& rest = std::nullopt) {
+  return levelShares(model, thresholds, levelStates(model->robot, 1, rest));
+}
+
 // Three standard deviations of 500 states are 6 %.
-void expectShares(const LevelCounts& counts, std::array<double, 4> shares) {
+void expectShares(const LevelShares& found, std::array<double, 4> shares) {
   for (std::size_t level = 0; level < 4; ++level) {
-    EXPECT_NEAR(counts.states[level] / 500.0, shares[level], 0.06) << level;
+    EXPECT_NEAR(found.counts()[level] / 500.0, shares[level], 0.06) << level;
   }
 }
 
 TEST(LevelShares, AreThoseOfAUniformDistance) {
-  expectShares(countLevels(ballsChecking(kMoving), thresholdsWith({}, kUsual), 1), {0.5, 0.15, 0.1, 0.25});
+  expectShares(sharesOf(ballsChecking(kMoving), thresholdsWith({}, kUsual)), {0.5, 0.15, 0.1, 0.25});
 }
 
 TEST(LevelShares, TheWorstPairDecidesByItsOwnThresholds) {
   const auto model = ballsChecking(kBoth);
-  const LevelCounts without = countLevels(model, thresholdsWith({}, kUsual), 1);
-  EXPECT_EQ(without.states[0], 0);
+  const LevelShares without = sharesOf(model, thresholdsWith({}, kUsual));
+  EXPECT_EQ(without.counts()[0], 0);
   expectShares(without, {0.0, 0.65, 0.1, 0.25});
   const AlwaysNear third{{{model->robot.findLink("second"), 0}, {model->robot.findLink("third"), 0}}, 0.04, 0.04};
-  expectShares(countLevels(model, thresholdsWith({third}, kUsual), 1), {0.5, 0.15, 0.1, 0.25});
+  expectShares(sharesOf(model, thresholdsWith({third}, kUsual)), {0.5, 0.15, 0.1, 0.25});
+}
+
+TEST(LevelShares, PairsAreCountedWhereTheySetStopOrCollision) {
+  const auto model = ballsChecking(kBoth);
+  const LevelShares shares = sharesOf(model, thresholdsWith({}, kUsual), Positions{-0.01, 0.0});
+  ASSERT_EQ(shares.of_pairs.size(), 1U) << "the third is at WARN";
+  const PairLevels& pair = shares.of_pairs[0];
+  EXPECT_EQ(pair.pair.b.link(), model->robot.findLink("second"));
+  EXPECT_EQ(pair.collisions, shares.counts()[3]);
+  EXPECT_EQ(pair.stops, shares.counts()[2]);
+  EXPECT_EQ(pair.at_rest, ClearanceLevel::Collision);
+  EXPECT_TRUE(pair.isSuspect()) << "in contact at rest";
+  EXPECT_EQ(contactText(pair), "in contact at rest and in " + shareText(pair.collisions) + " of random states");
+  EXPECT_TRUE(sharesOf(model, thresholdsWith({}, kUsual), Positions{0.01, 0.0}).suspects().empty());
+}
+
+TEST(LevelShares, APairInContactInMoreThanHalfOfTheStatesIsSuspect) {
+  PairLevels pair;
+  pair.collisions = 250;
+  EXPECT_FALSE(pair.isSuspect());
+  pair.collisions = 251;
+  EXPECT_TRUE(pair.isSuspect());
+}
+
+// A joint that cannot be at 0 rests in the middle of its range.
+TEST(LevelShares, RestIsZeroOrTheMiddle) {
+  std::string urdf = kBalls;
+  urdf.replace(urdf.find("-0.05"), 5, "0.05");
+  const RobotModel robot = loadRobotModel(urdf, packageResolver({}));
+  const std::vector<Positions> states = levelStates(robot, 1);
+  EXPECT_EQ(states.size(), 502U);
+  EXPECT_EQ(states[0], (Positions{0.1, 0.0}));
+  EXPECT_EQ(levelStates(robot, 1, Positions{0.15, 1.0})[0], (Positions{0.15, 1.0}));
 }
 
 TEST(LevelShares, AreATable) {
-  EXPECT_EQ(levelTable({{0, 0, 450, 50}}, {{250, 150, 50, 50}}),
+  const auto sharesWith = [](std::array<int, 4> counts) {
+    LevelShares shares{{ClearanceLevel::Clear, ClearanceLevel::Clear}, {}};  // at rest and in the middle
+    for (std::size_t level = 0; level < 4; ++level)
+      shares.of_states.insert(shares.of_states.end(), counts[level], static_cast<ClearanceLevel>(level));
+    return shares;
+  };
+  EXPECT_EQ(levelTable(sharesWith({0, 0, 450, 50}), sharesWith({250, 150, 50, 50})),
             "\nThe level in 500 random states:\n"
             "              CLEAR       WARN       STOP  COLLISION\n"
             "  before      0.0 %      0.0 %     90.0 %     10.0 %\n"

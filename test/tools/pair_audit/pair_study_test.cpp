@@ -13,6 +13,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <string>
 
 namespace proximity_server::tools::pair_study_test {
 
@@ -26,11 +27,21 @@ std::shared_ptr<const SceneModel> modelOf(const std::string& urdf, const std::st
   return model;
 }
 
-TEST(PairStudy, OfTooLittleTimeIsNone) {
+TEST(PairStudy, OfTooLittleTimeDecidesNothing) {
   StudyOptions options;
   options.budget.seconds = 1e-9;
   options.budget.begin();
-  EXPECT_THROW(studyPairs(modelOf(kTwoSliders), options), std::runtime_error);
+  const auto model = modelOf(kTwoSliders);
+  const PairStudy study = studyPairs(model, options);
+  EXPECT_TRUE(study.is_out_of_time);
+  EXPECT_EQ(study.samples, 0);
+  ASSERT_FALSE(study.pairs.empty());
+  for (const PairEvidence& pair : study.pairs) EXPECT_EQ(pair.nearClass(), NearClass::Undecided);
+  EXPECT_TRUE(alwaysNear(study, model->pairs).empty());
+  const std::string report = auditReport(*model, study, SrdfGiven::No);
+  EXPECT_NE(report.find("The time was over: " + std::to_string(study.pairs.size()) + " pairs were not searched"),
+            std::string::npos)
+      << report;
 }
 
 class CrossingSliders : public ::testing::Test {
@@ -230,6 +241,19 @@ TEST_F(CrossingSliders, BothEndsAreMeasuredOfAPairThatIsAlwaysNear) {
   EXPECT_NEAR(far.smallest, 0.75, 1e-3);
   EXPECT_NEAR(far.largest, 2.75, 1e-3);
   EXPECT_NEAR(distanceAt(far, far.farthest), far.largest, 1e-9);
+}
+
+// The ball comes to 0.75 of the rod: never within 0.4, but within a warn distance of 1.
+TEST_F(CrossingSliders, WhatComesWithinTheWarnDistanceIsNotBeyondIt) {
+  StudyOptions options = within(0.4);
+  options.warn_distance = 1.0;
+  const PairEvidence near = evidence(studyPairs(model_, options), "rod", "far");
+  EXPECT_EQ(near.nearClass(), NearClass::Never);
+  EXPECT_FALSE(near.isBeyond());
+  options.warn_distance = 0.7;
+  const PairEvidence far = evidence(studyPairs(model_, options), "rod", "far");
+  EXPECT_TRUE(far.isProvenBeyond());
+  EXPECT_GT(*far.proven, 0.7);
 }
 
 TEST_F(CrossingSliders, TheLargestDistanceIsMeasuredUpToTheWarnDistance) {

@@ -1,6 +1,7 @@
 #include "tools/pair_audit/srdf_writer.h"
 
 #include "scene/files.h"
+#include "scene/small_robots.h"
 #include "tools/robot/crossing_sliders.h"
 
 #include <gtest/gtest.h>
@@ -86,6 +87,40 @@ TEST_F(SrdfWriter, KeepsWhatAPersonHasDecided) {
 TEST_F(SrdfWriter, RefusesWhatIsNoSrdf) {
   EXPECT_TRUE(says(errorOf([&] { written("<robot"); }), "SRDF: "));
   EXPECT_EQ(errorOf([&] { written("<group/>"); }), "SRDF: no <robot> element");
+}
+
+// The ball comes to 0.75 of the rod.
+TEST_F(SrdfWriter, NeverMeansBeyondTheWarnDistance) {
+  StudyOptions options;
+  options.most_samples = 2000;
+  for (const double warn : {0.7, 0.8}) {
+    options.warn_distance = warn;
+    const std::string srdf = writeSrdf("", model_->robot, studyPairs(model_, options));
+    EXPECT_EQ(pair(srdf, "rod", "far").reason == PairReason::Checked, warn == 0.8);
+  }
+}
+
+TEST_F(SrdfWriter, NeverSaysWhereItIsNotProven) {
+  PairStudy study = study_;
+  for (PairEvidence& evidence : study.pairs) evidence.proven.reset();
+  const std::string reason = pair(writeSrdf("", model_->robot, study), "base", "far").detail;
+  EXPECT_EQ(reason.find("Never: not proven, closest seen 3.25"), 0U) << reason;
+}
+
+TEST_F(SrdfWriter, AddsDecisionsAtTheEnd) {
+  EXPECT_EQ(withDisabled(kFaultySrdf, model_->robot, {}), kFaultySrdf);
+  PairLevels levels;
+  levels.pair = pairOf(*model_, "base", "rod");
+  levels.collisions = 459;
+  levels.at_rest = ClearanceLevel::Collision;
+  const std::string entry = R"(<disable_collisions link1="base" link2="rod" )"
+                            R"(reason="User: in contact at rest and in 91.8 % of random states"/>)";
+  EXPECT_EQ(disablingEntry(model_->robot, levels), entry);
+  const std::string srdf = withDisabled(kFaultySrdf, model_->robot, {levels});
+  EXPECT_GT(srdf.find(entry), srdf.find("group_state")) << srdf;
+  EXPECT_EQ(pair(srdf, "base", "rod").reason, PairReason::SrdfDisabled);
+  EXPECT_EQ(pair(srdf, "rod", "tip").detail, "Never");
+  EXPECT_TRUE(says(withDisabled("", model_->robot, {levels}), entry));
 }
 
 }  // namespace proximity_server::tools::srdf_writer_test

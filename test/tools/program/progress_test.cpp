@@ -17,4 +17,17 @@ TEST(AnswerCounter, WithoutATotalOrAnAnswerNothingIsSaidOfTheRest) {
   EXPECT_EQ(countText("states", 0, 10, 1.0), "0 of 10 states, 0 a second");
 }
 
+std::string toldOnAPipe(std::chrono::milliseconds pause) {
+  testing::internal::CaptureStderr();
+  ProgressBar bar(pause);
+  bar.show("random states", 0.4321);
+  bar.show("random states", 0.5);
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(ProgressBar, PrintsLinesOnAPipe) {
+  EXPECT_EQ(toldOnAPipe(std::chrono::milliseconds(0)), "random states: 43 %\nrandom states: 50 %\n");
+  EXPECT_EQ(toldOnAPipe(std::chrono::hours(1)), "");
+}
+
 }  // namespace proximity_server::tools::answer_counter_test
