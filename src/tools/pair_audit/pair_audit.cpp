@@ -94,6 +94,7 @@ void declare(ProgramOptions& program, AuditArguments& arguments) {
       "look at pairs no longer, and say what is left out; ranges and limits end with an error (default: none)");
   addThreads(program, study.threads);
   program.atMostOneOf({"--joint-inequalities", "--setup"});
+  program.atMostOneOf({"--config", "--setup"});
 }
 
 PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& model, const StudyOptions& options) {
@@ -104,10 +105,6 @@ PairStudy studyWithProgress(const std::shared_ptr<const scene::SceneModel>& mode
                                               : "proofs",
              done);
   });
-}
-
-std::string srdfOf(const AuditArguments& arguments) {
-  return arguments.robot.srdf.empty() ? "" : readTextFile(arguments.robot.srdf);
 }
 
 /// The thresholds of pairs that get none of their own.
@@ -129,10 +126,10 @@ Proposal propose(const AuditArguments& arguments, const scene::SceneModel& model
                  const std::vector<PairLevels>& overlaps = {}) {
   const bool has_srdf = !arguments.write.empty() || (!arguments.setup.empty() && arguments.robot.srdf.empty());
   const bool has_thresholds = !arguments.write_thresholds.empty() || !arguments.setup.empty();
-  const std::string given = srdfOf(arguments);
+  const std::string given = srdfOf(arguments.robot);
   const std::string srdf = withDisabled(has_srdf ? writeSrdf(given, model.robot, study) : given, model.robot, overlaps);
   const auto proposed =
-      std::make_shared<const scene::SceneModel>(scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf)});
+      std::make_shared<const scene::SceneModel>(scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf, configOf(arguments.robot).robot.filter)});
   return {srdf, proposed, usualOf(arguments.study),
           has_thresholds ? alwaysNear(study, proposed->pairs) : std::vector<scene::AlwaysNear>()};
 }
