@@ -18,6 +18,7 @@ struct DepthBounds {
 
 /// An observer that does nothing.
 struct Unobserved {
+  Unobserved anew() const { return {}; }
   void reaches(Algorithm) const {}
   template <typename First>
   void endsAtFirst(Algorithm, const Eigen::Vector3d&, double, const First&) const {}
@@ -35,7 +36,8 @@ class Recorder {
   /// `trace` is emptied.
   explicit Recorder(QueryTrace& trace) : trace_(&trace) { trace = QueryTrace(); }
 
-  QueryTrace& trace() const { return *trace_; }
+  /// The recorder of a query that is made again: the trace is emptied.
+  Recorder anew() const { return Recorder(*trace_); }
 
   /// The last algorithm that a query reaches gives its answer.
   void reaches(Algorithm algorithm) const { trace_->algorithm = algorithm; }
