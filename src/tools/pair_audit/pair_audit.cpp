@@ -128,8 +128,8 @@ Proposal propose(const AuditArguments& arguments, const scene::SceneModel& model
   const bool has_thresholds = !arguments.write_thresholds.empty() || !arguments.setup.empty();
   const std::string given = srdfOf(arguments.robot);
   const std::string srdf = withDisabled(has_srdf ? writeSrdf(given, model.robot, study) : given, model.robot, overlaps);
-  const auto proposed =
-      std::make_shared<const scene::SceneModel>(scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf, configOf(arguments.robot).robot.filter)});
+  const auto proposed = std::make_shared<const scene::SceneModel>(
+      scene::SceneModel{model.robot, scene::filterPairs(model.robot, srdf, configOf(arguments.robot).robot.filter)});
   return {srdf, proposed, usualOf(arguments.study),
           has_thresholds ? alwaysNear(study, proposed->pairs) : std::vector<scene::AlwaysNear>()};
 }
