@@ -103,8 +103,8 @@ TEST(ConfigFile, MayBeADumpOfTheParameterServer) {
 }
 
 TEST(ConfigFile, IsRefusedWithTheLineAndTheName) {
-  EXPECT_EQ(refusalOf("rate: 50\nlink_padding:\n  wrist: -1"),
-            "cell.yaml, line 3: link_padding/wrist is -1, outside of [0, 10]");
+  EXPECT_EQ(refusalOf("rate: 50\nlink_padding:\n  hand: 0.1\n  wrist: -1"),
+            "cell.yaml, line 4: link_padding/wrist is -1, outside of [0, 10]");
   EXPECT_EQ(refusalOf("exclude_pairs: [wrist, torso]"),
             "cell.yaml, line 1: exclude_pairs must be a list of pairs, with brackets around each of them: "
             "[[wrist, torso]]");
