@@ -402,7 +402,7 @@ TEST(RobotModel, MimicsThatMakeNoSenseAreWarningsWhereAllowed) {
   EXPECT_FALSE(model.joints.at(findNamed(model.joints, "jb")).mimic);
   EXPECT_FALSE(model.joints.at(findNamed(model.joints, "jc")).mimic);
   EXPECT_TRUE(model.joints.at(findNamed(model.joints, "jd")).mimic) << "the others stay";
-  expectWarns(model, "joint \"jb\" mimics the unknown joint \"nobody\" (did you mean ");
+  expectWarns(model, "joint \"jb\" mimics the unknown joint \"nobody\"; taken as a joint of its own");
   expectWarns(model, "joint \"jc\" mimics itself in a circle; taken as a joint of its own.");
   const BodyPoses poses = forwardKinematics(model, {{"jb", 0.25}, {"jc", 1.5}});
   EXPECT_NEAR(poses[model.links[model.findLink("b")].body]->translation().x(), 0.25, 1e-12);

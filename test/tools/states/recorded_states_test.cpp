@@ -110,7 +110,7 @@ TEST(RecordedStates, LeaveOutWhatTheRobotDoesNotHave) {
                 {3.0, {"elbow"}, {}}});
   EXPECT_EQ(states.warnings(),
             (std::vector<std::string>{
-                "r.bag: joint \"camera_pan_joint\" is not used: no such joint (did you mean \"base\"?).",
+                "r.bag: joint \"camera_pan_joint\" is not used: no such joint.",
                 "r.bag: joint \"base\" is not used: a floating or planar joint has more than one position.",
                 "r.bag: joint \"weld\" is not used: a fixed joint has no position.",
                 "r.bag: joint \"finger\" is not used: the joint follows \"lift\"."}));
