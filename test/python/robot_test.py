@@ -182,7 +182,7 @@ class Loading(InFolder):
         self.assertNotEqual(BALLS, broken)
         with self.assertRaisesRegex(ValueError, '"up_twice" mimics the unknown joint "pu".*allow_broken_mimics'):
             proximity.Robot.from_text(broken)
-        with self.assertWarnsRegex(UserWarning, '"up_twice" mimics the unknown joint "pu" .*a joint of its own'):
+        with self.assertWarnsRegex(UserWarning, '"up_twice" mimics the unknown joint "pu".*a joint of its own'):
             robot = proximity.Robot.from_text(broken, allow_broken_mimics=True)
         self.assertIsNone(robot.joints[2].mimic)
         self.assertIsNone(pickle.loads(pickle.dumps(robot)).joints[2].mimic)
