@@ -171,7 +171,8 @@ std::string table(const Clearance& clearance, std::size_t width) {
 /// The name of the node that has this private topic.
 std::string nodeOf(const std::string& topic) { return topic.substr(0, topic.find_last_of('/')); }
 
-/// Where a node talks, if it is not on `topic`: "; there is one on /cell/clearance: clearance:=/cell/clearance".
+/// Names another topic on which a node publishes a clearance: "; there is one on /cell/clearance:
+/// clearance:=/cell/clearance". "" if there is none.
 std::string elsewhere(const std::string& topic) {
   ros::master::V_TopicInfo topics;
   ros::master::getTopics(topics);

@@ -206,13 +206,17 @@ py::dict objectsOf(const Robot& robot) {
   return objects;
 }
 
-std::unique_ptr<Robot> withObjectFile(const Robot& robot, const std::filesystem::path& path) {
-  static_cast<void>(readTextFile(path));  // throws OSError if the file cannot be read
-  scene::ObjectFile file = scene::readObjectFile(path.string());
+/// Refuses the changes of a file, whose name is `source`.
+std::unique_ptr<Robot> withObjectsOf(const Robot& robot, scene::ObjectFile file, const std::string& source) {
   if (!file.changes.empty())
-    throw std::invalid_argument(path.string() +
+    throw std::invalid_argument(source +
                                 ": it has changes, which are those of states on a way: the tool clearance makes them");
   return withObjects(robot, std::move(file.objects), file.rules, ObjectWarnings::Give);
+}
+
+std::unique_ptr<Robot> withObjectFile(const Robot& robot, const std::filesystem::path& path) {
+  static_cast<void>(readTextFile(path));  // throws OSError if the file cannot be read
+  return withObjectsOf(robot, scene::readObjectFile(path.string()), path.string());
 }
 
 /// Returns the robot after an operation that places an object: at `pose`, or where the object is in the state q. The
@@ -242,11 +246,11 @@ std::unique_ptr<Robot> asConfigured(std::unique_ptr<Robot> robot) {
   for (const std::string& warning : warningsOf(*robot->model())) warn(robot->text().urdf_name + ": " + warning);
   scene::ConfigFile config = configOf(robot->text(), robot->options());
   for (const std::string& warning : config.warnings) warn(warning);
-  if (!config.robot.uncertaintyOf(robot->model()->robot).isZero())
+  if (!config.robot.uncertaintyOf(robot->model()->robot, robot->text().config_name).isZero())
     warn(robot->text().config_name + ": its uncertainty counts where a question is given it: guaranteed()");
   scene::ObjectFile& file = config.robot.objects;
-  if (file.objects.empty() && file.rules.empty()) return robot;
-  return withObjects(*robot, std::move(file.objects), file.rules, ObjectWarnings::Give);
+  if (file.objects.empty() && file.rules.empty() && file.changes.empty()) return robot;
+  return withObjectsOf(*robot, std::move(file), robot->text().config_name);
 }
 
 std::unique_ptr<Robot> robotOfFiles(const std::filesystem::path& urdf, const std::optional<std::filesystem::path>& srdf,

@@ -24,9 +24,8 @@ namespace fs = std::filesystem;
 using proximity_server::node::ReplayOptions;
 
 constexpr char kHelp[] =
-    "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--quiet] [--out FILE] [--explain-event | "
-    "--write-files "
-    "DIR |\n"
+    "usage: clearance --replay FILE.bag [--mesh-tolerance METRES] [--quiet] [--out FILE] "
+    "[--explain-event | --write-files DIR |\n"
     "                                    --second-opinion LIBRARY | --report FILE.html]\n"
     "  --mesh-tolerance METRES  in place of that of the record; 0: triangles\n"
     "  --quiet                  no warnings of the model\n"

@@ -5,20 +5,14 @@
 namespace proximity_server::node {
 
 using scene::Parameter;
-using scene::Range;
 
 std::vector<Parameter> parameterTable(Config& config) {
   constexpr auto kLive = Parameter::Change::Live, kReload = Parameter::Change::Reload,
                  kStart = Parameter::Change::Start;
   MonitorSettings& monitor = config.monitor;
-  std::vector<Parameter> table;
-  std::string heading;
-  const auto add = [&](const char* name, const Parameter::Field& field, const Range& range, const char* unit,
-                       Parameter::Change change, const char* text) {
-    table.push_back({name, field, range, unit, change, text, std::exchange(heading, "")});
-  };
+  scene::ParameterRows add;
 
-  heading = "The robot.";
+  add.heading = "The robot.";
   add("robot_description", &config.robot_description, {}, "", kReload,
       "Name of the parameter with the URDF, searched upwards from the node's namespace.");
   add("semantic_description", &config.semantic_description, {}, "", kReload,
@@ -38,13 +32,13 @@ std::vector<Parameter> parameterTable(Config& config) {
       "`{left: {description: /left/robot_description, tf_prefix: left, joint_states: /left/joint_states}}`. See "
       "[several robots](#several-robots). {}: one robot.");
 
-  for (Parameter& parameter : scene::robotParameters(config, monitor)) table.push_back(std::move(parameter));
+  for (Parameter& parameter : scene::robotParameters(config, monitor)) add.rows.push_back(std::move(parameter));
   add("objects_file", &config.objects_file, {}, "", kStart,
       "Absolute path of a file that keeps the objects and their rules for the next start; no other node may use it. "
       "If the file is there, `objects` is not used. A folder that is not there, or a damaged file, which is not "
       "touched, stops the node; a full disk does not. \"\": objects do not outlive the node.");
 
-  heading = "Transforms.";
+  add.heading = "Transforms.";
   add("max_tf_age", &config.max_tf_age, {1e-3, 1e6}, "s", kReload,
       "Largest age of the common time of all needed joints; beyond it there is no answer: level INVALID, code "
       "TF_STALE. It is also the limit of how far they may be ahead of the clock. It must exceed the longest period "
@@ -56,7 +50,7 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("tf_timeout", &config.tf_timeout, {0, 10}, "s", kReload,
       "Longest wall time for which a service waits for transforms that are missing or later.");
 
-  heading = "Requests.";
+  add.heading = "Requests.";
   add("max_batch", &config.max_batch, {1, 1e9}, "", kReload,
       "The most pairs that one `query_pairs` or `query_configuration` may return: for each state one in the modes "
       "MINIMUM and FIRST, k in K_CLOSEST, every pair in all others. Also the most pairs that a request may list, and "
@@ -72,7 +66,7 @@ std::vector<Parameter> parameterTable(Config& config) {
       "`max_request_time`. When it ends, the answer has the status OVER_BUDGET and the numbers that are proven so "
       "far.");
 
-  heading =
+  add.heading =
       "Records: the last seconds before an event, as a bag that `clearance --replay` answers again; see "
       "[records](../src/node/record/README.md).";
   add("record_seconds", &config.record_seconds, {0, 3600}, "s", kStart,
@@ -88,14 +82,14 @@ std::vector<Parameter> parameterTable(Config& config) {
       "The memory for `record_seconds`. If a cycle has many pairs and bodies, and the rate is high, it may hold less: "
       "a cycle of a robot with 30 links and 10 listed pairs takes about 8 kB.");
 
-  heading = "The system.";
+  add.heading = "The system.";
   add("realtime_priority", &config.realtime_priority, {0, 99}, "", kStart,
       "SCHED_FIFO priority of the threads of monitor and tf, and of the thread that receives transforms and sends "
       "levels (unless `__tcpros_server_port` is set): they run before every program that is not real-time. 0: no "
       "real-time priority. If the system refuses it (`ulimit -r`), the node warns. It helps if the processors are "
       "busy; but then a monitor that takes longer than its period occupies one processor completely.");
 
-  heading = "The monitor.";
+  add.heading = "The monitor.";
   add("rate", &monitor.rate, {0, 1000}, "Hz", kLive,
       "Rate of `~clearance` in ROS time; 0: a cycle on every new set of transforms. Changed objects start a cycle at "
       "once, with a rate one at most between two of its own.");
@@ -132,7 +126,7 @@ std::vector<Parameter> parameterTable(Config& config) {
       "true: each pair that `~clearance` lists has its gradient by the joints. The message then has their names and "
       "positions.");
 
-  heading = "The age of the poses. With `pose_latency` each pair has a `guaranteed` distance, too.";
+  add.heading = "The age of the poses. With `pose_latency` each pair has a `guaranteed` distance, too.";
   add("pose_latency", &config.pose_latency_value, {}, "", kReload,
       "How the monitor takes account of the time from the stamp of the poses until its message is used. off: not at "
       "all. velocity: each joint may have moved on by its velocity of joint_states and `max_acceleration`; a joint "
@@ -152,7 +146,7 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("object_speed", &config.object_speed, {}, "m/s, rad/s", kReload,
       "The same of objects that move with a tf frame that is no link's, for all or by id.");
 
-  heading =
+  add.heading =
       "For controllers: `~constraints` and `~collision_velocity_scale`, each published while somebody listens. Both "
       "keep `stop_distance` and `object_stop_distance`.";
   add("influence_distance", &monitor.influence_distance, {0, 100}, "m", kLive,
@@ -175,7 +169,7 @@ std::vector<Parameter> parameterTable(Config& config) {
   add("max_deceleration", &config.max_deceleration, {1e-3, 1e6}, "rad/s² or m/s²", kReload,
       "For `~collision_velocity_scale`: how hard the joints can brake, one number for all joints, or one for each: "
       "`{elbow: 5.0, slide: 2.0}`. While a joint that moves a checked pair has none, the scale is 0.");
-  return table;
+  return add.rows;
 }
 
 }  // namespace proximity_server::node

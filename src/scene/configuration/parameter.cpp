@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace proximity_server::scene {
 namespace {
@@ -34,6 +35,11 @@ std::string exampleOfPairs(const FileValue::List& flat) {
 }  // namespace
 
 std::string Range::text() const { return "[" + shortest(lowest) + ", " + shortest(highest) + "]"; }
+
+void ParameterRows::operator()(const char* name, const Parameter::Field& field, const Range& range, const char* unit,
+                               Parameter::Change change, const char* text) {
+  rows.push_back({name, field, range, unit, change, text, std::exchange(heading, "")});
+}
 
 /// Sets a field of each type.
 struct ParameterReader::Setter {

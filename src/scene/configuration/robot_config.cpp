@@ -45,13 +45,13 @@ void RobotConfig::setInequalities(RobotModel& robot) const {
   readJointInequalities(*path, robot);
 }
 
-Uncertainty RobotConfig::uncertaintyOf(const RobotModel& robot) const {
+Uncertainty RobotConfig::uncertaintyOf(const RobotModel& robot, const std::string& source) const {
   return uncertaintyFrom(FileValue{FileValue::Map{{"joint_uncertainty", uncertainty.joint},
                                                   {"joint_frame_uncertainty", uncertainty.joint_frame},
                                                   {"base_uncertainty", uncertainty.base},
                                                   {"object_uncertainty", uncertainty.object},
                                                   {"link_uncertainty", uncertainty.link}}},
-                         "parameter", robot);
+                         source, robot);
 }
 
 LevelThresholds RobotConfig::thresholdsOf(const RobotModel& robot, const std::vector<std::string>& srdf_xmls,

@@ -1,20 +1,13 @@
 #include "proximity_server/scene/configuration/robot_config.h"
 
-#include <utility>
-
 namespace proximity_server::scene {
 
 std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& levels) {
   constexpr auto kLive = Parameter::Change::Live, kReload = Parameter::Change::Reload,
                  kStart = Parameter::Change::Start;
-  std::vector<Parameter> table;
-  std::string heading;
-  const auto add = [&](const char* name, const Parameter::Field& field, const Range& range, const char* unit,
-                       Parameter::Change change, const char* text) {
-    table.push_back({name, field, range, unit, change, text, std::exchange(heading, "")});
-  };
+  ParameterRows add;
 
-  heading = "Geometry and pairs. The tools and the Python module read these parameters, too, up to the objects.";
+  add.heading = "Geometry and pairs. The tools and the Python module read these parameters, too, up to the objects.";
   add("mesh_roots", &config.mesh_roots, {}, "", kReload,
       "Folders that are searched for `package://` before those of ROS_PACKAGE_PATH.");
   add("allowed_mesh_roots", &config.allowed_mesh_roots, {}, "", kReload,
@@ -64,7 +57,7 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
   add("tolerance", &config.tolerance, {1e-14, 0.1}, "m", kReload,
       "Accepted gap between the two certified bounds of a distance. A larger gap is faster.");
 
-  heading = "Levels.";
+  add.heading = "Levels.";
   add("warn_distance", &levels.warn_distance, {0, 100}, "m", kLive,
       "At or below it the level of `~clearance` is WARN. If two levels apply, the worse one counts.");
   add("stop_distance", &levels.stop_distance, {0, 100}, "m", kLive,
@@ -89,7 +82,7 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
   add("object_stop_distance", &levels.object_stop_distance, {0, 100}, "m", kLive,
       "The same as `stop_distance` of pairs with an object. It must be at most `object_warn_distance`.");
 
-  heading =
+  add.heading =
       "What is not known exactly. With one of these, each pair has a `guaranteed` distance, the levels are decided by "
       "it, and so are `~constraints` and `~collision_velocity_scale`; see "
       "[uncertainty](UNCERTAINTY.md#uncertainty).";
@@ -107,7 +100,7 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
   add("link_uncertainty", &config.uncertainty.link, {}, "m", kReload,
       "How far the surface of links may be outside of their geometry: one number for all links, or `{hose: 0.01}`.");
 
-  heading = "Objects: what the robot holds and what stands around it.";
+  add.heading = "Objects: what the robot holds and what stands around it.";
   add("objects", &config.objects, {}, "", kStart,
       "What stands there from the start, in the format of [objects](#objects), `[{id: table, pose: {position: {z: "
       "-0.5}}, primitives: [{type: BOX, dimensions: [1.0, 2.0, 0.05]}]}]`. In a launch file: `<rosparam "
@@ -115,7 +108,7 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
   add("check_free_objects", &config.free_objects, {}, "", kReload,
       "true: two objects that no link holds are checked too, if one of them moves with a frame. What a link holds is "
       "checked against all objects in any case.");
-  return table;
+  return add.rows;
 }
 
 const std::vector<std::string>& parametersOfNode() {

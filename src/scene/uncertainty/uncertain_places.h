@@ -26,7 +26,7 @@ class UncertainPlaces {
   void assume(const Uncertainty& uncertainty);
   const Uncertainty& uncertainty() const { return uncertainty_; }
 
-  /// What has changed since the last call of see(). Another uncertainty counts as other poses.
+  /// The changes since the last call of see(). Another uncertainty counts as other poses.
   enum class News : unsigned char { None, Poses, Objects };
   /// Takes a state, which must stay as it is until the next call. Throws std::invalid_argument for one of another robot.
   News see(const State& state);

@@ -51,7 +51,7 @@ scene::LevelThresholds thresholdsOf(const scene::ConfigFile& file, const std::st
   return naming(path, [&] { return file.robot.thresholdsOf(robot, {srdf}, file.levels); });
 }
 
-/// Why a question has no levels or no uncertainty of --config, although no option is wrong; "" if it has both.
+/// The option because of which a question takes no levels of --config; "" if it takes them.
 std::string withoutLevels(const ClearanceOptions& options) {
   const PairSelection& selection = options.question.selection;
   if (options.rows == RowKind::Segment) return "--trajectory";
@@ -62,6 +62,7 @@ std::string withoutLevels(const ClearanceOptions& options) {
   return is_plot ? "--plot, which shows the closest pairs, and --pairs minimum" : "";
 }
 
+/// The option because of which a question takes no uncertainty of --config; "" if it takes it.
 std::string withoutUncertainty(const ClearanceOptions& options) {
   if (options.question.filter == PairFilter::Off) return "--no-filter";
   if (options.sweep.isPart()) return "--shard and --range";
@@ -93,8 +94,7 @@ void setUncertainty(const ClearanceOptions& options, const scene::ConfigFile& co
     question.uncertainty = std::move(uncertainty.of_robot);
     return;
   }
-  scene::Uncertainty uncertainty =
-      naming(files.config, [&] { return config.robot.uncertaintyOf(question.model->robot); });
+  scene::Uncertainty uncertainty = config.robot.uncertaintyOf(question.model->robot, files.config);
   if (uncertainty.isZero()) return;
   const std::string without = withoutUncertainty(options);
   if (!without.empty())
@@ -119,6 +119,10 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
   question.pairs = checkedPairs(*question.model, question.filter);
   question.objects = loadObjects(options.question.objects_file, options.robot, question.model);
   if (question.objects && question.objects_file.empty()) question.objects_file = options.robot.config;
+  if (question.objects && options.format == RowFormat::Npy)
+    throw std::invalid_argument(question.objects_file +
+                                ": --format npy does not go with objects: it numbers the pairs "
+                                "of links");
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
   if (question.pairs.empty() && !question.objects)
     throw std::invalid_argument(options.robot.urdf + ": no pair of links is checked");

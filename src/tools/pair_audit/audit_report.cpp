@@ -186,7 +186,7 @@ class Report {
            ".\n";
   }
 
-  /// What was not looked at.
+  /// The pairs that the time budget left out.
   std::string cutText() const {
     const auto is_open = [](const PairEvidence& evidence) { return !evidence.is_searched; };
     return "The time was over: " + std::to_string(std::count_if(study_.pairs.begin(), study_.pairs.end(), is_open)) +

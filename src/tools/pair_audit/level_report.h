@@ -14,10 +14,10 @@ namespace proximity_server::tools {
 std::string levelReport(const scene::RobotModel& robot, const PairStudy& study, const LevelShares& shares,
                         const scene::StopAndWarn& usual);
 
-/// What a suspect may be: "an overlap of the model".
+/// The likely reason of the contacts of a suspect: "an overlap of the model".
 std::string suspicionOf(const PairLevels& pair);
 
-/// What it costs to disable a pair.
+/// The states in which nothing warns of a pair once it is disabled, as a text.
 std::string costOfDisabling(const PairLevels& pair, const PairStudy& study);
 
 }  // namespace proximity_server::tools

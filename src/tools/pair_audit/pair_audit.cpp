@@ -32,7 +32,7 @@ namespace {
 
 constexpr scene::StopAndWarn kUsual{0.02, 0.05};  // [m] the defaults of the node
 
-/// What --setup does about suspects, see PairLevels: ask a person, or disable them.
+/// How --setup treats suspects, see PairLevels: it asks a person, or disables them.
 enum class Overlaps : unsigned char { Asked, Accepted };
 
 struct AuditArguments {
@@ -159,7 +159,7 @@ std::string readyText(const std::string& folder) {
   return "\n" + folder + " is ready: roslaunch " + folder + "/proximity.launch simulate:=true\n";
 }
 
-/// What a person has to decide about suspects before a folder is ready. `disabled` has the levels without them.
+/// The text of a folder with suspects, about which a person has to decide first. `disabled` has the levels without them.
 std::string notReadyText(const std::string& folder, const std::vector<PairLevels>& suspects, const RestState& rest,
                          const LevelShares& disabled) {
   const bool rests = rest.level < scene::ClearanceLevel::Collision;

@@ -105,7 +105,7 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files)
 scene::RobotModel loadJoints(const RobotFiles& files) {
   scene::ModelOptions options;
   options.allow_missing_meshes = true;
-  options.allow_broken_mimics = files.allow_broken_mimics;
+  options.allow_broken_mimics = configOf(files).robot.model.allow_broken_mimics;
   const scene::MeshResolver no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
   return naming(files.urdf, [&] { return scene::loadRobotModel(readTextFile(files.urdf), no_mesh, options); });
 }

@@ -85,6 +85,13 @@ TEST_F(ClearanceConfig, ObjectsStandThereFromTheStart) {
   expectPair(rowWith(ball + "reference_frame: c"), "cball", 0.05);  // c is at 0.62
 }
 
+TEST_F(ClearanceConfig, ObjectsHaveNoNumbersInNpy) {
+  const CommandResult result = runWith("objects: [{id: ball, primitives: [{type: SPHERE, dimensions: [0.1]}]}]",
+                                       "--format npy --out " + files_.path("rows.npy"));
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_TRUE(says(result.errors, "cell.yaml: --format npy does not go with objects")) << result.errors;
+}
+
 TEST_F(ClearanceConfig, WhatAQuestionDoesNotTakeIsTold) {
   EXPECT_TRUE(says(runWith("rate: 50\nlookahead: 1").errors, "cell.yaml: only a running node uses rate, lookahead"));
   EXPECT_TRUE(says(runWith("stop_distanse: 0.01\nrate: 50").errors,
@@ -103,7 +110,8 @@ TEST_F(ClearanceConfig, WhatIsWrongIsRefusedWithItsLine) {
   expectRefusal("rate: 50\ndefault_padding: -1", "cell.yaml, line 2: default_padding is -1, outside of [0, 10]");
   expectRefusal("robots: {left: {description: /left}}", "robots describes several robots, but the URDF is one");
   expectRefusal("link_padding: {d: 0.1}", "\"d\"");
-  expectRefusal("joint_uncertainty: {to_d: 1}", "to_d");
+  expectRefusal("rate: 50\njoint_uncertainty: {to_d: 1}",
+                "cell.yaml, line 2: joint_uncertainty/to_d: there is no joint");
   expectRefusal("link_stop_distance: {d: 0.1}", "d");
   expectRefusal("objects: [{id: ball}]", "cell.yaml, line 1");
   expectRefusal("joint_inequalities: [\"to_d <= 1\"]", "to_d");

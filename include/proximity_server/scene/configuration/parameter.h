@@ -47,6 +47,15 @@ struct Parameter {
   std::string heading;  ///< heading of the rows from this one on; "" if the heading above stays
 };
 
+/// Makes the rows of a table.
+struct ParameterRows {
+  std::vector<Parameter> rows;
+  std::string heading;  ///< of the next row
+
+  void operator()(const char* name, const Parameter::Field& field, const Range& range, const char* unit,
+                  Parameter::Change change, const char* text);
+};
+
 /// Reads the members of a map into the fields of parameters, and remembers the names that it was asked for.
 ///
 /// Failure: throws std::invalid_argument with the place, the name and the demand: "parameter /node/rate must be a
@@ -74,7 +83,7 @@ class ParameterReader {
   std::vector<std::string> unknown() const;
   const std::vector<std::string>& known() const { return known_; }
 
-  /// What stands before a name in a message: "parameter /node/", "robot.yaml, line 3: ".
+  /// The beginning of a message, before the name: "parameter /node/", "robot.yaml, line 3: ".
   std::string place(int line = 0) const;
 
  private:

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-// What the node's parameters say about a robot: its geometry, its pairs, its levels, what is not known exactly, and the
-// objects. The node, the tools and the Python module read them by the same rows.
+// The parameters of the node that describe a robot: geometry, pairs, levels, uncertainty and objects. The node, the tools
+// and the Python module read them by the same rows.
 
 namespace proximity_server::scene {
 
@@ -33,6 +33,7 @@ struct UncertaintyValues {
   FileValue joint{0.0}, joint_frame{0.0}, base{0.0}, object{0.0}, link{0.0};
 };
 
+/// The values of these parameters.
 struct RobotConfig {
   std::vector<std::string> mesh_roots;          ///< searched for packages before ROS_PACKAGE_PATH
   std::vector<std::string> allowed_mesh_roots;  ///< empty: meshes may lie anywhere
@@ -56,9 +57,9 @@ struct RobotConfig {
   /// Failure: throws std::invalid_argument as setJointInequalities() does, and for a path that is not absolute.
   void setInequalities(RobotModel& robot) const;
 
-  /// The uncertainty of a robot.
+  /// The uncertainty of a robot. `source`: the name of the file of the parameters, if there is one.
   /// Failure: throws std::invalid_argument as uncertaintyFrom() does.
-  Uncertainty uncertaintyOf(const RobotModel& robot) const;
+  Uncertainty uncertaintyOf(const RobotModel& robot, const std::string& source = "parameter") const;
 
   /// The thresholds of a robot, as levelThresholds() has them.
   LevelThresholds thresholdsOf(const RobotModel& robot, const std::vector<std::string>& srdf_xmls,
@@ -71,11 +72,11 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
 /// The names of the node's other parameters, which mean nothing without a running node.
 const std::vector<std::string>& parametersOfNode();
 
-/// What a file says about a robot.
+/// The parameters of a robot in a file.
 struct ConfigFile {
   RobotConfig robot;
   LevelDistances levels;
-  /// Names that are unknown, and so have no effect ("cell.yaml: link_pading is unknown ..."), and a sentence about those
+  /// Names that are unknown, and so have no effect ('cell.yaml: parameter "link_pading" (did you mean "link_padding"?) has no effect'), and a sentence about those
   /// of parametersOfNode().
   std::vector<std::string> warnings;
 };
