@@ -158,7 +158,8 @@ class OfAConfiguration(unittest.TestCase):
         for text, message in (("default_padding: -1", "the configuration, line 1: default_padding is -1"),
                               ("robots: {left: {description: a}}", "robots describes several robots"),
                               ("link_padding: {nobody: 1}", "nobody"),
-                              ("objects: {changes: [{at: {row: 0}, operation: REMOVE, id: a}]}", "it has changes"), ("link_stop_distance: {nobody: 0}", "nobody")):
+                              ("objects: {changes: [{at: {row: 0}, operation: REMOVE, id: a}]}",
+                               "it has changes"), ("link_stop_distance: {nobody: 0}", "nobody")):
             with self.assertRaisesRegex(ValueError, message):
                 balls(config=text)
 
