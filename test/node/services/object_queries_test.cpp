@@ -92,7 +92,8 @@ TEST_F(Objects, AreAskedAsAWhole) {
   request.b = answer.b;
   EXPECT_EQ(ask(request).pair.distance, answer.distance);
   request.b.index = 2;
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "object 'part' has shapes up to number 1, asked was number 2");
+  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT,
+                "object 'part' has shapes up to number 1, asked was number 2");
 }
 
 TEST_F(Objects, AreRefusedIfNameRobotOrKindIsThatOfAnother) {
