@@ -1,6 +1,7 @@
 #include "system/number_text.h"
 
 #include <algorithm>
+#include <cmath>
 
 #ifdef __cpp_lib_to_chars
 
@@ -206,6 +207,22 @@ std::string cut(std::string_view text, std::size_t most) {
 }
 
 }  // namespace
+
+std::optional<PositionText> positionIn(std::string_view text) {
+  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  constexpr std::string_view kUnit = "deg";
+  PositionText position;
+  position.is_in_degrees = text.size() > kUnit.size() && text.substr(text.size() - kUnit.size()) == kUnit;
+  if (position.is_in_degrees) {
+    text.remove_suffix(kUnit.size());
+    if (text.back() == ' ') text.remove_suffix(1);
+  }
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const std::optional<double> number = numberIn<double>(text);
+  if (!number || !std::isfinite(*number)) return std::nullopt;
+  position.value = position.is_in_degrees ? *number * kDegree : *number;
+  return position;
+}
 
 std::string readable(std::string message) {
   if (message.size() <= kLongestWord) return message;

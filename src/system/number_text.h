@@ -22,6 +22,15 @@ std::optional<Number> numberIn(std::string_view text) {
 template <>
 std::optional<double> numberIn<double>(std::string_view text);
 
+/// A position of a joint, or an angle, as a text states it.
+struct PositionText {
+  double value = 0.0;          ///< [rad] or [m]
+  bool is_in_degrees = false;  ///< the text is
+};
+
+/// Reads a finite number, or an angle like "90deg" or "90 deg", with any sign; nullopt if the whole of the text is neither.
+std::optional<PositionText> positionIn(std::string_view text);
+
 /// The shortest text that gives the same number when it is read: "0.02", "1e-05".
 std::string shortest(double number);
 

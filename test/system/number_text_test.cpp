@@ -231,6 +231,18 @@ TEST(Readable, IsALongNameCutInItsMiddleAndNoReasonIsLost) {
   EXPECT_NE(text.find("xxxend': did you mean 'hand'?"), std::string::npos) << text;
 }
 
+TEST(Position, IsANumberOrAnAngle) {
+  for (const char* const text : {"0.5", "+0.5", "28.64788975654116deg", "+28.64788975654116 deg"}) {
+    const auto position = positionIn(text);
+    ASSERT_TRUE(position.has_value()) << text;
+    EXPECT_DOUBLE_EQ(position->value, 0.5) << text;
+    EXPECT_EQ(position->is_in_degrees, std::string(text).find('g') != std::string::npos) << text;
+  }
+  for (const char* const text :
+       {"", "deg", " deg", "+deg", "+-1", "1 rad", "1deg ", "1  deg", "inf", "nan deg", "1e400deg"})
+    EXPECT_FALSE(positionIn(text).has_value()) << text;
+}
+
 TEST(Readable, IsALongMessageOfShortWordsCutInItsMiddle) {
   std::string list;
   for (int i = 0; i < 100000; ++i) list += "name" + std::to_string(i) + ", ";

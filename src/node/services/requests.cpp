@@ -1,5 +1,6 @@
 #include "node/services/requests.h"
 
+#include "node/answers/conversions.h"
 #include "node/objects/object_needs.h"
 #include "proximity_server/scene/model/names.h"
 
@@ -66,18 +67,45 @@ scene::ShapeRef linkRefOf(const scene::RobotModel& robot, int index, const Shape
   return {index, number};
 }
 
-scene::ShapeRef shapeRefOf(const RequestContext& context, const ShapeRef& ref) {
+/// An object is asked as a whole, also if an answer tells which of its shapes it was.
+scene::ShapeRef objectRefOf(const RequestContext& context, int number, const ShapeRef& ref) {
+  const std::size_t shapes = scene::shapesOf(*context.sceneObjects().object(number)).size();
+  if (ref.index > shapes)
+    refuse("object '" + ref.link + "' has shapes up to number " + std::to_string(shapes) + ", asked was number " +
+           std::to_string(ref.index));
+  return scene::ShapeRef::ofObject(number);
+}
+
+scene::ShapeRef namedRefOf(const RequestContext& context, const ShapeRef& ref) {
   const int link = context.model().findLink(ref.link);
   if (link >= 0) return linkRefOf(context.model(), link, ref);
   const int number = context.sceneObjects().find(ref.link);
   if (number < 0)
     context.sceneObjects().empty() ? static_cast<void>(linkNamed(context.model(), ref.link))
                                    : refuseName(context, ref.link);
-  if (ref.index == 0 && ref.name.empty()) return scene::ShapeRef::ofObject(number);
-  refuse("object '" + ref.link + "' is asked as a whole only: index must be 0, and name empty");
+  return objectRefOf(context, number, ref);
 }
 
-bool isEmpty(const ShapeRef& ref) { return ref.link.empty() && ref.index == 0 && ref.name.empty(); }
+/// What an answer says of a shape is a valid request; "", 0 and LINK say nothing.
+scene::ShapeRef shapeRefOf(const RequestContext& context, const ShapeRef& ref) {
+  const scene::ShapeRef found = namedRefOf(context, ref);
+  ShapeRef answer;
+  assign(answer, {context.model(), &context.sceneObjects()}, found);
+  const auto require = [&](const char* field, const std::string& given, const std::string& known) {
+    if (!given.empty() && given != known)
+      refuse(std::string(field) + " is '" + given + "', but that of '" + ref.link + "' is '" + known + "'");
+  };
+  require("name", ref.name, answer.name);
+  require("robot", ref.robot, answer.robot);
+  if (ref.kind != ShapeRef::LINK && ref.kind != answer.kind)
+    refuse("kind is " + std::to_string(ref.kind) + ", but '" + ref.link + "' is " +
+           (found.isLink() ? "a link: 0" : "an object: 1"));
+  return found;
+}
+
+bool isEmpty(const ShapeRef& ref) {
+  return ref.link.empty() && ref.index == 0 && ref.name.empty() && ref.robot.empty() && ref.kind == ShapeRef::LINK;
+}
 
 bool overlap(const scene::ShapeRef& a, const scene::ShapeRef& b) {
   const bool is_part = a.isLink() && a.link() == b.link() && (a.collision() == 0 || b.collision() == 0);

@@ -48,7 +48,10 @@ struct ParameterReader::Setter {
   const Parameter& parameter;
 
   void operator()(std::string* target) const { *target = text(value); }
-  void operator()(std::vector<std::string>* target) const { *target = reader.texts(value, parameter.name); }
+  void operator()(std::vector<std::string>* target) const {
+    const auto* const one = std::get_if<std::string>(&value.content);
+    *target = one ? std::vector<std::string>{*one} : reader.texts(value, parameter.name);
+  }
   void operator()(bool* target) const {
     const auto* const truth = std::get_if<bool>(&value.content);
     require(truth, "must be true or false");

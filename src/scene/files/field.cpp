@@ -1,6 +1,7 @@
 #include "scene/files/field.h"
 
 #include "proximity_server/scene/model/names.h"
+#include "system/number_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,6 +34,14 @@ double Field::number() const {
   const auto* number = std::get_if<double>(&value_.content);
   if (!number || !std::isfinite(*number)) refuse("must be a finite number");
   return *number;
+}
+
+double Field::angle(bool turns) const {
+  if (!isText()) return number();
+  const auto angle = system::positionIn(text());
+  if (!angle || !angle->is_in_degrees) refuse("must be a finite number" + std::string(turns ? ", or like 0.5deg" : ""));
+  if (!turns) refuse("must be a number in metres: what is prismatic has no angle");
+  return angle->value;
 }
 
 long Field::wholeNumber() const {

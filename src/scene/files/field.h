@@ -43,7 +43,9 @@ class Field {
   bool isMap() const { return std::holds_alternative<FileValue::Map>(value_.content); }
   bool isText() const { return std::holds_alternative<std::string>(value_.content); }
 
-  double number() const;     ///< finite
+  double number() const;  ///< finite
+  /// A finite number, or an angle like "0.5deg" of something that turns, [rad].
+  double angle(bool turns = true) const;
   long wholeNumber() const;  ///< at least 0
   bool truth() const;
   const std::string& text() const;

@@ -104,11 +104,23 @@ std::map<std::string, double> ofRobot(const Member& robot, const std::map<std::s
   return own;
 }
 
+/// The same of names.
+std::vector<std::string> ofRobot(const Member& robot, const std::vector<std::string>& links) {
+  std::vector<std::string> own;
+  const std::string begin = robot.nameInModel("");
+  for (const std::string& link : links) {
+    if (link == kAllLinks) own.push_back(link);
+    if (link.compare(0, begin.size(), begin) == 0) own.push_back(robot.ownName(link));
+  }
+  return own;
+}
+
 RobotModel loadOne(const NamedUrdf& robot, const MeshResolver& resolve, const ModelOptions& options) {
   const Member member{robot.name, ""};
   ModelOptions own = options;
   own.link_padding = ofRobot(member, options.link_padding);
   own.link_mesh_tolerance = ofRobot(member, options.link_mesh_tolerance);
+  own.collision_from_visual = ofRobot(member, options.collision_from_visual);
   if (options.progress) own.progress = [&](const std::string& step) { options.progress(member.sentence(step)); };
   try {
     return loadRobotModel(robot.urdf_xml, resolve, own);

@@ -20,11 +20,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-void requireLinks(const std::string& what, const std::map<std::string, double>& by_link, const RobotModel& model) {
-  for (const auto& [link, value] : by_link) {
-    if (model.findLink(link) >= 0) continue;
+void requireLink(const std::string& what, const std::string& link, const RobotModel& model) {
+  if (model.findLink(link) < 0)
     throw std::invalid_argument(what + ": no link " + unknownName(link, namesOf(model.links)));
-  }
 }
 
 MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) {
@@ -144,14 +142,15 @@ void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geom
 }
 
 /// Adds one <collision> and the pieces that stand for it alone.
-void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& options, GeometryReader& reader,
-                  GeometryWarnings& warnings, RobotModel& model) {
+void addCollision(int link, const urdf::Collision& urdf, bool is_visual, const ModelOptions& options,
+                  GeometryReader& reader, GeometryWarnings& warnings, RobotModel& model) {
   Link& owner = model.links[link];
   const int number = static_cast<int>(owner.collisions.size()) + 1;
   const Place place{owner.name, number};
   try {
     CollisionGeometry geometry = readGeometry(*urdf.geometry, place, options, reader, warnings);
     warnOfMillimetres(*urdf.geometry, geometry, place, warnings);
+    if (is_visual) geometry.description += ", of its <visual>";
     const Isometry3d body_T_collision = owner.body_T_link * toEigen(urdf.origin);
     if (!body_T_collision.matrix().allFinite()) throw std::invalid_argument("its pose is not finite");
     if (model.collisions.size() == kMaxCollisions || model.pieces.size() + geometry.shapes.size() > kMaxPieces) {
@@ -171,7 +170,7 @@ void addCollision(int link, const urdf::Collision& urdf, const ModelOptions& opt
     }
     owner.collisions.push_back(system::append(model.collisions, std::move(collision)));
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("URDF: " + place.text() + ": " + error.what());
+    throw std::invalid_argument("URDF: " + place.text() + (is_visual ? ", of its <visual>: " : ": ") + error.what());
   }
 }
 
@@ -215,21 +214,30 @@ void readMeshesAhead(const urdf::ModelInterface& urdf, const ModelOptions& optio
 }  // namespace
 
 void requireLinks(const ModelOptions& options, const RobotModel& model) {
-  requireLinks("link_padding", options.link_padding, model);
-  requireLinks("link_mesh_tolerance", options.link_mesh_tolerance, model);
+  for (const auto& [link, padding] : options.link_padding) requireLink("link_padding", link, model);
+  for (const auto& [link, tolerance] : options.link_mesh_tolerance) requireLink("link_mesh_tolerance", link, model);
+  for (const std::string& link : options.collision_from_visual)
+    if (link != kAllLinks) requireLink("collision_from_visual", link, model);
 }
 
 void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, const ModelOptions& options,
-                 RobotModel& model) {
+                 const FromVisual& visuals, RobotModel& model) {
   GeometryReader reader(resolve);
   readMeshesAhead(urdf, options, model, reader);
   GeometryWarnings warnings;
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link) {
     const auto& collisions = urdf.getLink(model.links[link].name)->collision_array;
-    for (const auto& collision : collisions) addCollision(link, *collision, options, reader, warnings, model);
+    const bool are_visual = visuals.taken.count(model.links[link].name) > 0;
+    for (const auto& collision : collisions)
+      addCollision(link, *collision, are_visual, options, reader, warnings, model);
     addPiecesToBody(link, findCapsules(collisions), options, model);
   }
   for (std::string& warning : warnings.sentences()) model.warnings.push_back(std::move(warning));
+  if (!visuals.only_seen.empty())
+    model.warnings.push_back(
+        "Seen, but not checked, as they have no <collision>: " + std::to_string(visuals.only_seen.size()) + " of " +
+        std::to_string(visuals.seen) + " links with a <visual>: " + listed(visuals.only_seen) +
+        ". The parameter collision_from_visual makes them count.");
   if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
 }
 

@@ -23,12 +23,13 @@ double ModelOptions::meshToleranceOf(const std::string& link) const {
 
 RobotModel loadRobotModel(const std::string& urdf_xml, const MeshResolver& resolve, const ModelOptions& options) {
   RobotModel model;
-  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, model.warnings);
+  FromVisual visuals{options.collision_from_visual};
+  const urdf::ModelInterfaceSharedPtr urdf = readUrdf(urdf_xml, visuals, model.warnings);
   model.name = urdf->getName();
   model.robots.front().urdf_name = model.name;
   addKinematicTree(*urdf, options, model);
   requireLinks(options, model);
-  addGeometry(*urdf, resolve, options, model);
+  addGeometry(*urdf, resolve, options, visuals, model);
   return model;
 }
 

@@ -1,5 +1,6 @@
 #include "scene/loading/urdf_document.h"
 
+#include "proximity_server/scene/loading/model_options.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/files/xml_text.h"
 #include "scene/mesh/input_limits.h"
@@ -128,6 +129,17 @@ void checkLink(const XMLElement& link) {
   }
 }
 
+/// Makes the visual geometry of the link its collision geometry, if that is wanted.
+void takeVisual(XMLElement& link, FromVisual& visuals) {
+  if (!link.FirstChildElement("visual")) return;
+  ++visuals.seen;
+  if (link.FirstChildElement("collision")) return;
+  const std::string name = attribute(link, "name");
+  if (!isOneOf(name, visuals.wanted) && !isOneOf(kAllLinks, visuals.wanted)) return visuals.only_seen.push_back(name);
+  visuals.taken.insert(name);
+  while (XMLElement* const visual = link.FirstChildElement("visual")) visual->SetName("collision");
+}
+
 /// urdfdom passes a text that it cannot read as a number to printf, as the format.
 void checkNumbers(const XMLElement& element, const std::string& where) {
   static const std::vector<std::string> kNames = {"name", "type", "link", "joint", "filename"};
@@ -168,7 +180,8 @@ void checkTree(const XMLElement& robot) {
 
 }  // namespace
 
-urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml, std::vector<std::string>& warnings) {
+urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml, FromVisual& visuals,
+                                       std::vector<std::string>& warnings) {
   tinyxml2::XMLDocument document;
   try {
     parseXml(urdf_xml, document);
@@ -183,6 +196,7 @@ urdf::ModelInterfaceSharedPtr readUrdf(const std::string& urdf_xml, std::vector<
   checkNumber(*robot, "joint");
   if (count(robot, "link") == 0) fail("the robot has no links");
   for (auto* link = robot->FirstChildElement("link"); link; link = link->NextSiblingElement("link")) {
+    takeVisual(*link, visuals);
     checkLink(*link);
     warnOfDropped(*link, "link " + quoted(attribute(*link, "name")) + ": ", {"collision", "visual", "inertial"},
                   warnings);

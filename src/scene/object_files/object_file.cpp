@@ -25,20 +25,24 @@ using Operation = ObjectEdit::Operation;
 constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
 constexpr long kMostVertices = std::numeric_limits<int>::max();
 
+double numberOf(const Field& field) { return field.number(); }
+double angleOf(const Field& field) { return field.angle(); }
+
 /// Reads numbers by their names, where a missing one is 0, or as a list in their order.
 template <std::size_t N>
-std::array<double, N> numbersOf(const Field& field, const std::array<const char*, N>& names) {
+std::array<double, N> numbersOf(const Field& field, const std::array<const char*, N>& names,
+                                double (*read)(const Field&) = numberOf) {
   std::array<double, N> numbers{};
   if (field.isList()) {
     const std::vector<Field> entries = field.entries();
     if (entries.size() != N)
       field.refuse("has " + std::to_string(entries.size()) + " numbers instead of " + std::to_string(N));
-    for (std::size_t i = 0; i < N; ++i) numbers[i] = entries[i].number();
+    for (std::size_t i = 0; i < N; ++i) numbers[i] = read(entries[i]);
     return numbers;
   }
   field.requireMembers({names.begin(), names.end()});
   for (std::size_t i = 0; i < N; ++i)
-    if (const auto number = field.find(names[i])) numbers[i] = number->number();
+    if (const auto number = field.find(names[i])) numbers[i] = read(*number);
   return numbers;
 }
 
@@ -48,7 +52,7 @@ Vector3d vectorOf(const Field& field) {
 }
 
 Eigen::Quaterniond rotationOfRpy(const Field& field) {
-  const auto angles = numbersOf<3>(field, {"roll", "pitch", "yaw"});
+  const auto angles = numbersOf<3>(field, {"roll", "pitch", "yaw"}, angleOf);
   return Eigen::AngleAxisd(angles[2], Vector3d::UnitZ()) * Eigen::AngleAxisd(angles[1], Vector3d::UnitY()) *
          Eigen::AngleAxisd(angles[0], Vector3d::UnitX());
 }

@@ -6,6 +6,7 @@
 #include "scene/model/body_pose.h"
 #include "scene/model/pieces.h"
 #include "scene/objects/object_geometry.h"
+#include "system/number_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -128,6 +129,9 @@ struct Parts {
   std::vector<std::string> warnings;
 };
 
+/// [m] From the frame of an object. What stands around a robot is nearer, but not if it is in millimetres.
+constexpr double kOddlyFar = 100.0;
+
 void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   const auto pose = usablePose(shape.object_T_shape);
   if (!pose) throw std::invalid_argument("its pose is not finite, or no rotation");
@@ -144,6 +148,14 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
     requireNear(piece, "the object");
     all.pieces.push_back(std::move(piece));
   }
+  const auto lengths = all.chain_lengths.end() - static_cast<std::ptrdiff_t>(parts.parts.size());
+  const auto farthest = std::max_element(lengths, all.chain_lengths.end());
+  if (farthest != all.chain_lengths.end() && *farthest > kOddlyFar) {
+    std::string warning = "shape " + std::to_string(index + 1) + " reaches ";
+    system::appendRounded(warning, *farthest, 3);
+    all.warnings.push_back(warning + " m from the frame of the object: are its numbers in millimetres?");
+  }
+
   for (const HalfSpace& half_space : parts.half_spaces) {
     const Vector3d normal = (pose->linear() * half_space.normal).normalized();
     const double offset = half_space.offset + normal.dot(pose->translation()) + options.padding;

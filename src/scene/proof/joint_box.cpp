@@ -69,10 +69,12 @@ JointBox jointBoxFrom(const std::string& yaml, const std::string& source, const 
   for (const std::string& name : file.members()) {
     const Field member = file.member(name);
     JointRange& interval = intervalIn(box, jointNamed(name, member, robot));
-    const std::vector<double> ends = member.isList() ? member.numbers() : std::vector<double>(2, member.number());
-    if (ends.size() != 2 || ends[0] > ends[1]) member.refuse("is neither a position nor [lower, upper]");
-    interval.lower = ends[0];
-    interval.upper = ends[1];
+    const bool turns = robot.joints[interval.joint].type != Joint::Type::Prismatic;
+    const std::vector<Field> ends = member.isList() ? member.entries() : std::vector<Field>{member};
+    if (member.isList() && ends.size() != 2) member.refuse("is neither a position nor [lower, upper]");
+    interval.lower = ends.front().angle(turns);
+    interval.upper = ends.back().angle(turns);
+    if (interval.lower > interval.upper) member.refuse("is neither a position nor [lower, upper]");
   }
   return box;
 }

@@ -18,18 +18,23 @@ bool isPose(const Field& field) {
                      [](const std::string& name) { return name == "translation" || name == "angle"; });
 }
 
-double boundIn(const Field& field) {
-  const double bound = field.number();
+/// A length, an angle, or a bound of what turns or does not.
+double boundIn(const Field& field, bool turns) {
+  const double bound = field.angle(turns);
   if (bound < 0.0) field.refuse("must not be negative");
   return bound;
 }
 
+double lengthIn(const Field& field) { return boundIn(field, false); }
+
+double boundOf(const Joint& joint, const Field& field) { return boundIn(field, joint.type != Joint::Type::Prismatic); }
+
 PoseUncertainty poseIn(const Field& field) {
-  if (!field.isMap()) return {boundIn(field), 0.0};
+  if (!field.isMap()) return {lengthIn(field), 0.0};
   field.requireMembers({"translation", "angle"});
   PoseUncertainty pose;
-  if (const auto translation = field.find("translation")) pose.translation = boundIn(*translation);
-  if (const auto angle = field.find("angle")) pose.angle = boundIn(*angle);
+  if (const auto translation = field.find("translation")) pose.translation = lengthIn(*translation);
+  if (const auto angle = field.find("angle")) pose.angle = boundIn(*angle, true);
   return pose;
 }
 
@@ -63,13 +68,25 @@ void readList(const std::optional<Field>& field, const IsOne& isOne, const std::
   });
 }
 
-/// A map of joints names no joint that follows another one.
-void requireLeaders(const std::optional<Field>& field, const RobotModel& robot) {
-  if (!field || !field->isMap()) return;
-  for (const Joint& joint : robot.joints)
-    if (joint.mimic && field->find(joint.name))
-      field->member(joint.name)
-          .refuse("the joint follows \"" + robot.joints[joint.mimic->joint].name + "\", and so does its uncertainty");
+/// One bound for all joints, or a map with bounds of some.
+std::vector<double> positionsIn(const Field& field, const RobotModel& robot) {
+  std::vector<double> positions(robot.joints.size(), 0.0);
+  const std::optional<Field> others = field.isMap() ? field.find(kOthers) : field;
+  const std::vector<std::string> named = field.isMap() ? field.members() : std::vector<std::string>();
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Joint& joint = robot.joints[i];
+    const bool is_named = std::find(named.begin(), named.end(), joint.name) != named.end();
+    if (others && !is_named && hasOnePosition(joint)) positions[i] = boundOf(joint, *others);
+  }
+  for (const std::string& name : named) {
+    if (name == kOthers) continue;
+    const Field bound = field.member(name);
+    const std::size_t i = placeOf(name, namesOf(robot.joints), "joint", bound);
+    if (const auto& mimic = robot.joints[i].mimic)
+      bound.refuse("the joint follows \"" + robot.joints[mimic->joint].name + "\", and so does its uncertainty");
+    positions[i] = boundOf(robot.joints[i], bound);
+  }
+  return positions;
 }
 
 }  // namespace
@@ -88,22 +105,18 @@ Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, 
 
 Uncertainty uncertaintyFrom(const FileValue& value, const std::string& source, const RobotModel& robot) {
   const Field file(value, source);
-  if (std::holds_alternative<double>(value.content)) return uncertaintyOfJoints(robot, boundIn(file));
+  Uncertainty uncertainty(robot);
+  if (!file.isMap()) {
+    uncertainty.positions = positionsIn(file, robot);
+    return uncertainty;
+  }
   file.requireMembers(
       {"joint_uncertainty", "joint_frame_uncertainty", "base_uncertainty", "object_uncertainty", "link_uncertainty"});
-  Uncertainty uncertainty(robot);
   const std::vector<std::string> joints = namesOf(robot.joints);
-  const std::optional<Field> positions = file.find("joint_uncertainty");
-  requireLeaders(positions, robot);
-  readByName(positions, isNumber, [&](const std::string& name, const Field& position) {
-    if (name == kOthers)
-      uncertainty.positions = uncertaintyOfJoints(robot, boundIn(position)).positions;
-    else
-      uncertainty.positions[placeOf(name, joints, "joint", position)] = boundIn(position);
-  });
+  if (const auto positions = file.find("joint_uncertainty")) uncertainty.positions = positionsIn(*positions, robot);
   readList(file.find("joint_frame_uncertainty"), isPose, joints, "joint", poseIn, uncertainty.frames);
   readList(file.find("base_uncertainty"), isPose, namesOf(robot.robots), "robot", poseIn, uncertainty.bases);
-  readList(file.find("link_uncertainty"), isNumber, namesOf(robot.links), "link", boundIn, uncertainty.swellings);
+  readList(file.find("link_uncertainty"), isNumber, namesOf(robot.links), "link", lengthIn, uncertainty.swellings);
   readByName(file.find("object_uncertainty"), isPose, [&](const std::string& name, const Field& pose) {
     (name == kOthers ? uncertainty.objects : uncertainty.own_objects[name]) = poseIn(pose);
   });

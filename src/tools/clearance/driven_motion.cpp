@@ -24,28 +24,15 @@ namespace {
 
 using scene::FileValue;
 
-constexpr double kDegree = 3.14159265358979323846 / 180.0;
 constexpr char kOthers[] = "*";
 
-/// A bound of every joint, or of those that turn.
-struct ErrorBound {
-  double most;  ///< [rad] or [m]
-  bool is_angle;
-};
+/// A bound of every joint, or in degrees of those that turn.
+using ErrorBound = system::PositionText;
 
-/// nullopt if the text is no number, with or without a unit.
-std::optional<ErrorBound> numberOrAngle(const std::string& text) {
-  const bool is_angle = text.size() > 3 && text.compare(text.size() - 3, 3, "deg") == 0;
-  const std::optional<double> number = numberIn<double>(is_angle ? text.substr(0, text.size() - 3) : text);
-  if (!number) return std::nullopt;
-  return ErrorBound{is_angle ? *number * kDegree : *number, is_angle};
-}
-
-/// The same. Throws std::invalid_argument for a number that is not finite, or below 0.
+/// nullopt if the text is neither a number nor an angle. Throws std::invalid_argument for one below 0.
 std::optional<ErrorBound> boundIn(const std::string& text) {
-  const std::optional<ErrorBound> bound = numberOrAngle(text);
-  if (bound && !(std::isfinite(bound->most) && bound->most >= 0.0))
-    throw std::invalid_argument("'" + text + "' is not a number from 0 on");
+  const std::optional<ErrorBound> bound = system::positionIn(text);
+  if (bound && bound->value < 0.0) throw std::invalid_argument("'" + text + "' is not a number from 0 on");
   return bound;
 }
 
@@ -77,7 +64,7 @@ ErrorBound boundOf(const FileValue& value, const std::string& joint) {
   std::optional<ErrorBound> bound;
   if (const auto* const number = std::get_if<double>(&value.content)) bound = ErrorBound{*number, false};
   if (const auto* const text = std::get_if<std::string>(&value.content)) bound = boundIn(*text);
-  if (!bound || !(std::isfinite(bound->most) && bound->most >= 0.0))
+  if (!bound || !(std::isfinite(bound->value) && bound->value >= 0.0))
     refuse(value, scene::quoted(joint) + ": not a number from 0 on, nor an angle like 0.5deg");
   return *bound;
 }
@@ -87,7 +74,7 @@ ErrorBound toleranceOf(const FileValue& constraint, const std::string& joint) {
   mapIn(constraint, scene::quoted(joint));
   const FileValue* const trajectory = find(constraint, "trajectory");
   const ErrorBound bound = trajectory ? boundOf(*trajectory, joint) : ErrorBound{0.0, false};
-  if (!(bound.most > 0.0))
+  if (!(bound.value > 0.0))
     refuse(constraint, scene::quoted(joint) + " has no `trajectory` above 0: the controller does not limit its error");
   return bound;
 }
@@ -105,15 +92,15 @@ std::vector<double> errorsIn(const FileValue& file, const scene::RobotModel& rob
   const FileValue* const constraints = constraintsIn(file);
   std::vector<double> errors(robot.joints.size(), 0.0);
   if (const FileValue* const others = constraints ? nullptr : find(file, kOthers))
-    errors.assign(errors.size(), boundOf(*others, kOthers).most);
+    errors.assign(errors.size(), boundOf(*others, kOthers).value);
   for (const auto& [name, value] : mapIn(constraints ? *constraints : file, "constraints")) {
     const bool is_of_all = name == "goal_time" || name == "stopped_velocity_tolerance";
     if (constraints ? is_of_all : name == kOthers) continue;
     const std::size_t joint = leaderNamed(robot, name, value);
     const ErrorBound bound = constraints ? toleranceOf(value, name) : boundOf(value, name);
-    if (bound.is_angle && robot.joints[joint].type == scene::Joint::Type::Prismatic)
+    if (bound.is_in_degrees && robot.joints[joint].type == scene::Joint::Type::Prismatic)
       refuse(value, scene::quoted(name) + " is prismatic: its error is in metres");
-    errors[joint] = bound.most;
+    errors[joint] = bound.value;
   }
   return errors;
 }
@@ -162,8 +149,8 @@ TrackingError trackingErrorFrom(const std::string& text, const scene::RobotModel
   const std::string option = "--tracking-error " + text;
   TrackingError error;
   if (const std::optional<ErrorBound> bound = naming(option, [&] { return boundIn(text); })) {
-    error.of_joints.assign(robot.joints.size(), bound->most);
-    if (bound->is_angle) error.warnings = makePrismaticExact(robot, option, "error", error.of_joints);
+    error.of_joints.assign(robot.joints.size(), bound->value);
+    if (bound->is_in_degrees) error.warnings = makePrismaticExact(robot, option, "error", error.of_joints);
   } else {
     const std::string yaml = naming("--tracking-error", [&] { return readTextFile(text); });
     error.of_joints = naming(text, [&] { return errorsIn(scene::readYaml(yaml, text), robot); });
@@ -175,11 +162,11 @@ TrackingError trackingErrorFrom(const std::string& text, const scene::RobotModel
 
 JointUncertainty uncertaintyFrom(const std::string& text, const scene::RobotModel& robot) {
   const std::string option = "--joint-uncertainty " + text;
-  const std::optional<ErrorBound> bound = numberOrAngle(text);
+  const std::optional<ErrorBound> bound = system::positionIn(text);
   if (!bound)
     return {scene::uncertaintyFrom(naming("--joint-uncertainty", [&] { return readTextFile(text); }), text, robot)};
-  JointUncertainty uncertainty{naming(option, [&] { return scene::uncertaintyOfJoints(robot, bound->most); })};
-  if (bound->is_angle)
+  JointUncertainty uncertainty{naming(option, [&] { return scene::uncertaintyOfJoints(robot, bound->value); })};
+  if (bound->is_in_degrees)
     uncertainty.warnings = makePrismaticExact(robot, option, "uncertainty", uncertainty.of_robot.positions);
   return uncertainty;
 }

@@ -49,7 +49,8 @@ void declarePair(ProgramOptions& program, ExplainArguments& arguments) {
   program.addText("b", "SHAPE", arguments.b, "the other one").is_required = true;
   addFilled(program, "--xyz", "\"X Y Z\"", arguments.xyz,
             "place of b in the frame of a, as in a URDF (default: \"0 0 0\")");
-  addFilled(program, "--rpy", "\"R P Y\"", arguments.rpy, "its rotation [rad] (default: \"0 0 0\")");
+  addFilled(program, "--rpy", "\"R P Y\"", arguments.rpy,
+            "its rotation [rad], or like \"0 0 90deg\" (default: \"0 0 0\")");
   addFilled(program, "--pose", "NUMBERS", arguments.pose, "both as 12 numbers: rotation row by row, translation");
   addFilled(program, "--urdf", "FILE", arguments.robot.urdf, "a and b are links of this robot");
   program.atMostOneOf({"--xyz", "--pose", "--urdf"});
@@ -83,18 +84,18 @@ void declareOutput(ProgramOptions& program, ExplainArguments& arguments) {
 }
 
 /// Three numbers; zero where nothing is given.
-Vector3d vectorOf(const std::string& option, const std::optional<std::string>& text) {
+Vector3d vectorOf(const std::string& option, const std::optional<std::string>& text, bool are_angles = false) {
   if (!text) return Vector3d::Zero();
-  return Vector3d(numbersOf(option, *text, 3).data());
+  return Vector3d(numbersOf(option, *text, 3, are_angles).data());
 }
 
 ExplainedPair pairOf(const ExplainArguments& arguments) {
   if (!arguments.robot.urdf.empty()) {
     return closestPieces(arguments.robot, arguments.a, arguments.b, arguments.state);
   }
-  const Eigen::Isometry3d a_T_b = arguments.pose
-                                      ? readPose("--pose", *arguments.pose)
-                                      : poseOf(vectorOf("--xyz", arguments.xyz), vectorOf("--rpy", arguments.rpy));
+  const Eigen::Isometry3d a_T_b =
+      arguments.pose ? readPose("--pose", *arguments.pose)
+                     : poseOf(vectorOf("--xyz", arguments.xyz), vectorOf("--rpy", arguments.rpy, true));
   return {readShape("a", arguments.a), readShape("b", arguments.b), a_T_b};
 }
 

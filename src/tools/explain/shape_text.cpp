@@ -30,11 +30,11 @@ class Words {
   std::size_t left() const { return words_.size() - next_; }
   std::string word() { return words_.at(next_++); }
 
-  double number() {
+  double number(bool is_angle = false) {
     const std::string text = word();
-    const std::optional<double> value = finiteNumber(text);
-    if (!value) fail("'" + text + "' is no finite number");
-    return *value;
+    const std::optional<system::PositionText> value = system::positionIn(text);
+    if (!value || (value->is_in_degrees && !is_angle)) fail("'" + text + "' is no finite number");
+    return value->value;
   }
   Vector3d vector() {
     const double x = number(), y = number();
@@ -153,10 +153,10 @@ void readMore(Words& words, ExplainedShape& read) {
 
 }  // namespace
 
-std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count) {
+std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count, bool are_angles) {
   Words words = numberWords(what, text, count);
   std::vector<double> numbers;
-  while (words.hasMore()) numbers.push_back(words.number());
+  while (words.hasMore()) numbers.push_back(words.number(are_angles));
   return numbers;
 }
 

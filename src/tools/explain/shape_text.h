@@ -11,8 +11,9 @@
 namespace proximity_server::tools {
 
 /// The numbers of a text, separated by blanks. Throws std::invalid_argument, beginning with `what`, unless there are
-/// `count` finite ones.
-std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count);
+/// `count` finite ones. Where they are angles, [rad], one may also be like "90deg".
+std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count,
+                              bool are_angles = false);
 
 /// Reads a shape, sizes in metres:
 ///   box x y z | sphere radius | capsule radius length | cylinder radius length | cone radius length |

@@ -228,7 +228,8 @@ std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>&
     if (!model->robot.hasGeometry(link)) {
       // A small visual often shows where a frame is.
       findings.push_back({sizeOf(visual, link) > 2.0 * tolerance ? Severity::Warning : Severity::Note, "geometry", name,
-                          "it has visual, but no collision geometry.", "Nothing is checked against it."});
+                          "it has visual, but no collision geometry.",
+                          "Nothing is checked against it, unless the parameter collision_from_visual names it."});
       continue;
     }
     double farthest = -1.0;

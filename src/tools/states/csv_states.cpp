@@ -38,10 +38,18 @@ bool CsvStates::fetch(const double*& numbers) {
     fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
   }
   numbers_.clear();
-  for (const std::string& field : fields_)
-    numbers_.push_back(finiteNumber(field).value_or(std::numeric_limits<double>::quiet_NaN()));
+  for (std::size_t i = 0; i < fields_.size(); ++i) numbers_.push_back(numberOf(columns_[i], fields_[i]));
   numbers = numbers_.data();
   return true;
+}
+
+double CsvStates::numberOf(const JointColumn& column, const std::string& text) const {
+  const std::optional<system::PositionText> value = system::positionIn(text);
+  if (!value) return std::numeric_limits<double>::quiet_NaN();
+  const bool turns =
+      column.joint != JointColumn::kTime && robot().joints[column.joint].type != scene::Joint::Type::Prismatic;
+  if (value->is_in_degrees && !turns) fail("'" + text + "' of " + scene::quoted(column.name) + ", which does not turn");
+  return value->value;
 }
 
 std::string CsvStates::textOf(std::size_t column, double /*number*/) const { return fields_[column]; }

@@ -37,6 +37,7 @@ class CsvStates : public StateSource {
 
  private:
   void readHeader();
+  double numberOf(const JointColumn& column, const std::string& text) const;
   bool nextLine(std::string& text);
   bool nextRecord(std::string& text);
   bool nextFields();

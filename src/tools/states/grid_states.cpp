@@ -20,10 +20,12 @@ constexpr std::uint64_t kMostPositions = std::uint64_t{1} << 53;  // whole numbe
   throw std::invalid_argument("'" + text + "': " + what);
 }
 
-double readPosition(const std::string& text, const std::string& number) {
-  const std::optional<double> value = finiteNumber(number);
-  if (!value) failIn(text, scene::quoted(number) + " is no finite number");
-  return *value;
+/// Reads an end of the axis.
+double readPosition(const std::string& text, const std::string& position, GridAxis& axis) {
+  const std::optional<system::PositionText> value = system::positionIn(position);
+  if (!value) failIn(text, scene::quoted(position) + " is no finite number, nor an angle like 90deg");
+  axis.is_in_degrees = axis.is_in_degrees || value->is_in_degrees;
+  return value->value;
 }
 
 std::uint64_t readPositions(const std::string& text, const std::string& number) {
@@ -54,11 +56,11 @@ GridAxis readGridAxis(const std::string& text) {
   if (axis.joint.empty()) failIn(text, "there is no joint");
   const std::string values = text.substr(equals + 1);
   const std::size_t first = values.find(':'), second = values.find(':', first == std::string::npos ? first : first + 1);
-  axis.lower = axis.upper = readPosition(text, values.substr(0, first));
+  axis.lower = axis.upper = readPosition(text, values.substr(0, first), axis);
   axis.count = 1;
   if (first == std::string::npos) return axis;
   if (second == std::string::npos) failIn(text, "expected JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT");
-  axis.upper = readPosition(text, values.substr(first + 1, second - first - 1));
+  axis.upper = readPosition(text, values.substr(first + 1, second - first - 1), axis);
   axis.count = readPositions(text, values.substr(second + 1));
   if (axis.count == 1) failIn(text, "from one end to the other are at least 2 positions");
   if (!(axis.lower < axis.upper)) failIn(text, "the lower end is not below the upper one");
@@ -84,6 +86,8 @@ void GridStates::addNamed(const GridAxis& axis) {
   naming("--grid: joint " + scene::quoted(axis.joint), [&] {
     const int joint = jointWithPosition(axis.joint, robot());
     if (const std::string reason = whyNotUsed(robot(), joint); !reason.empty()) throw std::invalid_argument(reason);
+    if (axis.is_in_degrees && robot().joints[joint].type == scene::Joint::Type::Prismatic)
+      throw std::invalid_argument("it is prismatic: its positions are in metres");
     if (std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& other) { return other.joint == joint; }))
       throw std::invalid_argument("named twice");
     add(joint, {axis.lower, axis.upper, axis.count, axis.count - 1});

@@ -13,9 +13,10 @@ struct GridAxis {
   std::string joint;
   double lower = 0.0, upper = 0.0;  ///< [rad] or [m]; not of all joints
   std::uint64_t count = 0;
+  bool is_in_degrees = false;  ///< as text, which is for a joint that turns only
 };
 
-/// Reads JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT. Throws std::invalid_argument naming the text.
+/// Reads JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT; positions may be angles like 90deg. Throws std::invalid_argument naming the text.
 GridAxis readGridAxis(const std::string& text);
 
 /// A regular grid of joint space. The axes are those named, in the order in which they are named, or all joints in the

@@ -75,8 +75,8 @@ void declareSample(ProgramOptions& program, StateOptions& options) {
 void declareGrid(ProgramOptions& program, StateOptions& options) {
   program
       .add("--grid", "AXIS",
-           "JOINT=LOWER:UPPER:COUNT or JOINT=POSITION, for each joint of a regular grid; or COUNT, positions of every "
-           "joint within its limits; the last joint runs fastest",
+           "JOINT=LOWER:UPPER:COUNT or JOINT=POSITION (also like 90deg), for each joint of a regular grid; or COUNT, "
+           "positions of every joint within its limits; the last joint runs fastest",
            [&](const std::string& text) { options.grid.push_back(readGridAxis(text)); })
       .is_repeatable = true;
 }

@@ -55,6 +55,7 @@ TEST(ConfigFile, HasWhatTheNodeWouldReadAboutTheRobot) {
 default_padding: 0.01
 link_padding: {wrist: 0.02}
 link_mesh_tolerance: {hand: 0.001}
+collision_from_visual: all
 pair_padding: [{links: [wrist, torso], padding: 0.05}]
 exclude_pairs: [[wrist, torso]]
 only_pairs: [[hand, torso]]
@@ -73,6 +74,7 @@ check_free_objects: true
   EXPECT_EQ(robot.model.paddingOf("elbow"), 0.01);
   EXPECT_EQ(robot.model.paddingOf("wrist"), 0.02);
   EXPECT_EQ(robot.model.meshToleranceOf("hand"), 0.001);
+  EXPECT_EQ(robot.model.collision_from_visual, Lines{"all"});
   ASSERT_EQ(robot.filter.pair_padding.size(), 1u);
   EXPECT_EQ(robot.filter.pair_padding[0].second, 0.05);
   ASSERT_EQ(robot.filter.exclude_pairs.size(), 1u);

@@ -137,6 +137,17 @@ TEST(JointInequalities, ThatContradictEachOtherAreNamed) {
   EXPECT_EQ(read("- j1 - j2 <= 0\n- j1 - j2 >= 0").size(), 2u);
 }
 
+TEST(JointInequalities, ThatAreNeverBrokenAreWarnings) {
+  RobotModel robot = robotOfJoints();
+  const std::size_t before = robot.warnings.size();
+  setJointInequalities(readYaml("- -90 <= j1 <= 90\n- j1 + j2 >= -90\n- 0 <= j1 <= 90\n- spin <= 90", ""), "", robot);
+  ASSERT_EQ(robot.warnings.size(), before + 2);
+  EXPECT_EQ(robot.warnings[before],
+            "joint_inequalities: '-90 <= j1 <= 90' is never broken: within the limits of its joints 88 are left at "
+            "least. Degrees are written like 90deg.");
+  EXPECT_NE(robot.warnings[before + 1].find("'j1 + j2 >= -90'"), std::string::npos);
+}
+
 TEST(JointInequalities, ARefusalKeepsThoseBefore) {
   RobotModel robot = robotOfJoints();
   setJointInequalities(readYaml("- j1 <= 1", ""), "", robot);

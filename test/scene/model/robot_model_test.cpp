@@ -98,6 +98,58 @@ TEST(MisspelledName, IsNearAndUnknown) {
   EXPECT_EQ(misspelledName("group", {}), "");
 }
 
+// --- visual geometry
+
+std::string visual(const std::string& geometry) {
+  return "<visual name='skin'><geometry>" + geometry + "</geometry></visual>";
+}
+
+/// Of four links one has collision geometry, and three have visual geometry.
+const std::string kDressed = link("a", collision("<box size='1 1 1'/>") + visual("<box size='2 2 2'/>")) +
+                             link("b", visual("<sphere radius='0.5'/>") + visual("<box size='1 2 3'/>")) +
+                             link("c", visual("<sphere radius='0.25'/>")) + link("d") +
+                             joint("to_b", "fixed", "a", "b") + joint("to_c", "fixed", "a", "c") +
+                             joint("to_d", "fixed", "a", "d");
+
+TEST(CollisionFromVisual, IsOfTheNamedLinksWithoutCollision) {
+  ModelOptions options;
+  options.collision_from_visual = {"a", "b"};
+  const RobotModel model = load(kDressed, options);
+  ASSERT_EQ(model.pieces.size(), 3U);
+  EXPECT_EQ(model.pieces[0].shape.halfExtents(), Vector3d(0.5, 0.5, 0.5)) << "its collision geometry stays";
+  EXPECT_EQ(model.collisions[0].description, "box 1 x 1 x 1");
+  EXPECT_EQ(model.collisions[1].description, "sphere 0.5, of its <visual>");
+  EXPECT_EQ(model.collisions[1].name, "skin");
+  EXPECT_EQ(model.collisions[2].link, model.findLink("b"));
+  expectWarns(model, "Seen, but not checked, as they have no <collision>: 1 of 3 links with a <visual>: c. ");
+}
+
+TEST(CollisionFromVisual, OfAllLinksLeavesNone) {
+  ModelOptions options;
+  options.collision_from_visual = {kAllLinks};
+  const RobotModel model = load(kDressed, options);
+  EXPECT_EQ(model.pieces.size(), 4U);
+  EXPECT_TRUE(model.warnings.empty()) << model.warnings[0];
+}
+
+TEST(CollisionFromVisual, WithoutItTheLoadNamesWhatIsSeenOnly) {
+  const RobotModel model = load(kDressed);
+  EXPECT_EQ(model.pieces.size(), 1U);
+  ASSERT_EQ(model.warnings.size(), 1U);
+  expectSays(model.warnings[0], "2 of 3 links with a <visual>: b, c. The parameter collision_from_visual");
+}
+
+TEST(CollisionFromVisual, ThatCannotBeUsedIsRefusedByLink) {
+  ModelOptions options;
+  options.collision_from_visual = {"bb"};
+  expectSays(errorOfLoading(kDressed, options), "collision_from_visual: no link \"bb\"");
+  options.collision_from_visual = {kAllLinks};
+  expectSays(errorOfLoading(link("a", visual("<sphere radius='-1'/>")), options), "\"a\"");
+  expectSays(errorOfLoading(link("a", visual("<mesh filename='package://a/b.stl'/>")), options),
+             "link \"a\", <collision> 1, of its <visual>: ");
+  EXPECT_EQ(errorOfLoading(link("a", visual("<sphere radius='-1'/>"))), "") << "unless it is asked for";
+}
+
 // --- shapes
 
 TEST(RobotModel, PrimitivesHaveTheirSizesAndPoses) {

@@ -72,6 +72,17 @@ TEST(ObjectFile, RpyTurnsAboutFixedAxesAsInAUrdf) {
   EXPECT_TRUE(y.isApprox(Eigen::Vector3d::UnitZ(), 1e-15)) << y.transpose();
 }
 
+TEST(ObjectFile, RpyMayBeInDegrees) {
+  const char kTurned[] = "[{id: a, pose: {rpy: [0, 0, %]}, primitives: [{type: SPHERE, dimensions: [1]}]}]";
+  const auto yaw = [&](const std::string& text) {
+    std::string yaml = kTurned;
+    const ObjectFile file = read(yaml.replace(yaml.find('%'), 1, text));
+    return file.objects.at(0).place.pose.linear()(1, 0);
+  };
+  EXPECT_EQ(yaw("30deg"), yaw("0.5235987755982988"));
+  EXPECT_THROW(yaw("30 rad"), std::invalid_argument);
+}
+
 TEST(ObjectFile, APlaneIsTheHalfSpaceBelowIt) {
   const ObjectFile file = read("[{id: floor, planes: [{coef: [0, 0, 2, 1]}]}]");
   const auto& plane = std::get<HalfSpace>(file.objects.at(0).shapes.at(0).geometry);

@@ -177,6 +177,17 @@ TEST(AnObject, TellsItsShapes) {
   EXPECT_TRUE(warningsOf(object).empty());
 }
 
+TEST(AnObject, AsLargeAsIfItWereInMillimetresIsAWarning) {
+  const auto warnings = [](double radius, double x) {
+    return warningsOf(makeObject("box", {{Shape(Sphere{0.1})}, {Shape(Sphere{radius}), at(x, 0, 0)}}, Fixed{}));
+  };
+  EXPECT_TRUE(warnings(50.0, 40.0).empty());
+  const std::vector<std::string> of_large{
+      "object \"box\": shape 2 reaches 1e+03 m from the frame of the object: are its numbers in millimetres?"};
+  EXPECT_EQ(warnings(1000.0, 0.0), of_large);
+  EXPECT_EQ(warnings(0.1, 1000.0), of_large);
+}
+
 // --- reasons
 
 TEST_F(ObjectsOfAnArm, AreCheckedAgainstLinksWithGeometry) {

@@ -39,6 +39,17 @@ TEST(JointBox, NamedJointsGetTheirIntervals) {
   EXPECT_EQ(fixed[1].upper, 3.0);
 }
 
+TEST(JointBox, IntervalsMayBeInDegreesOfWhatTurns) {
+  const RobotModel robot = robotOf(kRobot);
+  const JointBox box = jointBoxFrom("turn: [-30deg, 0.5]\nroll: 90 deg", "box.yaml", robot, jointRanges(robot));
+  EXPECT_DOUBLE_EQ(box[0].lower, -M_PI / 6.0);
+  EXPECT_EQ(box[0].upper, 0.5);
+  EXPECT_DOUBLE_EQ(box[1].lower, M_PI / 2.0);
+  const RobotModel slider =
+      robotOf(urdfOf(link("base") + link("arm") + joint("lift", "prismatic", "base", "arm", limits("0", "1"))));
+  EXPECT_THROW(jointBoxFrom("lift: 1deg", "box.yaml", slider, jointRanges(slider)), std::invalid_argument);
+}
+
 TEST(JointBox, WrongFilesAreRefusedByName) {
   expectRefused("turn: 1\nrol: 1", "box.yaml, line 2: rol: there is no movable joint \"rol\" (did you mean \"roll\"?)");
   expectRefused("turn: [1, 0]", "box.yaml, line 1: turn: is neither a position nor [lower, upper]");

@@ -103,11 +103,20 @@ TEST_F(ClearanceUncertainty, DegreesAreThoseOfJointsThatTurn) {
   EXPECT_TRUE(says(result.errors, "\"slide\" is prismatic and taken to be exact")) << result.errors;
 }
 
+TEST_F(ClearanceUncertainty, OfAFileMayBeInDegrees) {
+  const CommandResult in_degrees = runBalls(file("{joint_frame_uncertainty: {to_a: {angle: 0.5deg}}}"));
+  const CommandResult in_radians = runBalls(file("{joint_frame_uncertainty: {to_a: {angle: 0.008726646259971648}}}"));
+  EXPECT_EQ(in_degrees.output, in_radians.output);
+  EXPECT_NE(in_degrees.output, "") << in_degrees.errors;
+}
+
 TEST_F(ClearanceUncertainty, WhatMakesNoSenseIsRefusedByName) {
   expectRefusal("--joint-uncertainty -1", "\"to_a\" is -1");
   expectRefusal("--joint-uncertainty much", "--joint-uncertainty: much: cannot be read");
   expectRefusal(file("{joint_uncertainty: {to_e: 1}}"), "u.yaml, line 1: joint_uncertainty/to_e: there is no joint");
   expectRefusal(file("{joint_uncertainty: {to_a: -1}}"), "joint_uncertainty/to_a: must not be negative");
+  expectRefusal(file("{joint_uncertainty: {to_a: 1deg}}"), "joint_uncertainty/to_a: must be a number in metres");
+  expectRefusal(file("{base_uncertainty: {angle: 1 turn}}"), "angle: must be a finite number, or like 0.5deg");
   expectRefusal(file("{joint_frame_uncertainty: {to_a: {angel: 1}}}"), "did you mean \"angle\"?");
   expectRefusal(file("{link_uncertainty: {e: 1}}"), "link_uncertainty/e: there is no link");
   expectRefusal(file("{base_uncertainty: {e: 1}}"), "base_uncertainty/e: there is no robot");

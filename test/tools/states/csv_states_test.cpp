@@ -4,6 +4,7 @@
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/files.h"
 #include "tools/robot/two_sliders.h"
+#include "tools/states/arm.h"
 #include "tools/text/csv.h"
 
 #include <gtest/gtest.h>
@@ -41,6 +42,14 @@ TEST(CsvStates, ReadsARowForEachState) {
   const int ball = robot().links[robot().findLink("ball")].body;
   EXPECT_EQ(poses[sled]->translation().x(), 2.0 - 0.1);
   EXPECT_EQ(poses[ball]->translation().x(), 5.0 - 0.2);
+}
+
+TEST(CsvStates, TakeDegreesOfWhatTurns) {
+  std::istringstream turned("elbow,lift\n90deg,0.25\n"), lifted("elbow,lift\n0,10deg\n");
+  CsvStates states(turned, "file", arm());
+  EXPECT_EQ(restOf(states), std::vector<Positions>{at(M_PI / 2.0, 0.25, 0.0)});
+  CsvStates others(lifted, "file", arm());
+  EXPECT_EQ(errorOf([&] { restOf(others); }), "file, line 2: '10deg' of \"lift\", which does not turn");
 }
 
 TEST(CsvStates, TakesSpreadsheetsAsTheyAre) {

@@ -204,6 +204,15 @@ TEST(GridStates, RunThroughTheLastAxisFirst) {
                                             at(1.0, 0.25, 0.0), at(0.0, 0.25, 1.0), at(1.0, 0.25, 1.0)}));
 }
 
+TEST(GridStates, AreInDegreesToo) {
+  EXPECT_EQ(restOf(gridOf({"elbow=-90deg:1:2"})),
+            (std::vector<Positions>{at(-kPi / 2.0, 0.0, 0.0), at(1.0, 0.0, 0.0)}));
+  EXPECT_EQ(errorOf([] { gridOf({"lift=10deg"}); }),
+            "--grid: joint \"lift\": it is prismatic: its positions are in metres");
+  EXPECT_EQ(errorOf([] { gridOf({"elbow=1 rad"}); }),
+            "'elbow=1 rad': \"1 rad\" is no finite number, nor an angle like 90deg");
+}
+
 // 0.7 is no multiple of a third of it in doubles.
 TEST(GridStates, EndWhereTheAxisEnds) {
   const std::vector<Positions> states = restOf(gridOf({"elbow=0.1:0.7:8"}));

@@ -7,6 +7,9 @@
 
 namespace proximity_server::scene {
 
+/// Stands for all links where some are named.
+inline constexpr char kAllLinks[] = "all";
+
 struct ModelOptions {
   double default_padding = 0.0;                       ///< [m] added to every piece as margin
   std::map<std::string, double> link_padding;         ///< [m] replaces default_padding for single links, by name
@@ -26,6 +29,9 @@ struct ModelOptions {
   /// True: an invalid mimic (of a joint that does not exist or has not one position, of itself, or with a number beyond
   /// 1e6) becomes a warning, and the joint has a position of its own. False: it is an error.
   bool allow_broken_mimics = false;
+
+  /// Links, or kAllLinks, whose <visual> geometry counts if they have no <collision>.
+  std::vector<std::string> collision_from_visual;
 
   /// [m] The value of a link: its own, or the default.
   double paddingOf(const std::string& link) const;
