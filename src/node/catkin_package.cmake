@@ -57,12 +57,9 @@ add_service_files(FILES
 generate_messages(DEPENDENCIES geometry_msgs sensor_msgs shape_msgs std_msgs trajectory_msgs)
 generate_dynamic_reconfigure_options(config/Proximity.cfg)
 
+# For who has the messages alone, too: src/proximity_server-targets.cmake adds the libraries, and Eigen, where they are installed.
 catkin_package(
   INCLUDE_DIRS include
-  LIBRARIES proximity_narrowphase proximity_scene
-  CATKIN_DEPENDS
-    diagnostic_updater dynamic_reconfigure geometry_msgs message_runtime roscpp rosgraph_msgs sensor_msgs shape_msgs std_msgs
-    std_srvs tf2 tf2_msgs trajectory_msgs visualization_msgs
-  DEPENDS EIGEN3
+  CATKIN_DEPENDS geometry_msgs message_runtime sensor_msgs shape_msgs std_msgs trajectory_msgs
   CFG_EXTRAS ${PROJECT_SOURCE_DIR}/src/${PROJECT_NAME}-targets.cmake
 )

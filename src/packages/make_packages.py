@@ -65,8 +65,10 @@ def dependencies(stages):
     ours = {component: f"{name} (= {version})" for component, name in PACKAGES.items()}
     return {name: ", ".join(sorted(set(packages))) for name, packages in {
         "library": shared_libraries(stages, "library"),
-        "development": [ours["library"], ours["node"], *listed("depend", "apt", "-dev$")],
-        "node": [ours["library"], *shared_libraries(stages, "node"), *listed("depend|exec_depend", "apt|apt-test", "^(python3-|ros)")],
+        "development": [ours["library"], ours["messages"], *listed("depend", "apt", "-dev$")],
+        "messages": listed("depend|exec_depend", "apt|apt-test", "(std|geometry|sensor|shape|trajectory)-msgs|message-runtime|genpy"),
+        "node": [ours["library"], ours["messages"], *shared_libraries(stages, "node"),
+                 *listed("depend|exec_depend", "apt|apt-test", "^(python3-|ros)")],
         "python": [ours["library"], "python3-numpy", *shared_libraries(stages, "python")],
     }.items()}
 

@@ -10,12 +10,12 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_BINARY_DIR}/packages/dependencies.cmake)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_COMPONENTS_ALL library development node python)
+set(CPACK_COMPONENTS_ALL library development messages node python)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-foreach(component NODE PYTHON)
+foreach(component MESSAGES NODE PYTHON)
   set(CPACK_DEBIAN_${component}_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/src/packages/prerm)
 endforeach()
 
@@ -30,6 +30,8 @@ proximity_package(library libproximity-server libs
   "Distances of robots with proven bounds: the libraries\n GJK, EPA and time of contact of convex shapes, and of the links of a robot.")
 proximity_package(development libproximity-server-dev libdevel
   "Distances of robots with proven bounds: headers\n For find_package(proximity_server), with catkin and without.")
+proximity_package(messages proximity-server-msgs science
+  "How far a robot is from itself: messages of the ROS node\n For who listens to the node or asks it from another computer: C++, Python, and find_package(proximity_server).")
 proximity_package(node proximity-server science
   "How far a robot is from itself: ROS node and tools\n Services and a topic for a robot and what stands around it, and tools for many states.")
 proximity_package(python python3-proximity python

@@ -30,11 +30,16 @@ everything() { find /usr /etc /opt /home -xdev | sort; }
 
 grep -q localhost /etc/hosts 2>/dev/null || echo "127.0.0.1 localhost" >>/etc/hosts  # a fresh chroot has none
 
+step "the messages alone"
+apt-get update -qq
+apt-get install -qq --no-install-recommends "$packages"/proximity-server-msgs_*.deb >/dev/null
+python3 -c "from proximity_server.msg import Clearance; print(Clearance._md5sum)"
+if dpkg -s libroscpp-dev >/dev/null 2>&1; then echo "they bring roscpp" >&2; exit 1; fi
+
 step "what they depend on"
 # Their own dependencies stay, so that only our files differ afterwards.
-apt-get update -qq
 apt-get install -qq --no-install-recommends "$packages"/*.deb g++ make cmake man-db >/dev/null
-dpkg --purge libproximity-server-dev python3-proximity proximity-server libproximity-server >/dev/null
+dpkg --purge libproximity-server-dev python3-proximity proximity-server proximity-server-msgs libproximity-server >/dev/null
 everything >"$folder/before"
 
 step "installed"
@@ -83,6 +88,6 @@ cmake --build "$folder/plain/build" >/dev/null
 "$folder/plain/build/plain"
 
 step "removed"
-dpkg --purge libproximity-server-dev python3-proximity proximity-server libproximity-server >/dev/null
+dpkg --purge libproximity-server-dev python3-proximity proximity-server proximity-server-msgs libproximity-server >/dev/null
 everything >"$folder/after"
 diff "$folder/before" "$folder/after" && echo "nothing is left"
