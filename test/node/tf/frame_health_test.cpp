@@ -1,5 +1,6 @@
 #include "node/tf/frame_health.h"
 
+#include "allocations.h"
 #include "node/asked_robot.h"
 
 #include <gtest/gtest.h>
@@ -154,6 +155,20 @@ TEST_F(Health, IsNotAboutFramesThatTheRobotDoesNotNeed) {
     publish("base");
   });
   EXPECT_TRUE(warnings(50.0).empty());
+}
+
+TEST_F(Health, TakesNoMemoryForFramesAndPublishersThatItKnows) {
+  tf2_msgs::TFMessage message;
+  message.transforms = {frame("a_parent_with_a_long_name", "a_frame_with_a_long_name")};
+  const std::string publisher = "/robot_state_publisher_of_the_robot";
+  FrameHealth health;
+  health.add(message, publisher, AskedRobot::wait(0.01));
+  const long before = allocations();
+  for (int i = 0; i < 1000; ++i) {
+    message.transforms[0].header.stamp = AskedRobot::wait(0.001);
+    health.add(message, publisher, message.transforms[0].header.stamp);
+  }
+  EXPECT_EQ(allocations(), before);
 }
 
 TEST_F(Health, KnowsNothingOfTheTimeBeforeTheClockJumpedBack) {
