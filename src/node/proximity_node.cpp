@@ -51,7 +51,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       object_keeper_(robot->config().objects_file, objects_),
       monitor_(nh, private_nh, tf_, robot->config(), recorder_),
       diagnostics_(
-          nh, [this] { return monitor_.health(); }, [this] { return this->robot(); }, [this] { return tf_.jumps(); },
+          nh, tf_, [this] { return monitor_.health(); }, [this] { return this->robot(); },
           [this] { return recorder_.outcome(); }, [this] { return object_keeper_.problem(); }),
       change_stream_(objects_, [](const std::string& reason) {
         ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << system::readable(reason));

@@ -39,11 +39,12 @@ class AskedRobot {
     return now;
   }
 
-  void publish(const Transforms& transforms, const ros::Time& stamp, TfTree::Kind kind = TfTree::Kind::Moving) {
+  void publish(const Transforms& transforms, const ros::Time& stamp, TfTree::Kind kind = TfTree::Kind::Moving,
+               const std::string& publisher = "/robot") {
     tf2_msgs::TFMessage message;
     message.transforms = transforms;
     for (geometry_msgs::TransformStamped& transform : message.transforms) transform.header.stamp = stamp;
-    tf_.add(message, kind);
+    tf_.add(message, kind, publisher);
   }
 
   /// Publishes with a time of its own; the time.

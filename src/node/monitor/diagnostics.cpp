@@ -21,13 +21,12 @@ bool isAboutTf(const QueryStatus& status) {
 
 }  // namespace
 
-Diagnostics::Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
-                         std::function<std::shared_ptr<const Robot>()> robot,
-                         std::function<std::vector<std::string>()> jumps, std::function<Recorder::Outcome()> record,
+Diagnostics::Diagnostics(const ros::NodeHandle& nh, TfPoses& tf, std::function<MonitorHealth()> health,
+                         std::function<std::shared_ptr<const Robot>()> robot, std::function<Recorder::Outcome()> record,
                          std::function<std::string()> keeping)
-    : current_health_(std::move(health)),
+    : tf_(tf),
+      current_health_(std::move(health)),
       current_robot_(std::move(robot)),
-      current_jumps_(std::move(jumps)),
       current_record_(std::move(record)),
       current_keeping_(std::move(keeping)) {
   updater_.setHardwareID(current_robot_()->robotModel().name);
@@ -59,13 +58,15 @@ void Diagnostics::reportTf(Status& status) {
   } else {
     status.summary(Level::OK, "complete and fresh");
   }
+  for (const std::string& warning : tf_.warnings(*robot_, health_.settings.rate))
+    status.mergeSummary(Level::WARN, warning);
   reportJumps(status);
   status.add("age [s]", last.tf_age.toSec());
   status.add("skew [s]", last.tf_skew.toSec());
 }
 
 void Diagnostics::reportJumps(Status& status) {
-  const std::vector<std::string> jumps = current_jumps_();
+  const std::vector<std::string> jumps = tf_.jumps();
   if (jumps.empty()) return;
   const std::string more = jumps.size() > 1 ? " (and " + std::to_string(jumps.size() - 1) + " more)" : "";
   status.mergeSummary(Level::WARN, jumps.front() + more);

@@ -17,9 +17,10 @@ namespace proximity_server::node {
 /// reported, too.
 class Diagnostics {
  public:
-  Diagnostics(const ros::NodeHandle& nh, std::function<MonitorHealth()> health,
-              std::function<std::shared_ptr<const Robot>()> robot, std::function<std::vector<std::string>()> jumps,
-              std::function<Recorder::Outcome()> record, std::function<std::string()> keeping);
+  /// `tf` must outlive it.
+  Diagnostics(const ros::NodeHandle& nh, TfPoses& tf, std::function<MonitorHealth()> health,
+              std::function<std::shared_ptr<const Robot>()> robot, std::function<Recorder::Outcome()> record,
+              std::function<std::string()> keeping);
 
  private:
   using Status = diagnostic_updater::DiagnosticStatusWrapper;
@@ -33,9 +34,9 @@ class Diagnostics {
   void reportRecord(Status& status);
   void reportObjects(Status& status);
 
+  TfPoses& tf_;
   std::function<MonitorHealth()> current_health_;
   std::function<std::shared_ptr<const Robot>()> current_robot_;
-  std::function<std::vector<std::string>()> current_jumps_;  // see JointJumps::recent()
   std::function<Recorder::Outcome()> current_record_;
   std::function<std::string()> current_keeping_;  // see ObjectKeeper::problem()
   std::shared_ptr<const Robot> robot_;

@@ -14,7 +14,8 @@ ApplyObjectsResponse answer(ObjectStore& store, const ApplyObjectsRequest& reque
   ApplyObjectsResponse response;
   response.node_start = store.nodeStart();
   try {
-    response.revision = store.apply(request.changes);
+    const auto remarked = [&](const std::string& remark) { response.status = statusOf(QueryStatus::OK, remark); };
+    response.revision = store.apply(request.changes, remarked);
     response.success = true;
     return response;
   } catch (const ChangeError& error) {

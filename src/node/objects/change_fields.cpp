@@ -186,13 +186,19 @@ ReadChanges readChanges(const Robot& robot, const ObjectChanges& message) {
   return read;
 }
 
-void apply(ReadChanges& changes, scene::ObjectEditor& objects) {
+std::string apply(ReadChanges& changes, scene::ObjectEditor& objects) {
   if (changes.error) throw *changes.error;
+  std::vector<std::string> missing;
   for (std::size_t i = 0; i < changes.edits.size(); ++i) {
     const std::string id = changes.edits[i].id;
+    const bool is_removed = changes.edits[i].operation == scene::ObjectEdit::Operation::Remove && id != "*";
+    if (is_removed && !objects.find(id)) missing.push_back(id);
     const auto apply_change = [&] { objects.apply(std::move(changes.edits[i])); };
     withinEntry("changes", i, [&] { withinObject(id, apply_change); });
   }
+  if (missing.empty()) return {};
+  const std::string more = missing.size() > 1 ? " (and " + std::to_string(missing.size() - 1) + " more)" : "";
+  return "REMOVE: there was no object " + scene::quoted(missing.front()) + more;
 }
 
 void add(const scene::ObjectEdit& object, scene::ObjectEditor& objects) {

@@ -42,9 +42,10 @@ struct ReadChanges {
 /// but it does not depend on other objects, so it can be done before other changes have to wait.
 ReadChanges readChanges(const Robot& robot, const ObjectChanges& message);
 
-/// Applies the changes of a message, which are moved away.
+/// Applies the changes of a message, which are moved away. Returns a text that names the first object that was to be
+/// removed but was not there; "" if there is none.
 /// Failure: throws ChangeError naming the number of the change, the object, the field and the reason.
-void apply(ReadChanges& changes, scene::ObjectEditor& objects);
+std::string apply(ReadChanges& changes, scene::ObjectEditor& objects);
 
 /// Adds an object of a file or a parameter. tf is not needed, because the pose is in the frame that carries the object.
 /// Failure: throws std::invalid_argument naming its place in the file, the object, the field and the reason.

@@ -1,5 +1,8 @@
 #include "node/objects/change_stream.h"
 
+#include "system/number_text.h"
+
+#include <ros/console.h>
 #include <ros/serialization.h>
 
 #include <algorithm>
@@ -55,7 +58,11 @@ void ChangeStream::run() {
     std::vector<const ObjectChanges*> together;
     for (const auto& message : messages) together.push_back(message.get());
     try {
-      store_.applyTogether(together, [this](const std::exception& error) { refused_(error.what()); });
+      store_.applyTogether(
+          together, [this](const std::exception& error) { refused_(error.what()); },
+          [](const std::string& remark) {
+            ROS_INFO_STREAM_THROTTLE(1.0, "~apply_objects: " << system::readable(remark));
+          });
     } catch (const std::exception& error) {
       refused_(std::string("internal error: ") + error.what());
     }

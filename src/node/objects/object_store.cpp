@@ -144,16 +144,18 @@ void ObjectStore::loadAtStart(const scene::ObjectFile& file) {
   commit(objects, file.rules, before.revision);
 }
 
-std::uint64_t ObjectStore::apply(const ObjectChanges& changes) {
-  return applyTogether({&changes}, [](const std::exception&) { throw; });
+std::uint64_t ObjectStore::apply(const ObjectChanges& changes, const Remarked& remarked) {
+  return applyTogether(
+      {&changes}, [](const std::exception&) { throw; }, remarked);
 }
 
-std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused) {
+std::uint64_t ObjectStore::applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
+                                         const Remarked& remarked) {
   const std::shared_ptr<const Robot> robot = currentRobot();
   std::vector<ReadChanges> read = readAll(*robot, messages);
   const Lock only_one(change_mutex_);
   if (robot != robot_) read = readAll(*robot_, messages);  // a reload may have changed how meshes are read
-  applyLocked(messages, refused, std::move(read));
+  applyLocked(messages, refused, remarked, std::move(read));
   return revision();
 }
 
@@ -163,7 +165,7 @@ std::shared_ptr<const Robot> ObjectStore::currentRobot() const {
 }
 
 void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
-                              std::vector<ReadChanges> read) {
+                              const Remarked& remarked, std::vector<ReadChanges> read) {
   const RobotObjects before = robot_->objects().get();
   ChangeFrames frames(*robot_, find_frame_);
   const scene::ObjectOptions options = objectOptions(*robot_);
@@ -172,7 +174,8 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
   for (ReadChanges& changes : read) {
     objects.keep();
     try {
-      node::apply(changes, objects);
+      const std::string remark = node::apply(changes, objects);
+      if (remarked && !remark.empty()) remarked(remark);
       if (changes.rules) rules = std::move(changes.rules);
     } catch (const std::exception& error) {
       objects.undo();
@@ -185,7 +188,8 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
     // This is rare, because nearly everything is checked before. Applying each message alone finds the one that is
     // wrong.
     if (messages.size() == 1) return refused(error);
-    for (const ObjectChanges* message : messages) applyLocked({message}, refused, readAll(*robot_, {message}));
+    for (const ObjectChanges* message : messages)
+      applyLocked({message}, refused, remarked, readAll(*robot_, {message}));
   }
 }
 

@@ -37,19 +37,23 @@ class ObjectStore {
       std::function<void(const Robot&)> on_change = [](const Robot&) {}, const ObjectLimits& limits = {},
       const scene::ObjectFile& at_start = {});
 
+  /// Is called for a message that removes objects which are not there, with a text that names the first of them.
+  using Remarked = std::function<void(const std::string& remark)>;
+
   /// Applies all changes of a message, and returns the revision after it. It may take as long as its meshes need, while
   /// other changes go on, and as long as tf needs to tell the frames of its poses, while other changes wait.
   ///
   /// Failure: throws std::invalid_argument naming the change, the object, the field and the reason; it is a ChangeError
   ///          if it has a code. Nothing is changed then.
-  std::uint64_t apply(const ObjectChanges& changes);
+  std::uint64_t apply(const ObjectChanges& changes, const Remarked& remarked = {});
 
   /// Is called while the exception is handled, so that it may throw it again.
   using Refused = std::function<void(const std::exception& error)>;
 
   /// Applies messages one after the other, in one change of the robot's objects, and returns the revision after it. If
   /// a message is refused, none of its changes is applied, and `refused` is called with the reason.
-  std::uint64_t applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused);
+  std::uint64_t applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
+                              const Remarked& remarked = {});
 
   /// Gives the objects to a reloaded robot, and then calls `replace`. No change is applied until both are done.
   ///
@@ -84,7 +88,7 @@ class ObjectStore {
   using Rules = std::optional<std::vector<scene::WrittenRule>>;
 
   void loadAtStart(const scene::ObjectFile& file);
-  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
+  void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const Remarked& remarked,
                    std::vector<ReadChanges> read);
   std::shared_ptr<const Robot> currentRobot() const;
   bool commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision);

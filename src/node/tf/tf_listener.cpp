@@ -3,6 +3,7 @@
 #include "node/threads/real_time.h"
 #include "node/threads/request_queue.h"
 
+#include <ros/message_event.h>
 #include <sensor_msgs/JointState.h>
 #include <tf2_msgs/TFMessage.h>
 
@@ -16,15 +17,18 @@ namespace {
 /// Without this option the publisher's kernel delays small messages by tens of milliseconds (Nagle's algorithm).
 ros::TransportHints atOnce() { return ros::TransportHints().tcpNoDelay(); }
 
+using Event = ros::MessageEvent<const tf2_msgs::TFMessage>;
+
 }  // namespace
 
 TfListener::TfListener(TfPoses& tf, const Robot& robot) : tf_(tf) {
   nh_.setCallbackQueue(&queue_);
   const auto subscribe = [&](const std::string& topic, TfTree::Kind kind) {
     constexpr std::uint32_t kQueueSize = 100;  // [messages] as in tf2_ros
-    return nh_.subscribe<tf2_msgs::TFMessage>(
-        topic, kQueueSize, [&tf, kind](const tf2_msgs::TFMessage::ConstPtr& message) { tf.add(*message, kind); },
-        ros::VoidConstPtr(), atOnce());
+    const boost::function<void(const Event&)> add = [&tf, kind](const Event& event) {
+      tf.add(*event.getConstMessage(), kind, event.getPublisherName());
+    };
+    return nh_.subscribe<tf2_msgs::TFMessage>(topic, kQueueSize, add, ros::VoidConstPtr(), atOnce());
   };
   moving_sub_ = subscribe("/tf", TfTree::Kind::Moving);
   static_sub_ = subscribe("/tf_static", TfTree::Kind::Static);

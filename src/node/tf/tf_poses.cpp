@@ -132,45 +132,48 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
   return common;
 }
 
-/// TF_STALE if the latest transform of an edge is too far from the clock, otherwise OK.
-QueryStatus ageStatus(const EdgeTransform& latest, const std::string& name, const ros::Time& now,
-                      const ros::Duration& max_age) {
-  const ros::Duration age = elapsed(latest.stamp, now);
-  if (age > max_age) {
-    return statusOf(QueryStatus::TF_STALE, name + ": its latest transform is " + durationText(age) +
-                                               " old, max_tf_age is " + durationText(max_age));
-  }
-  if (-age > max_age) {
-    return statusOf(QueryStatus::TF_STALE,
-                    name + ": its latest transform is " + durationText(-age) + " ahead of the clock");
-  }
-  return {};
-}
-
-QueryStatus ageStatus(const CommonTime& common, const ros::Time& now, const ros::Duration& max_age) {
-  const QueryStatus of_oldest = ageStatus(common.oldest->transform, common.oldest->frames->name, now, max_age);
-  if (of_oldest.code != QueryStatus::OK) return of_oldest;
-  return ageStatus(common.newest->transform, common.newest->frames->name, now, max_age);
-}
-
-struct FrameTime {
-  ros::Time robot;  ///< time of the robot's poses
+/// What decides whether a transform is too old.
+struct AgeLimit {
+  const tf2::BufferCore& buffer;
+  const FrameHealth& health;
   ros::Time now;
   ros::Duration max_age;
 };
 
+/// TF_STALE if the latest transform of an edge is too far from the clock, otherwise OK.
+QueryStatus ageStatus(const EdgeTransform& latest, const TfEdge& edge, const AgeLimit& limit) {
+  const ros::Duration age = elapsed(latest.stamp, limit.now);
+  if (age > limit.max_age) {
+    const std::string cause = limit.health.causeOf(limit.buffer, edge, limit.now);
+    return statusOf(QueryStatus::TF_STALE, edge.name + ": its latest transform is " + durationText(age) +
+                                               " old, max_tf_age is " + durationText(limit.max_age) +
+                                               (cause.empty() ? "" : ": " + cause));
+  }
+  if (-age > limit.max_age) {
+    return statusOf(QueryStatus::TF_STALE,
+                    edge.name + ": its latest transform is " + durationText(-age) + " ahead of the clock");
+  }
+  return {};
+}
+
+QueryStatus ageStatus(const CommonTime& common, const AgeLimit& limit) {
+  const QueryStatus of_oldest = ageStatus(common.oldest->transform, *common.oldest->frames, limit);
+  if (of_oldest.code != QueryStatus::OK) return of_oldest;
+  return ageStatus(common.newest->transform, *common.newest->frames, limit);
+}
+
 /// The transform at the time of the robot's poses. If tf does not have one at that time, the latest transform, which
 /// must be near the clock.
-EdgeTransform lookUpNearTime(const tf2::BufferCore& buffer, const TfEdge& edge, const FrameTime& time) {
-  EdgeTransform latest = lookUpEdge(buffer, edge, ros::Time());
+EdgeTransform lookUpNearTime(const TfEdge& edge, const ros::Time& robot, const AgeLimit& limit) {
+  EdgeTransform latest = lookUpEdge(limit.buffer, edge, ros::Time());
   if (!latest.pose || latest.stamp.isZero()) return latest;
-  latest.status = ageStatus(latest, edge.name, time.now, time.max_age);
+  latest.status = ageStatus(latest, edge, limit);
   if (latest.status.code != QueryStatus::OK) {
     latest.pose.reset();
     return latest;
   }
-  if (latest.stamp <= time.robot) return latest;
-  const EdgeTransform then = lookUpEdge(buffer, edge, time.robot);
+  if (latest.stamp <= robot) return latest;
+  const EdgeTransform then = lookUpEdge(limit.buffer, edge, robot);
   return then.pose ? then : latest;
 }
 
@@ -208,16 +211,22 @@ void placeFramesOfLinks(const Robot& robot, const CarrierFrames& frames, const s
   }
 }
 
-void TfPoses::add(const tf2_msgs::TFMessage& message, TfTree::Kind kind) {
+void TfPoses::add(const tf2_msgs::TFMessage& message, TfTree::Kind kind, const std::string& publisher) {
   if (kind == TfTree::Kind::Moving) {
     for (const geometry_msgs::TransformStamped& transform : message.transforms)
       if (!transform.header.stamp.isZero()) jumps_.add(transform);
   }
   tree_.add(message, kind);
+  if (kind == TfTree::Kind::Moving) health_.add(message, publisher, ros::Time::now());  // later: see causeOf()
   const std::lock_guard<std::mutex> lock(mutex_);
   ++changes_;
   changed_.notify_all();
   if (listener_) listener_();
+}
+
+std::vector<std::string> TfPoses::warnings(const Robot& robot, double rate) {
+  const std::shared_ptr<const tf2::BufferCore> buffer = tree_.view().buffer;
+  return health_.warnings(*buffer, robot, edgesTo(robot, robot.candidateBodies()), rate, ros::Time::now());
 }
 
 void TfPoses::onChange(std::function<void()> listener) {
@@ -234,6 +243,7 @@ ros::Time TfPoses::readClock() {
                                                 << ": forgetting all transforms");
     tree_.clear();
     jumps_.forget();
+    health_.forget();
   }
   last_now_ = now;
   return now;
@@ -281,7 +291,7 @@ const JointSnapshot& TfPoses::lookUpJoints(TfLookup& lookup, const ros::Time& st
   snapshot.age = elapsed(snapshot.stamp, now);
   if (stamp.isZero() && common.oldest) {
     const ros::Duration max_age(lookup.robot->config().max_tf_age);
-    snapshot.status = ageStatus(common, now, max_age);
+    snapshot.status = ageStatus(common, {*buffer, health_, now, max_age});
     // A transform that is far ahead of the clock may be from before the clock jumped back. tf would then refuse all new
     // transforms, because they are older.
     if (elapsed(now, newest) > max_age) tree_.clear();
@@ -349,12 +359,13 @@ FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const CarrierFrames& fra
   }
   const ros::Time now = readClock();
   const std::shared_ptr<const tf2::BufferCore> buffer = tree_.view().buffer;
+  const AgeLimit limit{*buffer, health_, now, ros::Duration(robot.config().max_tf_age)};
   for (const int index : frames.needed) {
     const std::string& frame = frames.names[index];
     if (robot.linkOfFrame(frame) >= 0) continue;
     const TfEdge edge{robot.referenceFrame(), frame, "frame '" + frame + "' of objects"};
-    const FrameTime time{robot_poses.stamp, now, ros::Duration(robot.config().max_tf_age)};
-    const EdgeTransform found = stamp.isZero() ? lookUpNearTime(*buffer, edge, time) : lookUpEdge(*buffer, edge, stamp);
+    const EdgeTransform found =
+        stamp.isZero() ? lookUpNearTime(edge, robot_poses.stamp, limit) : lookUpEdge(*buffer, edge, stamp);
     snapshot.poses[index] = found.pose;
     if (!found.stamp.isZero()) snapshot.may_move.push_back(index);
     if (!found.pose && snapshot.status.code == QueryStatus::OK) snapshot.status = found.status;

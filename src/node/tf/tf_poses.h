@@ -2,6 +2,7 @@
 
 #include "node/robot/robot.h"
 #include "node/tf/edge_transforms.h"
+#include "node/tf/frame_health.h"
 #include "node/tf/joint_frames.h"
 #include "node/tf/joint_jumps.h"
 #include "node/tf/stated_joints.h"
@@ -96,8 +97,8 @@ struct TfLookup {
 /// them; it is never waited for. Thread-safe.
 class TfPoses {
  public:
-  /// Adds the transforms of a message of /tf or /tf_static, see TfListener.
-  void add(const tf2_msgs::TFMessage& message, TfTree::Kind kind);
+  /// Adds the transforms of a message of /tf or /tf_static from the node `publisher`, see TfListener.
+  void add(const tf2_msgs::TFMessage& message, TfTree::Kind kind, const std::string& publisher);
 
   /// Sets the function that add() calls at its end.
   void onChange(std::function<void()> listener);
@@ -110,6 +111,9 @@ class TfPoses {
 
   /// See JointJumps::recent().
   std::vector<std::string> jumps() const { return jumps_.recent(); }
+
+  /// See FrameHealth::warnings(), for the frames that place the bodies of the robot which may be checked.
+  std::vector<std::string> warnings(const Robot& robot, double rate);
 
   /// The poses of the bodies that the edges of `lookup` carry, at `stamp`; if that is 0, at the latest common time.
   /// Never waits. The result is valid until `lookup` is used again.
@@ -163,6 +167,7 @@ class TfPoses {
   ros::Time last_now_;
   LatestTransforms latest_;
   JointJumps jumps_;
+  FrameHealth health_;
   StatedJoints stated_;
   TfTree tree_;
 };

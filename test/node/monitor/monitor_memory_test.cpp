@@ -151,7 +151,7 @@ class MonitoredGantry {
       message.transforms.insert(message.transforms.end(), transforms.begin(), transforms.end());
     }
     ros::Time::setNow(stampOf(cycles_ + kBatch));
-    tf_.add(message, TfTree::Kind::Moving);
+    tf_.add(message, TfTree::Kind::Moving, "/robot");
   }
 
   const bool has_controller_;

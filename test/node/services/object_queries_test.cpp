@@ -233,6 +233,21 @@ TEST_F(Objects, AreRefusedWithACodeOfTheirOwnWhereTfDoesNotKnowTheFrameOfTheirPo
   EXPECT_NE(response.status.message.find("changes[0]: object \"part\""), std::string::npos) << response.status.message;
 }
 
+TEST_F(Objects, ThatAreRemovedWithoutBeingThereAreNamedInASuccess) {
+  add({addBall("part")});
+  const auto removed = [&](const std::vector<std::string>& ids) {
+    std::vector<ObjectChange> changes;
+    for (const std::string& id : ids) changes.push_back(change(ObjectChange::REMOVE, id));
+    const ApplyObjectsResponse response = ask(requestOf(changes));
+    EXPECT_TRUE(response.success);
+    EXPECT_EQ(response.status.code, QueryStatus::OK);
+    return response.status.message;
+  };
+  EXPECT_EQ(removed({"gone", "part"}), "REMOVE: there was no object \"gone\"");
+  EXPECT_EQ(removed({"part", "part"}), "REMOVE: there was no object \"part\" (and 1 more)");
+  EXPECT_EQ(removed({"*"}), "");
+}
+
 // --- motions
 
 TEST_F(Objects, AreMetInMotions) {

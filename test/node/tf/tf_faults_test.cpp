@@ -4,6 +4,7 @@
 #include <proximity_server/MinimumDistance.h>
 #include "node/answers.h"
 #include "node/diagnosis.h"
+#include "node/faults/child_process.h"
 #include "node/gantry.h"
 
 // The robot of gantry.urdf stands still with its ball 0.2 m from the base, and the way from it to tf is spoiled in
@@ -143,6 +144,21 @@ TEST_F(BlindingFaultOfTf, StampsAheadOfAllFramesTurnTheLevelInvalidInTime) {
   expectBlindness(apply(TfFault::StampsAhead, ""));
 }
 
+TEST_F(OfTf, TransformsThatAreTooOldAreToldByTheKindOfFault) {
+  const std::pair<TfFault, std::string> kinds[] = {
+      {TfFault::Silence, ": no message of frame 'slide' has come for 0."},
+      {TfFault::FrozenStamp, ": messages of frame 'slide' come, but their stamp stands still at "},
+      {TfFault::StampsOfThePast, ": messages of frame 'slide' come, but their stamps are 5"},
+      {TfFault::NanPosition, ": messages of frame 'slide' come, but tf refuses their transforms"},
+      {TfFault::NoStamp, ": messages of frame 'slide' come, but without a stamp"}};
+  for (const auto& [fault, told] : kinds) {
+    apply(fault, "slide");
+    EXPECT_TRUE(next([&, text = told](const Clearance& message) {
+      return message.status.code == QueryStatus::TF_STALE && message.status.message.find(text) != std::string::npos;
+    })) << told;
+  }
+}
+
 // ---- what changes nothing
 
 class HarmlessFaultOfTf : public OfTf {};
@@ -191,6 +207,19 @@ TEST_F(OfTf, TwoPublishersThatDisagreeAboutAJointAreAWarningThatNamesItUntilOneI
   ASSERT_TRUE(warning);
   EXPECT_EQ(warning->level, Status::WARN);
   apply(TfFault::None, "");
+  EXPECT_TRUE(diagnosis.next([](const Status& status) { return status.level == Status::OK; }));
+}
+
+TEST_F(OfTf, TwoPublishersOfAFrameAreAWarningUntilOneIsGone) {
+  Diagnosis diagnosis("proximity_server: tf");
+  {
+    ChildProcess rival({"rostopic", "pub", "--rate=20", "/tf", "tf2_msgs/TFMessage",
+                        "{transforms: [{header: {frame_id: base}, child_frame_id: slide}]}", "__name:=rival"});
+    EXPECT_TRUE(diagnosis.next([](const Status& status) {
+      return status.level == Status::WARN && status.message.rfind("frame 'slide' has two publishers: '", 0) == 0 &&
+             status.message.find("'/rival'") != std::string::npos;
+    }));
+  }
   EXPECT_TRUE(diagnosis.next([](const Status& status) { return status.level == Status::OK; }));
 }
 
