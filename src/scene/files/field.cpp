@@ -40,7 +40,7 @@ double Field::angle(bool turns) const {
   if (!isText()) return number();
   const auto angle = system::positionIn(text());
   if (!angle || !angle->is_in_degrees) refuse("must be a finite number" + std::string(turns ? ", or like 0.5deg" : ""));
-  if (!turns) refuse("must be a number in metres: what is prismatic has no angle");
+  if (!turns) refuse("must be in metres, not an angle");
   return angle->value;
 }
 

@@ -32,7 +32,8 @@ using ErrorBound = system::PositionText;
 /// nullopt if the text is neither a number nor an angle. Throws std::invalid_argument for one below 0.
 std::optional<ErrorBound> boundIn(const std::string& text) {
   const std::optional<ErrorBound> bound = system::positionIn(text);
-  if (bound && bound->value < 0.0) throw std::invalid_argument("'" + text + "' is not a number from 0 on");
+  const bool is_wrong = bound ? bound->value < 0.0 : numberIn<double>(text).has_value();  // not finite
+  if (is_wrong) throw std::invalid_argument("'" + text + "' is not a number from 0 on");
   return bound;
 }
 

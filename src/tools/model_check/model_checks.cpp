@@ -2,6 +2,7 @@
 
 #include "proximity_server/narrowphase/shape/support.h"
 #include "proximity_server/scene/files/xml_declarations.h"
+#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/objects/object.h"
@@ -179,7 +180,8 @@ std::vector<Finding> findXacro(const std::string& file, const std::string& urdf_
 std::vector<Finding> findWarnings(const scene::SceneModel& model) {
   std::vector<Finding> findings;
   for (const std::string& warning : model.robot.warnings)
-    findings.push_back({Severity::Warning, "loading", "URDF", warning, ""});
+    if (warning.rfind(scene::kSeenOnly, 0) != 0)  // findVisuals() has a finding for each of these links
+      findings.push_back({Severity::Warning, "loading", "URDF", warning, ""});
   for (const std::string& warning : model.pairs.warnings)
     findings.push_back({Severity::Warning, "srdf", "SRDF", warning, ""});
   return findings;

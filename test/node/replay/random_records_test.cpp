@@ -130,7 +130,7 @@ class RandomRecord {
     settings_ = config_.monitor;
     config_.record_directory = folder;
     config_.record_on = {};
-    config_.record_seconds = 3600.0;  // however slowly the cycles come
+    config_.record_seconds = 3600.0;                             // however slowly the cycles come
     config_.record_memory = chance_.below(4) == 0 ? 0.1 : 20.0;  // the smallest one loses the first cycles
     store_ = std::make_unique<ObjectStore>(robot_, 1, [this](const Robot&, const std::string& frame) {
       if (frame == kCart || frame == kCamera) return frames_[frame];

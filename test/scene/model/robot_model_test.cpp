@@ -118,7 +118,7 @@ TEST(CollisionFromVisual, IsOfTheNamedLinksWithoutCollision) {
   ASSERT_EQ(model.pieces.size(), 3U);
   EXPECT_EQ(model.pieces[0].shape.halfExtents(), Vector3d(0.5, 0.5, 0.5)) << "its collision geometry stays";
   EXPECT_EQ(model.collisions[0].description, "box 1 x 1 x 1");
-  EXPECT_EQ(model.collisions[1].description, "sphere 0.5, of its <visual>");
+  EXPECT_EQ(model.collisions[1].description, "sphere, radius 0.5, of its <visual>");
   EXPECT_EQ(model.collisions[1].name, "skin");
   EXPECT_EQ(model.collisions[2].link, model.findLink("b"));
   expectWarns(model, "Seen, but not checked, as they have no <collision>: 1 of 3 links with a <visual>: c. ");

@@ -115,7 +115,7 @@ TEST_F(ClearanceUncertainty, WhatMakesNoSenseIsRefusedByName) {
   expectRefusal("--joint-uncertainty much", "--joint-uncertainty: much: cannot be read");
   expectRefusal(file("{joint_uncertainty: {to_e: 1}}"), "u.yaml, line 1: joint_uncertainty/to_e: there is no joint");
   expectRefusal(file("{joint_uncertainty: {to_a: -1}}"), "joint_uncertainty/to_a: must not be negative");
-  expectRefusal(file("{joint_uncertainty: {to_a: 1deg}}"), "joint_uncertainty/to_a: must be a number in metres");
+  expectRefusal(file("{joint_uncertainty: {to_a: 1deg}}"), "joint_uncertainty/to_a: must be in metres, not an angle");
   expectRefusal(file("{base_uncertainty: {angle: 1 turn}}"), "angle: must be a finite number, or like 0.5deg");
   expectRefusal(file("{joint_frame_uncertainty: {to_a: {angel: 1}}}"), "did you mean \"angle\"?");
   expectRefusal(file("{link_uncertainty: {e: 1}}"), "link_uncertainty/e: there is no link");

@@ -285,7 +285,7 @@ TEST(GridStates, RefuseAxesThatAreNone) {
   EXPECT_EQ(errorFor({"elbow=0:1"}), "'elbow=0:1': expected JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT");
   for (const std::string number : {"", "nan", "inf", "x"})
     EXPECT_EQ(errorFor({"elbow=0:" + number + ":3"}),
-              "'elbow=0:" + number + ":3': \"" + number + "\" is no finite number");
+              "'elbow=0:" + number + ":3': \"" + number + "\" is no finite number, nor an angle like 90deg");
   for (const std::string number : {"", "0", "-1", "1.5", "9007199254740993", "3:3", "99999999999999999999"})
     EXPECT_EQ(errorFor({"elbow=0:1:" + number}), "'elbow=0:1:" + number + "': \"" + number +
                                                      "\" is no whole number of positions from 1 to 9007199254740992");

@@ -8,6 +8,9 @@
 
 namespace proximity_server::scene {
 
+/// The warning about links that have visual, but no collision geometry, begins with this.
+inline constexpr char kSeenOnly[] = "Seen, but not checked";
+
 /// Reads a URDF.
 ///
 /// Every <collision> of every link counts. If a link has a cylinder with a sphere of the same radius at both of its
