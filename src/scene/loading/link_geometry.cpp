@@ -1,7 +1,6 @@
 #include "scene/loading/link_geometry.h"
 
 #include "proximity_server/scene/files/file_value.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/loading/collision_geometry.h"
 #include "scene/mesh/input_limits.h"
@@ -234,11 +233,6 @@ void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, 
     addPiecesToBody(link, findCapsules(collisions), options, model);
   }
   for (std::string& warning : warnings.sentences()) model.warnings.push_back(std::move(warning));
-  if (!visuals.only_seen.empty())
-    model.warnings.push_back(kSeenOnly + std::string(", as they have no <collision>: ") +
-                             std::to_string(visuals.only_seen.size()) + " of " + std::to_string(visuals.seen) +
-                             " links with a <visual>: " + listed(visuals.only_seen) +
-                             ". The parameter collision_from_visual makes them count.");
   if (model.pieces.empty()) model.warnings.push_back("No link of the robot has collision geometry.");
 }
 

@@ -12,8 +12,8 @@ namespace proximity_server::scene {
 /// Throws std::invalid_argument, naming a link of the options that the model does not have.
 void requireLinks(const ModelOptions& options, const RobotModel& model);
 
-/// Adds the <collision> elements of all links of a model, and the convex pieces that stand for them; elements that were
-/// taken from `visuals` say so, and those that were left are a warning.
+/// Adds the <collision> elements of all links of a model, and the convex pieces that stand for them. Those
+/// that were taken from `visuals` say so.
 ///
 /// Failure: throws std::invalid_argument, naming link and <collision>, see loadRobotModel().
 void addGeometry(const urdf::ModelInterface& urdf, const MeshResolver& resolve, const ModelOptions& options,
