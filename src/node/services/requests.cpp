@@ -86,7 +86,7 @@ scene::ShapeRef namedRefOf(const RequestContext& context, const ShapeRef& ref) {
   return objectRefOf(context, number, ref);
 }
 
-/// What an answer says of a shape is a valid request; "", 0 and LINK say nothing.
+/// The shape that `ref` names. A robot, name or kind that is given must agree with it; "" and LINK count as not given.
 scene::ShapeRef shapeRefOf(const RequestContext& context, const ShapeRef& ref) {
   const scene::ShapeRef found = namedRefOf(context, ref);
   ShapeRef answer;

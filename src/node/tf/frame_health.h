@@ -14,8 +14,8 @@
 
 namespace proximity_server::node {
 
-/// What arrives on /tf, frame by frame. It tells why a transform is too old, and warns of frames that come from two
-/// sides or too rarely. Times of arrival are in ROS time. Thread-safe.
+/// Keeps when each frame arrived on /tf, and from whom. It tells why a transform is too old, and warns of frames that
+/// have two parents or publishers, or that come too rarely. Times of arrival are in ROS time. Thread-safe.
 ///
 /// The age of the latest transform of a frame is the sum of three times. The longest of them names the kind of fault:
 ///

@@ -132,7 +132,7 @@ CommonTime commonTime(const std::vector<TfLookup::Edge>& edges) {
   return common;
 }
 
-/// What decides whether a transform is too old.
+/// The limit on the age of transforms, with what is needed to explain an older one.
 struct AgeLimit {
   const tf2::BufferCore& buffer;
   const FrameHealth& health;

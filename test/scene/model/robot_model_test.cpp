@@ -104,7 +104,7 @@ std::string visual(const std::string& geometry) {
   return "<visual name='skin'><geometry>" + geometry + "</geometry></visual>";
 }
 
-/// Of four links one has collision geometry, and three have visual geometry.
+/// Four links: "a" has collision and visual geometry, "b" and "c" have visual geometry only, "d" has none.
 const std::string kDressed = link("a", collision("<box size='1 1 1'/>") + visual("<box size='2 2 2'/>")) +
                              link("b", visual("<sphere radius='0.5'/>") + visual("<box size='1 2 3'/>")) +
                              link("c", visual("<sphere radius='0.25'/>")) + link("d") +
