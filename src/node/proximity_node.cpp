@@ -2,6 +2,7 @@
 
 #include "node/answers/conversions.h"
 #include "node/robot/load_config.h"
+#include "node/threads/latched_topic.h"
 #include "node/threads/real_time.h"
 #include "system/number_text.h"
 #include "system/process.h"
@@ -113,8 +114,8 @@ void ProximityNode::publishObjects() {
   published_revision_ = now.objects.revision;
   published_robot_ = now.robot;
   object_keeper_.keep();
-  objects_pub_.publish(list);
-  object_markers_pub_.publish(object_markers_ ? objectMarkers(*now.robot, *now.objects.all) : noMarkers());
+  publishLatched(objects_pub_, list);
+  publishLatched(object_markers_pub_, object_markers_ ? objectMarkers(*now.robot, *now.objects.all) : noMarkers());
 }
 
 bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
@@ -181,7 +182,7 @@ void ProximityNode::announce(const Robot& robot) {
   ROS_INFO_STREAM("loaded " << description(robot));
   const ModelInfo info = toMessage(robot, ros::Time::now());
   for (const std::string& warning : info.warnings) ROS_WARN_STREAM(system::readable(warning));
-  model_info_pub_.publish(info);
+  publishLatched(model_info_pub_, info);
 }
 
 }  // namespace proximity_server::node

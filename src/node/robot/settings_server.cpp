@@ -1,6 +1,7 @@
 #include "node/robot/settings_server.h"
 
 #include "node/robot/load_config.h"
+#include "node/threads/latched_topic.h"
 #include "system/number_text.h"
 
 #include <dynamic_reconfigure/ConfigDescription.h>
@@ -57,7 +58,7 @@ SettingsServer::SettingsServer(const ros::NodeHandle& private_nh, Apply apply)
       updates_pub_(private_nh_.advertise<dynamic_reconfigure::Config>("parameter_updates", 1, /*latch=*/true)) {
   values_.__fromServer__(private_nh_);
   apply_(settingsOf(values_));
-  descriptions_pub_.publish(ProximityConfig::__getDescriptionMessage__());
+  publishLatched(descriptions_pub_, ProximityConfig::__getDescriptionMessage__());
   publishSettings();
   ros::AdvertiseServiceOptions options;
   options.init<Reconfigure::Request, Reconfigure::Response>(
@@ -97,7 +98,7 @@ bool SettingsServer::onSet(Reconfigure::Request& request, Reconfigure::Response&
     apply_(settingsOf(requested));
   } catch (const std::invalid_argument& refusal) {
     ROS_ERROR_STREAM("the settings stay as they were: " << system::readable(refusal.what()));
-    updates_pub_.publish(known);  // graphical clients then show the settings in force again
+    publishLatched(updates_pub_, known);  // graphical clients then show the settings in force again
     throw;
   }
   values_ = requested;
@@ -111,7 +112,7 @@ void SettingsServer::publishSettings() {
   values_.__toServer__(private_nh_);
   dynamic_reconfigure::Config message;
   values_.__toMessage__(message);
-  updates_pub_.publish(message);
+  publishLatched(updates_pub_, message);
 }
 
 }  // namespace proximity_server::node

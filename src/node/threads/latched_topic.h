@@ -1,0 +1,15 @@
+#pragma once
+
+namespace proximity_server::node {
+
+/// Publishes `message` on a latched topic, so that also a subscriber that connects meanwhile gets it. roscpp latches a
+/// message only after it has sent it to the subscribers that it knows: one that connects between has the message before,
+/// or none, until the next one. Then the message is sent twice.
+template <class Topic, class Message>
+void publishLatched(const Topic& topic, const Message& message) {
+  const auto subscribers = topic.getNumSubscribers();
+  topic.publish(message);
+  if (topic.getNumSubscribers() != subscribers) topic.publish(message);
+}
+
+}  // namespace proximity_server::node
