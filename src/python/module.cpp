@@ -211,6 +211,7 @@ std::unique_ptr<Robot> withObjectsOf(const Robot& robot, scene::ObjectFile file,
   if (!file.changes.empty())
     throw std::invalid_argument(source +
                                 ": it has changes, which are those of states on a way: the tool clearance makes them");
+  for (const std::string& warning : file.warnings) warn(warning);
   return withObjects(robot, std::move(file.objects), file.rules, ObjectWarnings::Give);
 }
 

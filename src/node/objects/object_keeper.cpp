@@ -1,5 +1,6 @@
 #include "node/objects/object_keeper.h"
 
+#include "system/number_text.h"
 #include "system/whole_file.h"
 
 #include <ros/console.h>
@@ -36,10 +37,13 @@ void requireAccess(const std::string& file) {
 }  // namespace
 
 scene::ObjectFile objectsAtStart(const Config& config) {
-  if (!exists(config.objects_file)) return config.objects;
-  scene::ObjectFile file = scene::readObjectFile(config.objects_file);
-  ROS_INFO_STREAM(config.objects_file << ": " << file.objects.size() << " objects are restored"
-                                      << (config.objects.objects.empty() ? "" : "; the parameter objects is not used"));
+  const bool is_restored = exists(config.objects_file);
+  scene::ObjectFile file = is_restored ? scene::readObjectFile(config.objects_file) : config.objects;
+  for (const std::string& warning : file.warnings) ROS_WARN_STREAM(system::readable(warning));
+  if (is_restored)
+    ROS_INFO_STREAM(
+        config.objects_file << ": " << file.objects.size() << " objects are restored"
+                            << (config.objects.objects.empty() ? "" : "; the parameter objects is not used"));
   return file;
 }
 

@@ -93,6 +93,10 @@ std::string Field::place() const {
   return source_ + (value_.line > 0 ? ", line " + std::to_string(value_.line) : "") + (keys.empty() ? "" : ": " + keys);
 }
 
+void Field::warn(const std::string& what) const {
+  if (warnings_) warnings_->push_back(place() + ": " + what);
+}
+
 std::string Field::path() const {
   const std::string above = parent_ ? parent_->path() : "";
   if (index_ < 0) return above + (above.empty() || name_.empty() ? "" : "/") + name_;

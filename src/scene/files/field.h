@@ -30,7 +30,9 @@ auto refusedBy(const Refuse& refuse, const Make& make, Arguments&&... arguments)
 /// Failure: all functions throw std::invalid_argument with the place and the reason.
 class Field {
  public:
-  Field(const FileValue& value, const std::string& source) : value_(value), source_(source) {}
+  /// warn() adds to `warnings`, which must live as long; nullptr: nobody wants them.
+  Field(const FileValue& value, const std::string& source, std::vector<std::string>* warnings = nullptr)
+      : value_(value), source_(source), warnings_(warnings) {}
 
   /// The member of a map; nullopt if it does not exist or is null.
   std::optional<Field> find(const std::string& name) const;
@@ -59,6 +61,7 @@ class Field {
   void requireMembers(const std::vector<std::string>& names) const;
 
   [[noreturn]] void refuse(const std::string& reason) const;
+  void warn(const std::string& what) const;
 
   /// Returns make(arguments...). Its std::invalid_argument becomes one of this field.
   template <class Make, class... Arguments>
@@ -72,13 +75,19 @@ class Field {
 
  private:
   Field(const FileValue& value, const Field& parent, std::string name, int index)
-      : value_(value), source_(parent.source_), parent_(&parent), name_(std::move(name)), index_(index) {}
+      : value_(value),
+        source_(parent.source_),
+        warnings_(parent.warnings_),
+        parent_(&parent),
+        name_(std::move(name)),
+        index_(index) {}
 
   std::string path() const;
   const FileValue::Map& map() const;
 
   const FileValue& value_;
   const std::string& source_;
+  std::vector<std::string>* warnings_;
   const Field* parent_ = nullptr;
   std::string name_;  ///< if it is a member of a map
   int index_ = -1;    ///< if it is an entry of a list

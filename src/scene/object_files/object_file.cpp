@@ -4,6 +4,7 @@
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/files/field.h"
+#include "system/number_text.h"
 
 #include <algorithm>
 #include <array>
@@ -26,7 +27,14 @@ constexpr std::uintmax_t kLargestFile = std::uintmax_t{256} << 20;
 constexpr long kMostVertices = std::numeric_limits<int>::max();
 
 double numberOf(const Field& field) { return field.number(); }
-double angleOf(const Field& field) { return field.angle(); }
+double angleOf(const Field& field) {
+  const double angle = field.angle();
+  if (!field.isText() && std::abs(angle) > 2.0 * M_PI) {
+    const std::string number = system::shortest(angle);
+    field.warn(number + " rad is more than a turn; degrees are written " + number + "deg");
+  }
+  return angle;
+}
 
 /// Reads numbers by their names, where a missing one is 0, or as a list in their order.
 template <std::size_t N>
@@ -219,8 +227,8 @@ Objects withRules(const Objects& objects, const std::vector<WrittenRule>& rules)
 }
 
 ObjectFile objectFileFrom(const FileValue& value, const std::string& source, const std::string& folder) {
-  const Field root(value, source);
   ObjectFile file;
+  const Field root(value, source, &file.warnings);
   const auto readObjects = [&](const Field& list) {
     for (const Field& entry : list.entries())
       file.objects.push_back(editOf(entry, operationFields().front(), {}, folder));

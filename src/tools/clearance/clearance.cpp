@@ -54,7 +54,7 @@ scene::LevelThresholds thresholdsOf(const scene::ConfigFile& file, const std::st
 /// The option because of which a question takes no levels of --config; "" if it takes them.
 std::string withoutLevels(const ClearanceOptions& options) {
   const PairSelection& selection = options.question.selection;
-  if (options.rows == RowKind::Segment) return "--trajectory";
+  if (options.rows == RowKind::Segment) return "";
   if (options.format == RowFormat::Npy) return "--format npy";
   if (options.accuracy || selection.accuracy > 0.0) return "--accuracy";
   if (selection.kind == PairSelection::Kind::Any) return "--pairs any";
@@ -66,6 +66,7 @@ std::string withoutLevels(const ClearanceOptions& options) {
 std::string withoutUncertainty(const ClearanceOptions& options) {
   if (options.question.filter == PairFilter::Off) return "--no-filter";
   if (options.sweep.isPart()) return "--shard and --range";
+  if (options.rows == RowKind::Segment) return "--trajectory";
   return withoutLevels(options);
 }
 
@@ -162,7 +163,8 @@ std::string textOfPairs(const ClearanceQuestion& question) {
 }
 
 OutputFormat formatOf(const ClearanceOptions& options, const ClearanceQuestion& question, RowFormat format) {
-  return options.rows == RowKind::State ? StateRows(question, format).format() : segmentFormat(format);
+  return options.rows == RowKind::State ? StateRows(question, format).format()
+                                        : segmentFormat(format, question.thresholds.has_value());
 }
 
 /// Answers about all states or segments, in their order. Returns the summary of states.

@@ -16,7 +16,7 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
                   "the states are way points, at the times of a column \"time\" [s] or 1 s apart: a row "
                   "for each segment, with its closest pair and first contact");
   for (const char* other : {"--pairs", "--accuracy", "--no-skip", "--sample", "--grid", "--zero", "--shard", "--range",
-                            "--summary", "--second-opinion", "--thresholds", "--joint-uncertainty"})
+                            "--summary", "--second-opinion", "--joint-uncertainty"})
     program.atMostOneOf({"--trajectory", other});
   program
       .addRead("--interpolation", "NAME", options.question.interpolation,
@@ -83,7 +83,8 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
   program.addText(
       "--thresholds", "FILE", options.question.thresholds_file,
       "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "
-      "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID");
+      "pair by its own thresholds: CLEAR, WARN, STOP, COLLISION or INVALID. With --trajectory it is the worst "
+      "level of the segment, with the time and the pair that reach it");
   program.addText(
       "--joint-uncertainty", "NUMBER|FILE", options.question.uncertainty_text,
       "how far each joint may be off, in radians or metres, or in degrees (0.1deg); or YAML with the uncertainty of "
@@ -157,7 +158,8 @@ void requireConsistent(const ClearanceOptions& options) {
   require(!is_merge || !has_thresholds, "--merge needs no --thresholds: the parts have their levels");
   require(!has_thresholds || !is_npy, "--thresholds does not go with --format npy, whose rows have no level");
   require(!has_thresholds || !is_any, "--thresholds does not go with --pairs any, which has no levels");
-  require(!has_thresholds || options.plot.empty() || pairs != PairSelection::Kind::Minimum,
+  const bool shows_closest = options.rows == RowKind::Segment || pairs != PairSelection::Kind::Minimum;
+  require(!has_thresholds || options.plot.empty() || shows_closest,
           "--plot shows the closest pairs, and with --thresholds --pairs minimum is another one: add --pairs k:1");
   require(options.plot.empty() || !is_any, "--plot does not go with --pairs any, which has no distances");
   require(!has_second || !is_any, "--second-opinion does not go with --pairs any, which has no distances");

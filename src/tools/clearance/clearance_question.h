@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/answers/pair_selection.h"
+#include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/joint_spline.h"
@@ -53,7 +54,7 @@ struct ClearanceQuestion {
   std::shared_ptr<ObjectSchedule> objects;  ///< nullptr: there are none
   /// Those of the filter, if there are objects; nullopt: all pairs that have geometry.
   std::optional<scene::Candidates> candidates;
-  std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels. Not for segments
+  std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels
   /// nullopt: the states are exact. For states and the filter's pairs; not with accuracy and Kind::Any.
   std::optional<scene::Uncertainty> uncertainty;
   /// "": none
@@ -102,6 +103,13 @@ class QuestionPairs {
 /// Whether a list has a pair there: the answer about a state without one names none.
 inline bool isNamed(const scene::ShapeRefPair& pair) { return pair.a != scene::ShapeRef(); }
 
+/// The worst level of a segment by the thresholds of each pair.
+struct SegmentLevel {
+  scene::ClearanceLevel level = scene::ClearanceLevel::Clear;
+  double time = std::numeric_limits<double>::quiet_NaN();  ///< [s] proven not to be reached before; NaN for Clear
+  scene::ShapeRefPair pair{};                              ///< that reaches it first; without links for Clear
+};
+
 /// The answer about one state, or about one segment of a trajectory, for those who read more than its row.
 struct ClearanceAnswer {
   /// The answer about a pair. Its bounds are those of the whole segment. With an uncertainty the lower one is guaranteed.
@@ -112,6 +120,13 @@ struct ClearanceAnswer {
     scene::Positions positions{};                               ///< then
   };
 
+  /// A part of a segment.
+  struct Part {
+    double begin, end;                  ///< [s]
+    double lower_bound;                 ///< [m] of all pairs; NaN: there is no answer
+    std::optional<SegmentLevel> level;  ///< as `level`
+  };
+
   long number = 0;                                  ///< counted from 0
   double begin = 0.0, end = 0.0;                    ///< [s] of a segment
   std::shared_ptr<const scene::Objects> objects{};  ///< nullptr: there are none
@@ -120,8 +135,10 @@ struct ClearanceAnswer {
   OfPair closest{};
   int unknown_pairs = 0;                       ///< pairs without an answer
   scene::RobotTimeOfContact contact{};         ///< of a segment; its times in seconds
+  std::optional<SegmentLevel> level{};         ///< nullopt: a pair has no answer, or there are no thresholds
   std::vector<scene::PairProximity> listed{};  ///< for the second opinion
   std::vector<OfPair> of_pairs{};              ///< of each pair by itself; for the report
+  std::vector<Part> parts{};                   ///< of a segment, in their order; for the report
 };
 
 }  // namespace proximity_server::tools

@@ -65,10 +65,12 @@ Json settingsOf(const ClearanceQuestion& question) {
             {"contact_distance", question.motion.contact_distance}};
   if (question.thresholds) {
     const scene::LevelThresholds& thresholds = *question.thresholds;
+    const scene::PairKind kind = question.objects ? scene::PairKind::Any : scene::PairKind::OfLinks;
     json["thresholds"] = {{"stop", thresholds.stop.links},
                           {"warn", thresholds.warn.links},
                           {"object_stop", thresholds.stop.objects},
-                          {"object_warn", thresholds.warn.objects}};
+                          {"object_warn", thresholds.warn.objects},
+                          {"are_equal", thresholds.stop.areEqual(kind) && thresholds.warn.areEqual(kind)}};
   }
   return json;
 }
@@ -119,7 +121,8 @@ std::string ClearanceReport::rowOf(const ClearanceAnswer::OfPair& of_pair, const
   if (kind_ == RowKind::Segment) {
     ClearanceAnswer alone{answer.number, answer.begin, answer.end, answer.objects, of_pair};
     alone.contact.t_free = answer.begin;
-    return rowText(alone, question_.model->robot, RowFormat::Json);
+    if (question_.thresholds) alone.level = SegmentLevel{scene::levelOf(of_pair.pair, *question_.thresholds).level};
+    return rowText(alone, question_, RowFormat::Json);
   }
   WrittenRows row;
   rows_.addPair(static_cast<std::uint64_t>(answer.number), of_pair.pair, of_pair.pair.result.lower_bound,
@@ -149,17 +152,20 @@ void ClearanceReport::add(const ClearanceAnswer& answer) {
     curves_["level"].push_back(level);
     return;
   }
+  const auto append = [&](std::initializer_list<std::pair<const char*, double>> values) {
+    for (const auto& [name, value] : values) curves_[name].push_back(value);
+  };
   const scene::RobotTimeOfContact& contact = answer.contact;
   const double undecided = contact.status == narrowphase::Status::Converged ? 0.0 : kNoNumber;
-  for (const auto& [name, value] : {std::pair{"begin", answer.begin},
-                                    {"end", answer.end},
-                                    {"time", answer.closest.time},
-                                    {"distance", answer.closest.pair.result.distance},
-                                    {"lower", answer.closest.pair.result.lower_bound},
-                                    {"upper", answer.closest.pair.result.upper_bound},
-                                    {"contact", contact.contact ? 1.0 : undecided},
-                                    {"t_contact", contact.t_contact}})
-    curves_[name].push_back(value);
+  append({{"time", answer.closest.time},
+          {"distance", answer.closest.pair.result.distance},
+          {"contact", contact.contact ? 1.0 : undecided},
+          {"t_contact", contact.t_contact}});
+  for (const auto& [begin, end, lower_bound, of_part] : answer.parts)
+    append({{"begin", begin},
+            {"end", end},
+            {"lower", lower_bound},
+            {"level", of_part ? static_cast<double>(of_part->level) : kNoAnswer}});
 }
 
 void ClearanceReport::addExcess(const std::string& sentence) {

@@ -63,7 +63,7 @@ class ClearanceReport {
   std::shared_ptr<const scene::Objects> objects_;
   std::map<Names, std::array<std::string, 2>> unchecked_;  ///< the reason and its detail
   std::vector<std::string> excess_;
-  /// The curves over the states or segments, by their names. A level is its number, -1 without an answer; contact is 1
+  /// The curves over the states, or over the segments and their parts, by their names. A level is its number, -1 without an answer; contact is 1
   /// or 0, or NaN if it is not known.
   std::map<std::string, std::vector<double>> curves_;
 };

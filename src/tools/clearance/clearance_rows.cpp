@@ -163,7 +163,7 @@ void addState(std::uint64_t state, const scene::PairProximity& pair, const Surro
   if (guaranteed) row.add("guaranteed", *guaranteed);
 }
 
-void addSegment(const ClearanceAnswer& answer, const scene::RobotModel& robot, Row& row) {
+void addSegment(const ClearanceAnswer& answer, const scene::RobotModel& robot, bool has_levels, Row& row) {
   scene::PairProximity closest = answer.closest.pair;
   closest.result.status = answer.closest.status;
   row.add("segment", static_cast<std::uint64_t>(answer.number));
@@ -173,6 +173,12 @@ void addSegment(const ClearanceAnswer& answer, const scene::RobotModel& robot, R
   const Surroundings named{robot, answer.objects.get()};
   addPair(closest, named, row);
   addContact(answer, named, row);
+  if (!has_levels) return;
+  const SegmentLevel level = answer.level.value_or(SegmentLevel());
+  row.add("level", answer.level ? toString(level.level) : "INVALID");
+  row.add("t_level", level.time);
+  row.add("level_link_a", nameOf(level.pair.a, named.robot, named.objects));
+  row.add("level_link_b", nameOf(level.pair.b, named.robot, named.objects));
 }
 
 const char* verdictName(Verdict verdict) {
@@ -210,17 +216,18 @@ OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::
   return {format, header, npyPairType()};
 }
 
-OutputFormat segmentFormat(RowFormat format) {
+OutputFormat segmentFormat(RowFormat format, bool has_levels) {
   std::string header;
   Row columns(Row::Form::CsvHeader, header);
-  addSegment({}, {}, columns);
+  addSegment({}, {}, has_levels, columns);
   return {format, header, ""};
 }
 
-std::string rowText(const ClearanceAnswer& answer, const scene::RobotModel& robot, RowFormat format) {
+std::string rowText(const ClearanceAnswer& answer, const ClearanceQuestion& question, RowFormat format) {
+  const scene::RobotModel& robot = question.model->robot;
   std::string text;
   Row row(format, text);
-  addSegment(answer, robot, row);
+  addSegment(answer, robot, question.thresholds.has_value(), row);
   if (format == RowFormat::Json)
     row.add("contact_state", answer.contact.contact ? positionsJson(robot, answer.contact.state) : Json());
   row.end();

@@ -22,12 +22,12 @@ struct StateColumns {
 
 /// The format of the rows of states, where so many pairs of links have numbers; and that of the rows of segments.
 OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, StateColumns columns);
-OutputFormat segmentFormat(RowFormat format);
+OutputFormat segmentFormat(RowFormat format, bool has_levels);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
-/// contact; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.
+/// contact, and with thresholds the level; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.
 /// JSON also has the positions of the joints at contact, without mimic joints.
-std::string rowText(const ClearanceAnswer& answer, const scene::RobotModel& robot, RowFormat format);
+std::string rowText(const ClearanceAnswer& answer, const ClearanceQuestion& question, RowFormat format);
 
 /// The verdict about a state where the question is whether any pair is at or below a distance.
 using Verdict = scene::StateVerdict::Kind;

@@ -8,7 +8,10 @@
 #include "tools/text/csv.h"
 #include "tools/text/naming.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,6 +22,10 @@ namespace {
 
 // So few that the hundreds of segments of a planned trajectory use all threads.
 constexpr std::size_t kSegmentsInBlock = 16;
+
+// The parts of a segment for the curve of the report: at most so long, and so many.
+constexpr double kLongestPart = 0.02;  // [s]
+constexpr int kMostParts = 64;
 
 scene::Motion motionOf(const TrajectorySegment& segment, const scene::RobotModel& robot,
                        const std::vector<double>& tracking_error) {
@@ -36,23 +43,62 @@ ClearanceAnswer::OfPair answerOf(const TrajectorySegment& segment, const scene::
   return answer;
 }
 
+/// A level is reached unless all states of the motion are proven to be farther apart. Only a state that is in contact is
+/// COLLISION, as with an uncertainty.
+std::optional<SegmentLevel> levelOf(const TrajectorySegment& segment, const scene::Motion& motion,
+                                    const scene::Pairs& pairs, const ClearanceQuestion& question,
+                                    const scene::RobotMinimum& minimum, scene::MotionSearch& search) {
+  using scene::ClearanceLevel;
+  if (minimum.status == narrowphase::Status::Unknown || minimum.counts.unknown > 0) return std::nullopt;
+  const scene::PairDistances contact;
+  for (const auto& [level, distances] : {std::pair{ClearanceLevel::Collision, &contact},
+                                         {ClearanceLevel::Stop, &question.thresholds->stop},
+                                         {ClearanceLevel::Warn, &question.thresholds->warn}}) {
+    if (minimum.lower_bound > distances->range(scene::PairKind::Any).largest) continue;
+    scene::MotionQuestion asked = question.motion;
+    asked.contact_distance = 0.0;
+    asked.thresholds = distances;
+    const scene::RobotTimeOfContact reached = search.timeOfContact(pairs, motion, asked);
+    const bool is_free = reached.status == narrowphase::Status::Converged || level == ClearanceLevel::Collision;
+    if (reached.contact || !is_free) return SegmentLevel{level, segment.timeAt(reached.t_free), reached.pair.asked};
+  }
+  return SegmentLevel();
+}
+
 ClearanceAnswer answerSegment(const TrajectorySegment& segment, const scene::Motion& motion, const scene::Pairs& pairs,
-                              const scene::MotionQuestion& question, scene::MotionSearch& search) {
-  const scene::RobotMinimum minimum = search.minimum(pairs, motion, question);
+                              const ClearanceQuestion& question, scene::MotionSearch& search) {
+  const scene::RobotMinimum minimum = search.minimum(pairs, motion, question.motion);
   ClearanceAnswer answer{segment.number, segment.begin, segment.end, segment.objects, answerOf(segment, minimum)};
   answer.unknown_pairs = minimum.counts.unknown;
   if (minimum.state.empty()) answer.closest.positions = segment.positionsAt(minimum.time);
+  if (question.thresholds) answer.level = levelOf(segment, motion, pairs, question, minimum, search);
   scene::RobotTimeOfContact& contact = answer.contact;
   // If the minimum proves that there is no contact, a search is not needed, and the two cannot contradict each other.
-  if (minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.contact_distance) {
+  if (minimum.status != narrowphase::Status::Unknown && minimum.lower_bound > question.motion.contact_distance) {
     contact.status = narrowphase::Status::Converged;
     contact.t_free = 1.0;
   } else {
-    contact = search.timeOfContact(pairs, motion, question);
+    contact = search.timeOfContact(pairs, motion, question.motion);
   }
   contact.t_free = segment.timeAt(contact.t_free);
   contact.t_contact = segment.timeAt(contact.t_contact);
   return answer;
+}
+
+void addParts(const TrajectorySegment& segment, const scene::Pairs& pairs, const ClearanceQuestion& question,
+              scene::MotionSearch& search, ClearanceAnswer& answer) {
+  const double count = std::clamp(std::ceil((segment.end - segment.begin) / kLongestPart), 1.0, 1.0 * kMostParts);
+  for (double i = 0.0; i < count; ++i) {
+    const TrajectorySegment part = segment.between(i / count, (i + 1.0) / count);
+    const scene::Motion motion = motionOf(part, question.model->robot, question.tracking_error);
+    const scene::RobotMinimum minimum = search.minimum(pairs, motion, question.motion);
+    const bool is_known = minimum.status != narrowphase::Status::Unknown;
+    ClearanceAnswer::Part& of_part = answer.parts.emplace_back();
+    of_part.begin = part.begin;
+    of_part.end = part.end;
+    of_part.lower_bound = is_known ? minimum.lower_bound : std::numeric_limits<double>::quiet_NaN();
+    if (question.thresholds) of_part.level = levelOf(part, motion, pairs, question, minimum, search);
+  }
 }
 
 /// Adds the answer about each pair by itself. That about the closest pair is known.
@@ -131,6 +177,16 @@ scene::Positions TrajectorySegment::positionsAt(double fraction) const {
   return positions;
 }
 
+TrajectorySegment TrajectorySegment::between(double fraction, double end_fraction) const {
+  TrajectorySegment part = *this;
+  part.begin = timeAt(fraction);
+  part.end = timeAt(end_fraction);
+  part.from = positionsAt(fraction);
+  if (end_fraction < 1.0) part.to = positionsAt(end_fraction);
+  if (spline) part.spline = spline->between(fraction, end_fraction);
+  return part;
+}
+
 bool TrajectorySegments::next(TrajectorySegment& segment) {
   if (rest_) {
     segment = *std::exchange(rest_, std::nullopt);
@@ -191,13 +247,10 @@ void TrajectorySegments::divide(TrajectorySegment& segment) {
   objects_->advance(way_points_ - 1, segment.begin, segment.from);
   const std::optional<double> change = objects_->nextTime();
   if (!change || !(*change < segment.end)) return;
-  rest_ = segment;
+  const double fraction = (*change - segment.begin) / (segment.end - segment.begin);
+  rest_ = segment.between(fraction, 1.0);
+  segment = segment.between(0.0, fraction);
   rest_->begin = segment.end = *change;
-  const double fraction = (*change - segment.begin) / (rest_->end - segment.begin);
-  rest_->from = segment.to = segment.positionsAt(fraction);
-  if (!segment.spline) return;
-  rest_->spline = segment.spline->between(fraction, 1.0);
-  segment.spline = segment.spline->between(0.0, fraction);
 }
 
 void TrajectorySegments::interpolate(Interpolation interpolation) {
@@ -254,8 +307,8 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
     return true;
   };
   const auto write = [&](const ClearanceAnswer& answer) {
-    output.rows.write({rowText(answer, robot, output.format), 1});
-    if (output.plot) output.plot->write({rowText(answer, robot, RowFormat::Csv), 1});
+    output.rows.write({rowText(answer, question, output.format), 1});
+    if (output.plot) output.plot->write({rowText(answer, question, RowFormat::Csv), 1});
     output.add(answer);
     output.counter.count(1);
   };
@@ -267,9 +320,11 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
     for (const TrajectorySegment& segment : block) {
       if (pairs.use(segment.objects)) search.use(segment.objects);
       const scene::Motion motion = motionOf(segment, robot, question.tracking_error);
-      ClearanceAnswer& answer =
-          answers.emplace_back(answerSegment(segment, motion, pairs.get(), question.motion, search));
-      if (output.report) addPairs(segment, motion, pairs.list(segment.objects.get()), question.motion, search, answer);
+      ClearanceAnswer& answer = answers.emplace_back(answerSegment(segment, motion, pairs.get(), question, search));
+      if (output.report) {
+        addPairs(segment, motion, pairs.list(segment.objects.get()), question.motion, search, answer);
+        addParts(segment, pairs.get(), question, search, answer);
+      }
       question.budget.require();
     }
     return answers;

@@ -23,6 +23,7 @@ struct TrajectorySegment {
   /// NaN.
   double timeAt(double fraction) const;
   scene::Positions positionsAt(double fraction) const;
+  TrajectorySegment between(double fraction, double end_fraction) const;
 };
 
 /// Reads a trajectory segment by segment; each row of the states is a way point. The times are those of the column

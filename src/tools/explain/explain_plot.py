@@ -2,8 +2,9 @@
 """explain_plot.py DATA.json FORMAT: what `explain` found as a picture (png, pdf or svg) on standard output; without
 arguments: whether it can.
 
-One panel for each step: the CSO, the origin, the simplex of GJK or the polytope of EPA. The last panel has the bounds.
-Where CSO and origin lie in one plane, the panels show that plane."""
+The first panel has the two shapes in the frame of a. One panel follows for each step: the CSO, the origin, the simplex of
+GJK or the polytope of EPA. The last panel has the bounds. Where CSO and origin lie in one plane, the panels show that
+plane."""
 import json
 import sys
 
@@ -24,6 +25,7 @@ except ImportError as error:
 MOST_PANELS = 6  # of GJK, and of EPA; of more steps the first, the last, and some in between are shown
 PANEL = 3.1  # [inch]
 CSO, NEW, SIMPLEX, NEAREST, FACE = "#7f9fbf", "#d62728", "#e08214", "#1a7f37", "#d62728"
+SHAPES = {"a": "#5b3f8f", "b": "#b8860b"}
 HALO = [withStroke(linewidth=2.5, foreground="white")]
 ROUNDING = 1e-12  # [m] is written as 0
 FEW_EDGES = 80
@@ -100,6 +102,11 @@ def bounds_text(step):
     return f"{low} … {high} m"
 
 
+def closest_points(data):
+    """Those of a and b; none if the answer has no points."""
+    return numpy.array([point for point in (data["point_a"], data["point_b"]) if None not in point]).reshape(-1, 3)
+
+
 class Plane:
     """Draws in the plane of a flat CSO: in x and y where it is parallel to them."""
 
@@ -111,9 +118,8 @@ class Plane:
         self.axes = self.axes_of(points)
         self.corners = points @ self.axes.T
         self.vertices = [numpy.array(vertex["point"]) @ self.axes.T for vertex in data["vertices"]]
-        every = numpy.vstack([self.corners, numpy.zeros((1, 2))] + self.vertices)
-        self.low, self.high = every.min(axis=0), every.max(axis=0)
-        self.size = max(self.high - self.low)
+        self.every = numpy.vstack([self.corners, numpy.zeros((1, 2))] + self.vertices)
+        self.size = numpy.ptp(self.every, axis=0).max()
         self.inside = self.corners.mean(axis=0)
 
     @staticmethod
@@ -123,17 +129,34 @@ class Plane:
             return numpy.eye(3)[:2]
         return numpy.linalg.svd(points)[2][:2]
 
-    def prepare(self, axes):
-        margin = 0.12 * self.size
-        axes.set_xlim(self.low[0] - margin, self.high[0] + margin)
-        axes.set_ylim(self.low[1] - margin, self.high[1] + margin)
+    @staticmethod
+    def look_at(axes, points):
+        low, high = points.min(axis=0), points.max(axis=0)
+        margin = 0.12 * max(high - low)
+        axes.set_xlim(low[0] - margin, high[0] + margin)
+        axes.set_ylim(low[1] - margin, high[1] + margin)
         axes.set_aspect("equal")
         axes.tick_params(labelsize=7, color="#aaaaaa")
         for spine in axes.spines.values():
             spine.set_color("#cccccc")
-        axes.fill(*self.corners.T, facecolor=CSO, alpha=0.18, edgecolor="none")
-        axes.plot(*numpy.vstack([self.corners, self.corners[:1]]).T, color=CSO, linewidth=1.0)
-        axes.plot(*self.corners.T, color=CSO, marker=".", markersize=4, linestyle="")
+
+    @staticmethod
+    def body(axes, corners, color):
+        axes.fill(*corners.T, facecolor=color, alpha=0.18, edgecolor="none")
+        axes.plot(*numpy.vstack([corners, corners[:1]]).T, color=color, linewidth=1.0)
+        axes.plot(*corners.T, color=color, marker=".", markersize=4, linestyle="")
+
+    def shapes(self, axes, _):
+        bodies = [numpy.array(shape["points"]) @ self.axes.T for shape in self.data["shapes"]]
+        self.look_at(axes, numpy.vstack(bodies))
+        for corners, color in zip(bodies, SHAPES.values()):
+            self.body(axes, corners[outline(corners)] if len(corners) > 1 else corners, color)
+        points = closest_points(self.data) @ self.axes.T
+        axes.plot(*points.T, color=NEAREST, marker="o", markersize=5, linewidth=1.4, zorder=5)
+
+    def prepare(self, axes):
+        self.look_at(axes, self.every)
+        self.body(axes, self.corners, CSO)
         axes.plot(0, 0, color="black", marker="+", markersize=10, markeredgewidth=1.4, zorder=6)
 
     def label(self, axes, vertex, color):
@@ -183,56 +206,67 @@ class Space:
 
     def __init__(self, data):
         self.data, self.names = data, Names()
-        cso = data["cso"]
-        self.corners = numpy.array(cso["points"])
-        self.triangles = numpy.array(cso["triangles"], dtype=int).reshape(-1, 3)
+        self.corners = numpy.array(data["cso"]["points"])
         self.vertices = [numpy.array(vertex["point"]) for vertex in data["vertices"]]
-        every = numpy.vstack([self.corners, numpy.zeros((1, 3))])
-        self.middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
-        self.half = 0.5 * max(every.max(axis=0) - every.min(axis=0)) or 1.0
         self.inside = self.corners.mean(axis=0)
         normal = [value or 0.0 for value in data["normal"]]
         self.azimuth = numpy.degrees(numpy.arctan2(normal[1], normal[0])) + 55.0
-        self.edges = self.sharp_edges() if cso["is_polytope"] else []
 
-    def sharp_edges(self):
-        """The edges of the CSO, without the diagonals of its faces."""
+    @staticmethod
+    def sharp_edges(body, corners, triangles):
+        """The edges of a polytope, without the diagonals of its faces; none of a round body."""
         normals = {}
-        for triangle in self.triangles:
-            a, b, c = self.corners[triangle]
+        for triangle in triangles if body["is_polytope"] else []:
+            a, b, c = corners[triangle]
             normal = numpy.cross(b - a, c - a)
             normal /= max(numpy.linalg.norm(normal), 1e-300)
             for i in range(3):
                 edge = frozenset((triangle[i], triangle[(i + 1) % 3]))
                 normals.setdefault(edge, []).append(normal)
-        return [self.corners[list(edge)] for edge, of in normals.items() if len(of) < 2 or of[0] @ of[1] < SHARP]
+        return [corners[list(edge)] for edge, of in normals.items() if len(of) < 2 or of[0] @ of[1] < SHARP]
 
-    def prepare(self, axes):
+    def look_at(self, axes, points):
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, half = 0.5 * (low + high), 0.5 * max(high - low) or 1.0
         axes.set_proj_type("ortho")
         axes.view_init(elev=18.0, azim=self.azimuth)
         axes.set_axis_off()
-        for limits, middle in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), self.middle):
-            limits(middle - self.half, middle + self.half)
-        axes.set_box_aspect((1, 1, 1), zoom=self.zoom(axes))
+        for limits, centre in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle):
+            limits(centre - half, centre + half)
+        axes.set_box_aspect((1, 1, 1), zoom=self.zoom(axes, numpy.vstack([points, middle])))
         axes.computed_zorder = False  # what belongs to the step lies over the CSO
-        if len(self.triangles):
-            around = self.corners[outline(self.seen(axes, self.corners))]
-            axes.add_collection3d(Poly3DCollection([around], facecolor=CSO, edgecolor=CSO, linewidth=1.0, alpha=0.18,
-                                                   zorder=1))
-            if len(self.edges):  # a round CSO has none
-                axes.add_collection3d(Line3DCollection(self.edges, colors=CSO, zorder=2,
-                                                       linewidths=0.7 if len(self.edges) < FEW_EDGES else 0.2))
-        else:
-            axes.plot(*self.corners.T, color=CSO, marker=".", linewidth=1.5)
+
+    def body(self, axes, body, color):
+        corners = numpy.array(body["points"])
+        triangles = numpy.array(body["triangles"], dtype=int).reshape(-1, 3)
+        if not len(triangles):
+            axes.plot(*corners.T, color=color, marker=".", linewidth=1.5)
+            return
+        around = corners[outline(self.seen(axes, corners))]
+        axes.add_collection3d(Poly3DCollection([around], facecolor=color, edgecolor=color, linewidth=1.0, alpha=0.18, zorder=1))
+        edges = self.sharp_edges(body, corners, triangles)
+        if edges:
+            axes.add_collection3d(Line3DCollection(edges, colors=color, zorder=2,
+                                                   linewidths=0.7 if len(edges) < FEW_EDGES else 0.2))
+
+    def shapes(self, axes, _):
+        self.look_at(axes, numpy.vstack([shape["points"] for shape in self.data["shapes"]]))
+        for shape, color in zip(self.data["shapes"], SHAPES.values()):
+            self.body(axes, shape, color)
+        axes.plot(*closest_points(self.data).T, color=NEAREST, marker="o", markersize=5, linewidth=1.6, zorder=9)
+
+    def prepare(self, axes):
+        self.look_at(axes, numpy.vstack([self.corners, numpy.zeros((1, 3))]))
+        self.body(axes, self.data["cso"], CSO)
         axes.plot([0], [0], [0], color="black", marker="+", markersize=10, markeredgewidth=1.4, zorder=10)
 
-    def zoom(self, axes):
-        """So that CSO and origin fill the height of the panel, or more than its square in width."""
+    def zoom(self, axes, points):
+        """So that the points fill the height of the panel, or more than its square in width. The last one is its middle."""
         axes.set_box_aspect((1, 1, 1))
-        places = self.seen(axes, numpy.vstack([self.corners, numpy.zeros((1, 3)), [self.middle]]))
+        places = self.seen(axes, points)
         reach = numpy.abs(places - places[-1]).max(axis=0)
         if not reach.any():
-            return 1.0  # the CSO is the origin
+            return 1.0  # one point
         return 0.5 * min(axes.viewLim.width * 1.15 / max(reach[0], 1e-300), axes.viewLim.height * 0.9 / max(reach[1], 1e-300))
 
     @staticmethod
@@ -330,6 +364,7 @@ def draw(data):
     panels += [(f"EPA {i}: {bounds_text(step)}", view.epa, step) for i, step in shown(data["epa"])]
     if not panels:
         panels = [("the CSO and the origin", lambda axes, _: view.answer(axes), None)]
+    panels.insert(0, ("a and b", view.shapes, None))
     count = len(panels) + (1 if data["gjk"] else 0)
     columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 6 else 4
     rows = -(-count // columns)
@@ -350,7 +385,7 @@ def draw(data):
     if data["gjk"]:
         free = len(panels) % columns
         draw_bounds(figure.add_subplot(grid[rows - 1, free:min(free + 2, columns)]), data)
-    figure.legend(handles=keys(data, view), loc="lower center", ncol=6, fontsize=8, frameon=False)
+    figure.legend(handles=keys(data, view), loc="lower center", ncol=8, fontsize=8, frameon=False)
     figure.tight_layout(rect=(0, 0.3 / height, 1, 1 - (0.2 + 0.15 * len(heading.splitlines())) / height))
     figure.canvas.draw()
     view.names.write(72.0 / figure.dpi)
@@ -361,8 +396,9 @@ def keys(data, view):
     """What the colours of the panels are."""
     cso = "CSO" if data["margins"] == 0.0 else f"CSO of the cores (margins {number(data['margins'])} m)"
     support = "--" if view.projection is None else ""
-    handles = [Line2D([], [], color="black", marker="+", markersize=9, markeredgewidth=1.4, linestyle="", label="origin"),
-               Patch(facecolor=CSO, alpha=0.4, label=cso)]
+    handles = [Patch(facecolor=color, alpha=0.4, label=name) for name, color in SHAPES.items()]
+    handles += [Line2D([], [], color="black", marker="+", markersize=9, markeredgewidth=1.4, linestyle="", label="origin"),
+                Patch(facecolor=CSO, alpha=0.4, label=cso)]
     if data["gjk"]:
         handles += [Line2D([], [], color=SIMPLEX, marker="o", markersize=5, linewidth=2.2,
                            label="simplex, polytope" if data["epa"] else "simplex"),

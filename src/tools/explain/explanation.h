@@ -23,7 +23,7 @@ Explanation explain(const ExplainedPair& pair, const narrowphase::Options& optio
 /// shapes, margins included.
 std::string tableOf(const Explanation& explanation);
 
-/// Whether jsonOf() adds what a picture needs: the surface of the CSO, as found by its support mapping.
+/// Whether jsonOf() adds what a picture needs: the surfaces of the shapes and of the CSO, as support mappings show them.
 enum class CsoSurface : unsigned char { Omitted, Added };
 
 /// Writes the explanation as JSON, with all digits; a number that is not finite is null.

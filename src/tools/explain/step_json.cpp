@@ -1,4 +1,5 @@
 #include "proximity_server/narrowphase/shape/convex_hull.h"
+#include "proximity_server/narrowphase/shape/support.h"
 #include "tools/explain/explanation.h"
 #include "tools/explain/vertex_names.h"
 
@@ -118,53 +119,74 @@ std::vector<Vector3d> evenDirections() {
   return directions;
 }
 
-/// Adds the vertices of a polytope that the sample has missed: while a vertex lies beyond a face of the hull of the
-/// sample, the face is none of the polytope.
-void addMissedVertices(narrowphase::Cso& cso, std::vector<Vector3d>& points) {
+/// The points that a support mapping has in all directions. The vertices of a polytope that these miss are added: while
+/// a vertex lies beyond a face of the hull of the others, the face is none of the polytope.
+template <typename Support>
+std::vector<Vector3d> surfacePoints(const Support& support, bool is_polytope, double rounding) {
   constexpr int kMostRounds = 20;
-  for (int round = 0; round < kMostRounds; ++round) {
+  std::vector<Vector3d> points;
+  for (const Vector3d& direction : evenDirections()) points.push_back(support(direction));
+  for (int round = 0; is_polytope && round < kMostRounds; ++round) {
     const narrowphase::ConvexHull hull(points);
     const std::size_t before = points.size();
     for (const std::array<int, 3>& triangle : hull.triangles()) {
       const auto corner = [&](int i) { return hull.vertices()[triangle[i]]; };
       const Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-      const Vector3d w = cso.vertex(normal).point;
-      if (normal.dot(w - corner(0)) > 16.0 * cso.rounding()) points.push_back(w);
+      const Vector3d w = support(normal);
+      if (normal.dot(w - corner(0)) > rounding) points.push_back(w);
     }
-    if (points.size() == before) return;
+    if (points.size() == before) break;
   }
+  return points;
 }
 
-/// The CSO of the cores, as its support mapping shows it.
-Json surfaceJson(const Explanation& explanation) {
-  const ExplainedPair& pair = explanation.pair;
-  const double rounding = csoRounding(pair.a.shape, pair.b.shape, pair.a_T_b);
-  narrowphase::WarmStart warm_start;
-  narrowphase::Cso cso(pair.a.shape, pair.b.shape, pair.a_T_b, rounding, warm_start);
-  std::vector<Vector3d> points;
-  for (const Vector3d& direction : evenDirections()) points.push_back(cso.vertex(direction).point);
-  for (const QueryTrace::GjkStep& step : explanation.trace.gjk) points.push_back(step.w.point);
-  for (const CsoVertex& vertex : explanation.trace.polytope) points.push_back(vertex.point);
-
-  if (cso.isPolytope()) addMissedVertices(cso, points);
-  const narrowphase::ConvexHull hull(points);
-  points.emplace_back(Vector3d::Zero());
+/// A body as its hull: corners and triangles.
+Json hullJson(const narrowphase::ConvexHull& hull, bool is_polytope) {
   Json corners = Json::array();
   for (const Vector3d& corner : hull.vertices()) corners.push_back(pointJson(corner));
-  Json named = Json::array();
-  for (const NamedPoint& point : namedPoints(pair)) {
-    named.push_back({{"name", point.name}, {"point", pointJson(point.point)}});
-  }
-  return {{"dimension", hull.dimension()},   {"dimension_with_origin", narrowphase::ConvexHull(points).dimension()},
-          {"is_polytope", cso.isPolytope()}, {"points", corners},
-          {"triangles", hull.triangles()},   {"named", named}};
+  return {{"dimension", hull.dimension()},
+          {"is_polytope", is_polytope},
+          {"points", corners},
+          {"triangles", hull.triangles()}};
+}
+
+/// A shape with its margin, in the frame of a.
+Json shapeJson(const narrowphase::Shape& shape, const Eigen::Isometry3d& a_T_shape, double rounding) {
+  const bool is_polytope = shape.isPolytope() && shape.margin() == 0.0;
+  const auto support = [&](const Vector3d& direction) -> Vector3d {
+    int vertex = 0;
+    return supportPoint(shape, direction, vertex) + shape.margin() * direction;
+  };
+  std::vector<Vector3d> points = surfacePoints(support, is_polytope, rounding);
+  for (Vector3d& point : points) point = a_T_shape * point;
+  return hullJson(narrowphase::ConvexHull(points), is_polytope);
+}
+
+/// The shapes, and the CSO of their cores.
+void addSurfaces(const Explanation& explanation, Json& json) {
+  const ExplainedPair& pair = explanation.pair;
+  const double rounding = csoRounding(pair.a.shape, pair.b.shape, pair.a_T_b), beyond = 16.0 * rounding;
+  narrowphase::WarmStart warm_start;
+  narrowphase::Cso cso(pair.a.shape, pair.b.shape, pair.a_T_b, rounding, warm_start);
+  const auto vertex = [&](const Vector3d& direction) { return cso.vertex(direction).point; };
+  std::vector<Vector3d> points = surfacePoints(vertex, cso.isPolytope(), beyond);
+  for (const QueryTrace::GjkStep& step : explanation.trace.gjk) points.push_back(step.w.point);
+  for (const CsoVertex& corner : explanation.trace.polytope) points.push_back(corner.point);
+  Json& surface = json["cso"] = hullJson(narrowphase::ConvexHull(points), cso.isPolytope());
+  points.emplace_back(Vector3d::Zero());
+  surface["dimension_with_origin"] = narrowphase::ConvexHull(points).dimension();
+  surface["named"] = Json::array();
+  for (const NamedPoint& point : namedPoints(pair))
+    surface["named"].push_back({{"name", point.name}, {"point", pointJson(point.point)}});
+  json["shapes"] = {shapeJson(pair.a.shape, Eigen::Isometry3d::Identity(), beyond),
+                    shapeJson(pair.b.shape, pair.a_T_b, beyond)};
 }
 
 }  // namespace
 
 std::string jsonOf(const Explanation& explanation, CsoSurface surface) {
   Json json = StepsJson(explanation).json();
-  if (surface == CsoSurface::Added) json["cso"] = surfaceJson(explanation);
+  if (surface == CsoSurface::Added) addSurfaces(explanation, json);
   return json.dump() + "\n";
 }
 

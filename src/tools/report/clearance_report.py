@@ -24,6 +24,7 @@ except ImportError as error:
 LEVELS = {"CLEAR": ("#56B4E9", "."), "WARN": ("#E69F00", "^"), "STOP": ("#D55E00", "s"), "COLLISION": ("#000000", "X")}
 BLUE, ORANGE = "#0072B2", "#E69F00"
 COLUMNS = 300  # the most points of the curve
+STEPS = 1000  # the most of a trajectory's curve
 NEAR = 0.2  # [m] the darkest colour of the matrix is contact, the brightest one this distance or more
 GAPS = (0.0, 0.01, 0.025, 0.05, 0.1)  # [m] of the shares
 MOST_NUMBERS, MOST_WORDS = 14, 60  # rows of a matrix with numbers, and with marks in its cells
@@ -34,7 +35,9 @@ h1{font-size:1.6rem;line-height:1.2}h2{font-size:1.25rem;margin-top:2.2rem;borde
 table{border-collapse:collapse;font-size:.875rem}td,th{border-bottom:1px solid #bbb;padding:.2rem .6rem .2rem 0;
 text-align:left;vertical-align:top;overflow-wrap:break-word}td.n,th.n{text-align:right;white-space:nowrap}
 code,dd,p,li,h1,h3{overflow-wrap:anywhere}code{font-size:.875em}td code{font-size:1em}.mesh{min-width:11rem;overflow-wrap:anywhere}
-.wide{overflow-x:auto}.wide svg{min-width:30rem}
+.wide{overflow-x:auto;background:linear-gradient(90deg,#fff 1rem,#fff0) 0/3rem 100% no-repeat local,
+linear-gradient(270deg,#fff 1rem,#fff0) 100%/3rem 100% no-repeat local,linear-gradient(90deg,#0006,#0000) 0/.8rem 100% no-repeat scroll,
+linear-gradient(270deg,#0006,#0000) 100%/.8rem 100% no-repeat scroll}.wide svg{min-width:30rem}
 svg{display:block;width:100%;height:auto;max-width:46rem}.views{display:flex;flex-wrap:wrap;gap:.5rem}
 .views svg{flex:1 1 13rem;width:13rem;max-width:20rem}.key{font-size:1.1rem}dt{font-weight:bold}dd{margin:0 0 .5rem}
 @media print{body{font-size:9pt;max-width:none;padding:0}h2,h3,h2+p{break-after:avoid}svg,tr,.moment{break-inside:avoid}
@@ -84,7 +87,7 @@ def table(heads, rows):
 def svg_of(figure, name, number):
     """The drawing as an element of the page; the number keeps its ids apart from those of all others."""
     stream = io.StringIO()
-    figure.savefig(stream, format="svg", metadata={"Date": None})
+    figure.savefig(stream, format="svg", metadata={"Date": None}, facecolor="none")
     plt.close(figure)
     svg = stream.getvalue()
     svg = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", svg[svg.index("<svg"):], flags=re.DOTALL)
@@ -129,14 +132,15 @@ def curve_of_states(axes, facts):
 
 
 def curve_of_segments(axes, facts):
-    """Both bounds of the minimum of each segment; of many segments the closest ones."""
-    begin, end, time, distance, lower, upper, contact, t_contact = (
-        array(facts, name) for name in ("begin", "end", "time", "distance", "lower", "upper", "contact", "t_contact"))
-    at = closest_of_parts(lower)
+    """The proven minimum over time as steps; neighbours of many share a step. Markers: where each segment is closest."""
+    begin, end, lower, time, distance, contact, t_contact = (
+        array(facts, name) for name in ("begin", "end", "lower", "time", "distance", "contact", "t_contact"))
+    steps = [part for part in numpy.array_split(numpy.arange(len(lower)), min(len(lower), STEPS)) if len(part)]
+    smallest = [numpy.nan if numpy.isnan(lower[part]).all() else numpy.nanmin(lower[part]) for part in steps]
     axes.set_xlabel("time [s]")
-    axes.hlines(1e3 * lower[at], begin[at], end[at], color=BLUE, linewidth=1.2, label="lower bound of the segment")
-    axes.hlines(1e3 * upper[at], begin[at], end[at], color=ORANGE, linewidth=1.2, linestyle=":", label="upper bound")
-    axes.plot(time[at], 1e3 * distance[at], linestyle="", color="black", marker=".", markersize=3, label="where it is closest")
+    axes.step([begin[part[0]] for part in steps] + [end[-1]], 1e3 * numpy.array(smallest + smallest[-1:]), where="post",
+              color=BLUE, linewidth=1.0, label="proven minimum")
+    axes.plot(time, 1e3 * distance, linestyle="", color="black", marker=".", markersize=3, label="where a segment is closest")
     touching = t_contact[contact == 1.0]
     if len(touching):
         axes.plot(touching, numpy.full(len(touching), 1e3 * facts["settings"]["contact_distance"]), linestyle="",
@@ -156,7 +160,9 @@ def draw_curve(facts):
     axes.axhline(0.0, color="black", linewidth=0.8)
     axes.set_ylabel("clearance [mm]")
     axes.legend(fontsize=7, ncol=3, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
-    return svg_of(figure, "Clearance over the " + ("states" if facts["rows"] == "state" else "time"), "c")
+    picture = svg_of(figure, "Clearance over the " + ("states" if facts["rows"] == "state" else "time"), "c")
+    note = "<p>The lines are the thresholds of two links without thresholds of their own.</p>"
+    return f'<div class="wide">{picture}</div>' + ("" if lines.get("are_equal", True) else note)
 
 
 def draw_matrix(facts):
@@ -256,7 +262,8 @@ def shares(facts):
     if not numpy.isfinite(lower).all():
         rows.append(row("without an answer (INVALID)", ~numpy.isfinite(lower)))
     rows += [row(f"at {1e3 * gap:.0f} mm or below", lower <= gap) for gap in GAPS]
-    note = "" if is_states else " The whole time of a segment counts if it comes as close anywhere."
+    note = "" if is_states else " Each segment has parts of 20 ms, at most 64. The whole time of a part counts if it " \
+        "comes as close anywhere."
     return f"<p>The proven lower bound decides.{note}</p>" + table(["", "#share", "#"], rows)
 
 
@@ -349,7 +356,7 @@ def page(facts):
         parts.insert(1, ("Worst moments", moments(facts)))
         parts.insert(2, ("All pairs", "<p>\N{MULTIPLICATION SIGN}: never checked. 0: contact.</p>"
                          f'<div class="wide">{draw_matrix(facts)}</div>{pairs_table(facts)}'))
-        parts.insert(0, (f"Clearance over {over}", f'<div class="wide">{draw_curve(facts)}</div>'))
+        parts.insert(0, (f"Clearance over {over}", draw_curve(facts)))
     body = "".join(f"<h2>{head}</h2>\n{content}\n" for head, content in parts)
     return ('<!DOCTYPE html>\n<html xmlns="http://www.w3.org/1999/xhtml" lang="en"><head><meta charset="utf-8"/>'
             '<meta name="viewport" content="width=device-width, initial-scale=1"/>'

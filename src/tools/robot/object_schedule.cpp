@@ -93,8 +93,9 @@ std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const Robot
   how.meshes.tolerance = config.model.mesh_tolerance;
   how.meshes.cache = config.model.mesh_cache;
   how.meshes.time_budget = config.model.mesh_time_budget;
-  auto schedule = std::make_shared<ObjectSchedule>(model, path.empty() ? config.objects : scene::readObjectFile(path),
-                                                   how, config.free_objects);
+  const scene::ObjectFile file = path.empty() ? config.objects : scene::readObjectFile(path);
+  printWarnings(file.warnings, robot.warnings);
+  auto schedule = std::make_shared<ObjectSchedule>(model, file, how, config.free_objects);
   printWarnings(schedule->warnings(), robot.warnings);
   return schedule;
 }

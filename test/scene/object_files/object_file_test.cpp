@@ -83,6 +83,17 @@ TEST(ObjectFile, RpyMayBeInDegrees) {
   EXPECT_THROW(yaw("30 rad"), std::invalid_argument);
 }
 
+TEST(ObjectFile, RpyOfMoreThanATurnIsAWarningByPlaceWithItsNumber) {
+  const auto warningsOfYaw = [](const std::string& yaw) {
+    return read("- {id: a, pose: {rpy: [0, 0, " + yaw + "]}, primitives: [{type: SPHERE, dimensions: [1]}]}").warnings;
+  };
+  EXPECT_EQ(
+      warningsOfYaw("-90"),
+      std::vector<std::string>{"cell.yaml, line 1: [0] \"a\"/pose/rpy[2]: -90 rad is more than a turn; degrees are "
+                               "written -90deg"});
+  for (const char* text : {"6.28", "-3.2", "450deg"}) EXPECT_TRUE(warningsOfYaw(text).empty()) << text;
+}
+
 TEST(ObjectFile, APlaneIsTheHalfSpaceBelowIt) {
   const ObjectFile file = read("[{id: floor, planes: [{coef: [0, 0, 2, 1]}]}]");
   const auto& plane = std::get<HalfSpace>(file.objects.at(0).shapes.at(0).geometry);

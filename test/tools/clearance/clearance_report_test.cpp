@@ -136,6 +136,21 @@ assert moments()[0] == "base \u2013 sled, left: " + found["base \u2013 sled, lef
 )py");
 }
 
+// Base and sled are nearer than 0.8 m from 1.6 s to 4.4 s, and nearer than 0.6 m from 3.2 s to 4.133 s. A whole part of a
+// segment counts: 1/16 s of the first one, 1/32 s of the second one.
+TEST_F(ClearanceReportTest, SharesAlongATrajectoryAreThoseOfItsParts) {
+  const std::string thresholds = files_.write("t.yaml", "{stop_distance: 0.6, warn_distance: 0.8}");
+  ASSERT_EQ(report("time,slide\n0,0\n4,-0.5\n6,1\n", "--trajectory --no-filter --thresholds " + thresholds).exit_code,
+            0);
+  expectPage(R"py(
+shares = table("Share of the time")
+assert shares["level STOP"][1] == "0.96875 of 6 s", shares
+assert shares["level WARN"][1] == "1.875 of 6 s", shares
+assert shares["level CLEAR"][1] == "3.15625 of 6 s", shares
+assert ", STOP, " in text(body[1]) and "stop distance" in written and "of their own" not in written
+)py");
+}
+
 TEST_F(ClearanceReportTest, CountsWhatIsBeyondLimitsAndNeverChecked) {
   ASSERT_EQ(report("slide\n0\n2.5\n3\n-0.5\n", "").exit_code, 0);
   expectPage(R"py(

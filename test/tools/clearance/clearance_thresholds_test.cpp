@@ -138,6 +138,22 @@ pair_warn_distance: [{links: [c, b], distance: 0.25}])");
   EXPECT_EQ(told(3), "ab COLLISION");  // by 0.05, and b - c is clear at 0.35
   EXPECT_EQ(told(4), "bc CLEAR");      // 0.7 less 0.25, and a - b is at 0.7 less 0.05
   EXPECT_EQ(run(place, own + " --no-skip").output, run(place, own).output);
+
+  // Between two states the worst level, from when on, and the pair.
+  const auto segments = rowsOf(run("time,to_a,to_b,to_c,to_d\n0,0,0.3,0.7,2\n1,0,0.3,0.6,2\n2,0,0.15,0.7,2\n"
+                                   "3,0,0.9,1.8,2.7\n4,0,0.9,1.8,2.7\n",
+                                   own + " --trajectory")
+                                   .output);
+  ASSERT_EQ(segments.size(), 5U);
+  const auto expectLevel = [&](std::size_t segment, const std::string& level, double time, const std::string& pair) {
+    const std::vector<std::string>& row = segments[segment + 1];
+    EXPECT_EQ(row[25] + " " + row[27] + row[28], level + " " + pair) << "segment " << segment;
+    EXPECT_NEAR(std::stod(row[26]), time, 1e-5) << "segment " << segment;
+  };
+  expectLevel(0, "STOP", 0.5, "bc");  // from 0.2 to 0.1, and a - b stays at 0.1
+  expectLevel(1, "COLLISION", 1.0 + 2.0 / 3.0, "ab");
+  expectLevel(2, "COLLISION", 2.0, "ab");
+  EXPECT_EQ(segments[4][25] + segments[4][27], "CLEAR");
 }
 
 TEST_F(ClearanceThresholds, PairsWithObjectsHaveThoseOfTheirLink) {
@@ -221,7 +237,6 @@ TEST_F(ClearanceThresholds, RefusesWhatHasNoLevels) {
   expectRefusal("--format npy --out " + files_.path("x.npy") + thresholds(),
                 "--thresholds does not go with --format npy");
   expectRefusal("--pairs any:1" + thresholds(), "--thresholds does not go with --pairs any");
-  expectRefusal("--trajectory" + thresholds(), "--thresholds");
   expectRefusal("--plot " + files_.path("x.png") + thresholds(), "add --pairs k:1");
 }
 

@@ -1,5 +1,6 @@
 #include "tools/clearance/trajectory_run.h"
 
+#include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "scene/files.h"
 #include "tools/clearance/clearance_rows.h"
@@ -78,8 +79,11 @@ TEST(TrajectorySegment, EndsWhereItEnds) {
 }
 
 TEST(SegmentRow, SaysWhereNothingIsKnown) {
-  const std::vector<std::string> names = csvFields(segmentFormat(RowFormat::Csv).begin);
-  const std::vector<std::string> fields = csvFields(rowText(ClearanceAnswer{}, robot(), RowFormat::Csv));
+  ClearanceQuestion question;
+  question.model = std::make_shared<const SceneModel>(makeSceneModel(robot(), ""));
+  question.thresholds.emplace();
+  const std::vector<std::string> names = csvFields(segmentFormat(RowFormat::Csv, /*has_levels=*/true).begin);
+  const std::vector<std::string> fields = csvFields(rowText(ClearanceAnswer{}, question, RowFormat::Csv));
   ASSERT_EQ(fields.size(), names.size());
   const auto field = [&](const std::string& name) {
     return fields.at(std::find(names.begin(), names.end(), name) - names.begin());
@@ -89,7 +93,8 @@ TEST(SegmentRow, SaysWhereNothingIsKnown) {
   EXPECT_EQ(field("link_a") + field("contact_link_b"), "");
   EXPECT_EQ(field("t_minimum") + field("t_contact"), "nannan");
   EXPECT_EQ(field("lower"), "-inf");
-  EXPECT_NE(rowText(ClearanceAnswer{}, robot(), RowFormat::Json).find("\"contact\":null"), std::string::npos);
+  EXPECT_EQ(field("level") + field("t_level") + field("level_link_a"), "INVALIDnan");
+  EXPECT_NE(rowText(ClearanceAnswer{}, question, RowFormat::Json).find("\"contact\":null"), std::string::npos);
 }
 
 }  // namespace proximity_server::tools::trajectory_run_test

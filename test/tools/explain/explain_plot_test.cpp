@@ -90,10 +90,10 @@ data = json.load(open(sys.argv[2]))
 figure = explain_plot.draw(data)
 titles = [axes.get_title() for axes in figure.axes]
 steps = [f"GJK {i}" for i in range(1, 1 + len(data["gjk"]))] + [f"EPA {i}" for i in range(1, 1 + len(data["epa"]))]
-assert [title.split(":")[0] for title in titles] == steps + ["bounds of the distance [m]"], titles
+assert [title.split(":")[0] for title in titles] == ["a and b"] + steps + ["bounds of the distance [m]"], titles
 figure.canvas.draw()
 renderer = figure.canvas.get_renderer()
-for axes, step in zip(figure.axes, data["gjk"] + data["epa"]):
+for axes, step in zip(figure.axes[1:], data["gjk"] + data["epa"]):
     boxes = [text.get_window_extent(renderer) for text in axes.texts if text.get_text()]
     named = {step["vertex"], *(step["simplex"] if "simplex" in step else step["closest"])}
     missing = {data["vertices"][vertex]["name"] for vertex in named} - {text.get_text() for text in axes.texts}
@@ -114,7 +114,7 @@ import explain_plot
 data = json.load(open(sys.argv[2]))
 assert data["epa"]
 data["cso"]["dimension"] = data["cso"]["dimension_with_origin"] = 2
-assert "EPA 1" in explain_plot.draw(data).axes[len(data["gjk"])].get_title()
+assert "EPA 1" in explain_plot.draw(data).axes[1 + len(data["gjk"])].get_title()
 )",
                kOctahedron);
 }

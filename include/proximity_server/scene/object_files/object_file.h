@@ -45,7 +45,8 @@ struct WrittenChange {
 struct ObjectFile {
   std::vector<ObjectEdit> objects;  ///< the objects that are added
   std::vector<WrittenRule> rules;
-  std::vector<WrittenChange> changes;  ///< in the order in which they are made
+  std::vector<WrittenChange> changes;   ///< in the order in which they are made
+  std::vector<std::string> warnings{};  ///< with source, line and field
 };
 
 /// Reads a list of objects, or a map of `objects`, `rules` and `changes`. If the plain path of a mesh is relative, it
