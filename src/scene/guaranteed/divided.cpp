@@ -131,6 +131,10 @@ double DividedBound::improved(double whole, double lower_bound, double enough) {
     return box.bound >= enough || nearest <= 0.0 || present - box.bound <= kMuch * (present - nearest) + kNegligible;
   };
   const auto isAfter = [](const Box& one, const Box& other) { return one.bound > other.bound; };
+  // At once, so that a cycle of the monitor takes no memory where the time of the earlier ones was over.
+  const auto most_boxes = static_cast<std::size_t>(std::min(most_parts_, kUsualParts) / 2 + 1);
+  boxes_.reserve(most_boxes);
+  intervals_.reserve(most_boxes * leaders_between_.size());
   intervals_.clear();
   for (const int joint : leaders_between_) {
     const double most = places_.uncertainty().positions[joint];

@@ -45,6 +45,7 @@ class DividedBound {
   void boundPart(Box& box, double enough, double& nearest);
   double displaceSide(const DisplacedShape& whole, const Box& box, DisplacedShape& side) const;
 
+  static constexpr int kUsualParts = 64;
   static constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
   static constexpr double kNegligible = 1e-6;  ///< [m] a loss that is not worth a part; links are known to 1e-4 at best
 
@@ -53,7 +54,7 @@ class DividedBound {
   PiecesBound& pieces_;
   ReachedStates& reached_;
   LimitedWork& work_;
-  int most_parts_ = 64;
+  int most_parts_ = kUsualParts;
   DisplacedShape whole_a_, whole_b_;    ///< the two in the present state
   std::vector<int> leaders_between_;    ///< the joints whose positions displace the two relative to each other
   std::vector<double> levers_;          ///< [m/rad] or [m/m] of each of them, an upper bound of the ways of all points
