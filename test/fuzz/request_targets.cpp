@@ -166,6 +166,7 @@ void ask(const QueryTrajectoryRequest& request) {
 void ask(ProveJointBoxRequest request) {
   request.most_boxes = request.most_boxes % 4 + 1;
   if (request.missing_joints == ProveJointBoxRequest::FROM_TF) request.missing_joints = ProveJointBoxRequest::ZERO;
+  ros::Time::init();  // the answer reads the clock
   TfPoses tf;
   const ProveJointBoxResponse response = answer(arm(), tf, request);
   require(response.status.code != QueryStatus::INTERNAL_ERROR, "a bad box is no defect of the node");
