@@ -336,6 +336,11 @@ class Refusals(InFolder):
         with self.assertWarnsRegex(UserWarning, '"sheet".*not a closed surface'):
             self.robot.with_object("sheet", Mesh(CORNERS, FACES[:2]))
 
+    def test_an_rpy_of_a_file_that_looks_like_degrees_is_a_warning(self):
+        turned = "objects: [{id: pin, pose: {rpy: [0, 90, 0]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}]"
+        with self.assertWarnsRegex(UserWarning, r'rpy\[1\]: 90 rad is more than a turn'):
+            self.robot.with_objects(self.file("cell.yaml", turned))
+
 
 if __name__ == "__main__":
     cases.main()

@@ -163,8 +163,7 @@ std::string textOfPairs(const ClearanceQuestion& question) {
 }
 
 OutputFormat formatOf(const ClearanceOptions& options, const ClearanceQuestion& question, RowFormat format) {
-  return options.rows == RowKind::State ? StateRows(question, format).format()
-                                        : segmentFormat(format, question.thresholds.has_value());
+  return options.rows == RowKind::State ? StateRows(question, format).format() : segmentFormat(question, format);
 }
 
 /// Answers about all states or segments, in their order. Returns the summary of states.

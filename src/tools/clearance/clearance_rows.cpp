@@ -163,17 +163,17 @@ void addState(std::uint64_t state, const scene::PairProximity& pair, const Surro
   if (guaranteed) row.add("guaranteed", *guaranteed);
 }
 
-void addSegment(const ClearanceAnswer& answer, const scene::RobotModel& robot, bool has_levels, Row& row) {
+void addSegment(const ClearanceAnswer& answer, const ClearanceQuestion& question, Row& row) {
   scene::PairProximity closest = answer.closest.pair;
   closest.result.status = answer.closest.status;
   row.add("segment", static_cast<std::uint64_t>(answer.number));
   row.add("t_begin", answer.begin);
   row.add("t_end", answer.end);
   row.add("t_minimum", answer.closest.time);
-  const Surroundings named{robot, answer.objects.get()};
+  const Surroundings named{question.model->robot, answer.objects.get()};
   addPair(closest, named, row);
   addContact(answer, named, row);
-  if (!has_levels) return;
+  if (!question.thresholds) return;
   const SegmentLevel level = answer.level.value_or(SegmentLevel());
   row.add("level", answer.level ? toString(level.level) : "INVALID");
   row.add("t_level", level.time);
@@ -216,20 +216,20 @@ OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::
   return {format, header, npyPairType()};
 }
 
-OutputFormat segmentFormat(RowFormat format, bool has_levels) {
+OutputFormat segmentFormat(const ClearanceQuestion& question, RowFormat format) {
   std::string header;
   Row columns(Row::Form::CsvHeader, header);
-  addSegment({}, {}, has_levels, columns);
+  addSegment({}, question, columns);
   return {format, header, ""};
 }
 
 std::string rowText(const ClearanceAnswer& answer, const ClearanceQuestion& question, RowFormat format) {
-  const scene::RobotModel& robot = question.model->robot;
   std::string text;
   Row row(format, text);
-  addSegment(answer, robot, question.thresholds.has_value(), row);
+  addSegment(answer, question, row);
   if (format == RowFormat::Json)
-    row.add("contact_state", answer.contact.contact ? positionsJson(robot, answer.contact.state) : Json());
+    row.add("contact_state",
+            answer.contact.contact ? positionsJson(question.model->robot, answer.contact.state) : Json());
   row.end();
   return text;
 }

@@ -22,7 +22,7 @@ struct StateColumns {
 
 /// The format of the rows of states, where so many pairs of links have numbers; and that of the rows of segments.
 OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, StateColumns columns);
-OutputFormat segmentFormat(RowFormat format, bool has_levels);
+OutputFormat segmentFormat(const ClearanceQuestion& question, RowFormat format);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
 /// contact, and with thresholds the level; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.

@@ -59,8 +59,8 @@ std::optional<SegmentLevel> levelOf(const TrajectorySegment& segment, const scen
     asked.contact_distance = 0.0;
     asked.thresholds = distances;
     const scene::RobotTimeOfContact reached = search.timeOfContact(pairs, motion, asked);
-    const bool is_free = reached.status == narrowphase::Status::Converged || level == ClearanceLevel::Collision;
-    if (reached.contact || !is_free) return SegmentLevel{level, segment.timeAt(reached.t_free), reached.pair.asked};
+    const bool is_open = reached.status != narrowphase::Status::Converged && level != ClearanceLevel::Collision;
+    if (reached.contact || is_open) return SegmentLevel{level, segment.timeAt(reached.t_free), reached.pair.asked};
   }
   return SegmentLevel();
 }
@@ -85,19 +85,24 @@ ClearanceAnswer answerSegment(const TrajectorySegment& segment, const scene::Mot
   return answer;
 }
 
+/// Adds the answers about the parts of the segment. If the only part is the whole, its answer is known.
 void addParts(const TrajectorySegment& segment, const scene::Pairs& pairs, const ClearanceQuestion& question,
               scene::MotionSearch& search, ClearanceAnswer& answer) {
+  const auto add = [&](const TrajectorySegment& part, narrowphase::Status status, double lower_bound,
+                       const std::optional<SegmentLevel>& level) {
+    const bool is_known = status != narrowphase::Status::Unknown;
+    const double bound = is_known ? lower_bound : std::numeric_limits<double>::quiet_NaN();
+    answer.parts.push_back({part.begin, part.end, bound, level});
+  };
   const double count = std::clamp(std::ceil((segment.end - segment.begin) / kLongestPart), 1.0, 1.0 * kMostParts);
+  if (count == 1.0) return add(segment, answer.closest.status, answer.closest.pair.result.lower_bound, answer.level);
   for (double i = 0.0; i < count; ++i) {
     const TrajectorySegment part = segment.between(i / count, (i + 1.0) / count);
     const scene::Motion motion = motionOf(part, question.model->robot, question.tracking_error);
     const scene::RobotMinimum minimum = search.minimum(pairs, motion, question.motion);
-    const bool is_known = minimum.status != narrowphase::Status::Unknown;
-    ClearanceAnswer::Part& of_part = answer.parts.emplace_back();
-    of_part.begin = part.begin;
-    of_part.end = part.end;
-    of_part.lower_bound = is_known ? minimum.lower_bound : std::numeric_limits<double>::quiet_NaN();
-    if (question.thresholds) of_part.level = levelOf(part, motion, pairs, question, minimum, search);
+    std::optional<SegmentLevel> level;
+    if (question.thresholds) level = levelOf(part, motion, pairs, question, minimum, search);
+    add(part, minimum.status, minimum.lower_bound, level);
   }
 }
 

@@ -199,6 +199,27 @@ class Plane:
         self.name_others(axes, set())
 
 
+class Body:
+    """A body in space, as its hull."""
+
+    def __init__(self, data):
+        self.corners = numpy.array(data["points"])
+        self.is_solid = bool(data["triangles"])
+        self.edges = self.sharp_edges(data["triangles"]) if data["is_polytope"] else []  # a round body has none
+
+    def sharp_edges(self, triangles):
+        """Without the diagonals of the faces."""
+        normals = {}
+        for triangle in triangles:
+            a, b, c = self.corners[triangle]
+            normal = numpy.cross(b - a, c - a)
+            normal /= max(numpy.linalg.norm(normal), 1e-300)
+            for i in range(3):
+                edge = frozenset((triangle[i], triangle[(i + 1) % 3]))
+                normals.setdefault(edge, []).append(normal)
+        return [self.corners[list(edge)] for edge, of in normals.items() if len(of) < 2 or of[0] @ of[1] < SHARP]
+
+
 class Space:
     """Draws in space, seen from beside the normal of the answer."""
 
@@ -206,24 +227,11 @@ class Space:
 
     def __init__(self, data):
         self.data, self.names = data, Names()
-        self.corners = numpy.array(data["cso"]["points"])
+        self.cso, self.bodies = Body(data["cso"]), [Body(shape) for shape in data["shapes"]]
         self.vertices = [numpy.array(vertex["point"]) for vertex in data["vertices"]]
-        self.inside = self.corners.mean(axis=0)
+        self.inside = self.cso.corners.mean(axis=0)
         normal = [value or 0.0 for value in data["normal"]]
         self.azimuth = numpy.degrees(numpy.arctan2(normal[1], normal[0])) + 55.0
-
-    @staticmethod
-    def sharp_edges(body, corners, triangles):
-        """The edges of a polytope, without the diagonals of its faces; none of a round body."""
-        normals = {}
-        for triangle in triangles if body["is_polytope"] else []:
-            a, b, c = corners[triangle]
-            normal = numpy.cross(b - a, c - a)
-            normal /= max(numpy.linalg.norm(normal), 1e-300)
-            for i in range(3):
-                edge = frozenset((triangle[i], triangle[(i + 1) % 3]))
-                normals.setdefault(edge, []).append(normal)
-        return [corners[list(edge)] for edge, of in normals.items() if len(of) < 2 or of[0] @ of[1] < SHARP]
 
     def look_at(self, axes, points):
         low, high = points.min(axis=0), points.max(axis=0)
@@ -237,27 +245,24 @@ class Space:
         axes.computed_zorder = False  # what belongs to the step lies over the CSO
 
     def body(self, axes, body, color):
-        corners = numpy.array(body["points"])
-        triangles = numpy.array(body["triangles"], dtype=int).reshape(-1, 3)
-        if not len(triangles):
-            axes.plot(*corners.T, color=color, marker=".", linewidth=1.5)
+        if not body.is_solid:
+            axes.plot(*body.corners.T, color=color, marker=".", linewidth=1.5)
             return
-        around = corners[outline(self.seen(axes, corners))]
+        around = body.corners[outline(self.seen(axes, body.corners))]
         axes.add_collection3d(Poly3DCollection([around], facecolor=color, edgecolor=color, linewidth=1.0, alpha=0.18, zorder=1))
-        edges = self.sharp_edges(body, corners, triangles)
-        if edges:
-            axes.add_collection3d(Line3DCollection(edges, colors=color, zorder=2,
-                                                   linewidths=0.7 if len(edges) < FEW_EDGES else 0.2))
+        if body.edges:
+            axes.add_collection3d(Line3DCollection(body.edges, colors=color, zorder=2,
+                                                   linewidths=0.7 if len(body.edges) < FEW_EDGES else 0.2))
 
     def shapes(self, axes, _):
-        self.look_at(axes, numpy.vstack([shape["points"] for shape in self.data["shapes"]]))
-        for shape, color in zip(self.data["shapes"], SHAPES.values()):
-            self.body(axes, shape, color)
+        self.look_at(axes, numpy.vstack([body.corners for body in self.bodies]))
+        for body, color in zip(self.bodies, SHAPES.values()):
+            self.body(axes, body, color)
         axes.plot(*closest_points(self.data).T, color=NEAREST, marker="o", markersize=5, linewidth=1.6, zorder=9)
 
     def prepare(self, axes):
-        self.look_at(axes, numpy.vstack([self.corners, numpy.zeros((1, 3))]))
-        self.body(axes, self.data["cso"], CSO)
+        self.look_at(axes, numpy.vstack([self.cso.corners, numpy.zeros((1, 3))]))
+        self.body(axes, self.cso, CSO)
         axes.plot([0], [0], [0], color="black", marker="+", markersize=10, markeredgewidth=1.4, zorder=10)
 
     def zoom(self, axes, points):

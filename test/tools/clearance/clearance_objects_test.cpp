@@ -57,6 +57,14 @@ TEST_F(ClearanceObjects, WithoutObjectsNothingChanges) {
   EXPECT_EQ(runWith("objects: []", "slide\n0\n1\n").output, run("slide\n0\n1\n", "").output);
 }
 
+TEST_F(ClearanceObjects, AnRpyThatLooksLikeDegreesIsAWarning) {
+  const std::string turned = "[{id: part, pose: {position: [2, 0, 1], rpy: [90, 0, 0]}, " + kSphere + "}]";
+  const std::string warning = "/pose/rpy[0]: 90 rad is more than a turn; degrees are written 90deg";
+  EXPECT_NE(runWith(turned, "slide\n0\n").errors.find(warning), std::string::npos);
+  const std::string config = files_.write("cell.yaml", "objects: " + turned);
+  EXPECT_NE(run("slide\n0\n", "--config " + config).errors.find(warning), std::string::npos);
+}
+
 TEST_F(ClearanceObjects, PaddingAndRulesCount) {
   const std::string part = "objects: [{id: part, pose: {position: [2, 0, 1]}, padding: 0.1, " + kSphere + "}]\n";
   EXPECT_NEAR(number(rows(part, "slide\n0\n").at(0), "distance"), 0.3, 1e-9);

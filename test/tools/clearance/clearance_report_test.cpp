@@ -2,6 +2,7 @@
 #include "tools/program/clearance_command.h"
 #include "tools/text/content_hash.h"
 
+#include <filesystem>
 #include <random>
 
 namespace proximity_server::tools::clearance_report_test {
@@ -149,6 +150,18 @@ assert shares["level WARN"][1] == "1.875 of 6 s", shares
 assert shares["level CLEAR"][1] == "3.15625 of 6 s", shares
 assert ", STOP, " in text(body[1]) and "stop distance" in written and "of their own" not in written
 )py");
+}
+
+TEST_F(ClearanceReportTest, TellsWhoseThresholdsTheLinesAreAndGoesWithAPlot) {
+  const std::string own = "pair_stop_distance: [{links: [base, ball], distance: 0.01}]";
+  const std::string picture = files_.path("plot.png");
+  const std::string arguments =
+      "--trajectory --no-filter --thresholds " + files_.write("t.yaml", own) + " --plot " + picture;
+  ASSERT_EQ(report("slide\n0\n-0.5\n", arguments).exit_code, 0);
+  expectPage(R"py(
+assert "The lines are the thresholds of two links without thresholds of their own." in written
+)py");
+  EXPECT_TRUE(std::filesystem::exists(picture));
 }
 
 TEST_F(ClearanceReportTest, CountsWhatIsBeyondLimitsAndNeverChecked) {

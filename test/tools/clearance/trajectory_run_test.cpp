@@ -82,7 +82,7 @@ TEST(SegmentRow, SaysWhereNothingIsKnown) {
   ClearanceQuestion question;
   question.model = std::make_shared<const SceneModel>(makeSceneModel(robot(), ""));
   question.thresholds.emplace();
-  const std::vector<std::string> names = csvFields(segmentFormat(RowFormat::Csv, /*has_levels=*/true).begin);
+  const std::vector<std::string> names = csvFields(segmentFormat(question, RowFormat::Csv).begin);
   const std::vector<std::string> fields = csvFields(rowText(ClearanceAnswer{}, question, RowFormat::Csv));
   ASSERT_EQ(fields.size(), names.size());
   const auto field = [&](const std::string& name) {

@@ -119,6 +119,18 @@ assert "EPA 1" in explain_plot.draw(data).axes[1 + len(data["gjk"])].get_title()
                kOctahedron);
 }
 
+TEST_F(ExplainPlot, ShowsBothShapesWithTheirMarginsInTheFrameOfA) {
+  const auto shapes = nlohmann::json::parse(readFile(dataOf("'box 1 2 3' 'sphere 0.5' --xyz '2 0.25 0'")))["shapes"];
+  ASSERT_EQ(shapes.size(), 2U);
+  ASSERT_EQ(shapes[0]["points"].size(), 8U);
+  for (const auto& corner : shapes[0]["points"])
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(std::abs(corner[i].get<double>()), 0.5 * static_cast<double>(i + 1));
+  ASSERT_GT(shapes[1]["points"].size(), 1000U);
+  for (const auto& point : shapes[1]["points"])
+    EXPECT_NEAR(std::hypot(point[0].get<double>() - 2.0, point[1].get<double>() - 0.25, point[2].get<double>()), 0.5,
+                1e-12);
+}
+
 // The points of a swept hull lie in two places each.
 TEST_F(ExplainPlot, NamesOnlyPointsThatLieWhereTheHullHasThem) {
   const std::string hull = "'hull 4 0 0 0 1 0 0 0 1 0 0 0 1", point = "' 'hull 1 3 0 0'";
