@@ -36,9 +36,11 @@ add_message_files(FILES
   PairProof.msg
   PairRule.msg
   Proximity.msg
+  RayHit.msg
   Record.msg
   QueryStatus.msg
   ShapeInfo.msg
+  ShapeKind.msg
   ShapeRef.msg
   StateProximity.msg
 )
@@ -51,6 +53,8 @@ add_service_files(FILES
   ProveJointBox.srv
   QueryConfiguration.srv
   QueryPairs.srv
+  QueryPoints.srv
+  QueryRays.srv
   QueryTrajectory.srv
   SeparationAxis.srv
 )

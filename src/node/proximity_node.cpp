@@ -83,6 +83,8 @@ void ProximityNode::advertiseServices() {
   advertise<SeparationAxis>("separation_axis", requests_);
   advertise<PenetrationDepth>("penetration_depth", requests_);
   advertise<QueryPairs>("query_pairs", long_requests_);
+  advertise<QueryPoints>("query_points", long_requests_);
+  advertise<QueryRays>("query_rays", long_requests_);
   advertise<QueryConfiguration>("query_configuration", long_requests_);
   advertise<FirstContact>("time_of_contact", long_requests_);
   advertise<QueryTrajectory>("query_trajectory", long_requests_);

@@ -23,6 +23,7 @@
 
 #include <xmlrpcpp/XmlRpcValue.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -115,6 +116,42 @@ void ask(const QueryConfigurationRequest& request) {
     const std::vector<int> joints = jointsNamed(arm().robotModel(), state.name, "state");
     const JointValues values = valuesOf(arm().robotModel(), joints, state.position, "position", "state");
     askAt(posesAt(completed(values, missing)), in_each, request.states.size());
+  }
+}
+
+void ask(const QueryPointsRequest& request) {
+  const RequestedPairs shapes = shapesOf(arm(), request.shapes, Unnamed::RobotWithHeld);
+  Points points{{}, request.radii};
+  for (const ShapeRefPair& shape : *shapes.list()) points.shapes.push_back(shape.a);
+  for (const geometry_msgs::Point& point : request.points) points.centres.emplace_back(point.x, point.y, point.z);
+  Question question = questionOf(arm());
+  question.threshold = thresholdOrNone(request.threshold);
+  const ScenePool::Lease scenes = shapes.borrowScenes();
+  scenes->state.set(posesAtZero());
+  try {
+    for (const PairProximity& found : scenes->points().closest(scenes->state, points, question))
+      require(!(found.result.lower_bound > found.result.upper_bound), "the lower bound is below the upper one");
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
+  }
+}
+
+void ask(const QueryRaysRequest& request) {
+  const RequestedPairs shapes = shapesOf(arm(), request.shapes, Unnamed::Everything);
+  std::vector<Ray> rays;
+  for (std::size_t i = 0; i < std::min(request.origins.size(), request.directions.size()); ++i) {
+    const auto& from = request.origins[i];
+    const auto& along = request.directions[i];
+    rays.push_back({{from.x, from.y, from.z}, {along.x, along.y, along.z}});
+    if (i < request.ranges.size()) rays.back().range = request.ranges[i];
+  }
+  const ScenePool::Lease scenes = shapes.borrowScenes();
+  scenes->state.set(posesAtZero());
+  try {
+    for (const scene::RayHit& hit : scenes->rays().firstHits(scenes->state, rays))
+      require(!(hit.free > hit.distance), "nothing is hit where the ray is proven to be free");
+  } catch (const std::invalid_argument& error) {
+    refuse(error.what());
   }
 }
 
@@ -258,6 +295,10 @@ void tryRequest(const std::string& bytes) {
       return askOf<MinimumDistanceRequest>(body);
     case 'p':
       return askOf<QueryPairsRequest>(body);
+    case 'q':
+      return askOf<QueryPointsRequest>(body);
+    case 'r':
+      return askOf<QueryRaysRequest>(body);
     case 'c':
       return askOf<QueryConfigurationRequest>(body);
     case 't':

@@ -1,5 +1,6 @@
 #include "node/answers/conversions.h"
 
+#include "proximity_server/ShapeKind.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/kinematics.h"
 
@@ -27,7 +28,7 @@ Eigen::Vector3d toFrame(const Eigen::Isometry3d& pose, const Eigen::Vector3d& po
 
 /// The link with which a shape moves: the link itself, or the link that holds the object; -1 if none holds it.
 int linkOf(const RobotAndObjects& model, const scene::ShapeRef& ref) {
-  if (ref.isLink()) return ref.link();
+  if (!ref.isObject()) return ref.link();
   const auto* held = std::get_if<scene::Attached>(&model.objects->object(ref.object())->placement);
   return held ? model.robot.findLink(held->link) : -1;
 }
@@ -122,6 +123,13 @@ PairInfo pairInfo(const scene::RobotModel& robot, const scene::LinkPair& pair) {
 }  // namespace
 
 void assign(ShapeRef& message, const RobotAndObjects& model, const scene::ShapeRef& ref) {
+  if (ref.isPoint() || ref.kind() == scene::ShapeRef::Kind::None) {
+    clear(message);
+    if (!ref.isPoint()) return;
+    message.kind = ShapeKind::POINT;
+    message.index = static_cast<std::uint32_t>(ref.point() + 1);
+    return;
+  }
   message.index = static_cast<std::uint32_t>(ref.collision());
   message.name.clear();
   const int link_of_ref = linkOf(model, ref);
@@ -166,6 +174,18 @@ void assign(Proximity& message, const RobotAndObjects& model, const scene::BodyP
     assign(message.point_a_link, inLink(model, poses, pair.asked.a, pair.result.point_a));
     assign(message.point_b_link, inLink(model, poses, pair.asked.b, pair.result.point_b));
   }
+}
+
+RayHit toMessage(const RobotAndObjects& model, const scene::Ray& ray, const scene::RayHit& hit) {
+  RayHit message;
+  assign(message.shape, model, hit.shape);
+  const bool is_hit = hit.shape.kind() != scene::ShapeRef::Kind::None;
+  message.state = hit.status != narrowphase::Status::Converged ? RayHit::UNKNOWN : is_hit ? RayHit::HIT : RayHit::FREE;
+  message.distance = hit.distance;
+  message.free_until = hit.free;
+  assign(message.point, is_hit ? hit.pointOn(ray) : kUnknownPoint);
+  assign(message.normal, hit.normal);
+  return message;
 }
 
 Proximity toMessage(const RobotAndObjects& model, const scene::BodyPoses& poses, const scene::PairProximity& pair,

@@ -4,9 +4,11 @@
 #include "proximity_server/ModelInfo.h"
 #include "proximity_server/Proximity.h"
 #include "proximity_server/QueryStatus.h"
+#include "proximity_server/RayHit.h"
 #include "proximity_server/ShapeRef.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/points/ray_search.h"
 #include "proximity_server/scene/query/question.h"
 #include "system/numbers.h"
 
@@ -29,6 +31,8 @@ struct RobotAndObjects {
   const scene::RobotModel& robot;
   const scene::Objects* objects;  ///< nullptr if the scene has none
 };
+
+RayHit toMessage(const RobotAndObjects& model, const scene::Ray& ray, const scene::RayHit& hit);
 
 /// Converts a pair. `poses` are those of the scene that answered; they transform the points into the frames of the
 /// links. The gradient stays empty, and the guaranteed distance is the lower bound.

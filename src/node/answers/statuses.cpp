@@ -7,8 +7,10 @@
 
 namespace proximity_server::node {
 
-QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question) {
-  const std::string pairs = std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " pairs have no ";
+QueryStatus incompleteness(const Robot& robot, const scene::PairCounts& counts, const scene::Question& question,
+                           const std::string& noun) {
+  const std::string pairs =
+      std::to_string(counts.unknown) + " of " + std::to_string(counts.total) + " " + noun + " have no ";
   if (!question.deadline.hasPassed()) return statusOf(QueryStatus::TF_UNAVAILABLE, pairs + "usable pose");
   return statusOf(QueryStatus::OVER_BUDGET, "the time was over: " + pairs + "answer, max_request_time is " +
                                                 system::secondsText(robot.config().max_request_time));

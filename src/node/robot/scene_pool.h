@@ -2,6 +2,8 @@
 
 #include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/motion/motion_search.h"
+#include "proximity_server/scene/points/point_search.h"
+#include "proximity_server/scene/points/ray_search.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/state.h"
 
@@ -25,6 +27,8 @@ struct PosedScenes {
     if (!guaranteed_) guaranteed_.emplace(state.sharedModel());
     return *guaranteed_;
   }
+  scene::PointSearch& points() { return points_ ? *points_ : points_.emplace(state.sharedModel()); }
+  scene::RaySearch& rays() { return rays_ ? *rays_ : rays_.emplace(state.sharedModel()); }
   scene::MotionSearch& motions() {
     if (!motions_) motions_.emplace(state);
     if (motions_->objects() != state.objects().get()) motions_->use(state.objects());
@@ -37,6 +41,8 @@ struct PosedScenes {
  private:
   std::optional<scene::GuaranteedDistances> guaranteed_;
   std::optional<scene::MotionSearch> motions_;
+  std::optional<scene::PointSearch> points_;
+  std::optional<scene::RaySearch> rays_;
 };
 
 /// Lends them to requests that run in parallel, and makes new ones if all are lent. Thread-safe.

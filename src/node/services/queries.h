@@ -8,6 +8,8 @@
 #include "proximity_server/ProveJointBox.h"
 #include "proximity_server/QueryConfiguration.h"
 #include "proximity_server/QueryPairs.h"
+#include "proximity_server/QueryPoints.h"
+#include "proximity_server/QueryRays.h"
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 
@@ -22,6 +24,8 @@ MinimumDistanceResponse answer(const Robot& robot, TfPoses& tf, const MinimumDis
 SeparationAxisResponse answer(const Robot& robot, TfPoses& tf, const SeparationAxisRequest& request);
 PenetrationDepthResponse answer(const Robot& robot, TfPoses& tf, const PenetrationDepthRequest& request);
 QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsRequest& request);
+QueryPointsResponse answer(const Robot& robot, TfPoses& tf, const QueryPointsRequest& request);
+QueryRaysResponse answer(const Robot& robot, TfPoses& tf, const QueryRaysRequest& request);
 QueryConfigurationResponse answer(const Robot& robot, TfPoses& tf, const QueryConfigurationRequest& request);
 FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request);
 QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request);

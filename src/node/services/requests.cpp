@@ -355,6 +355,20 @@ RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request) {
   return pairs;
 }
 
+RequestedPairs shapesOf(const Robot& robot, const std::vector<ShapeRef>& shapes, Unnamed unnamed) {
+  const RequestContext context{robot, robot.objects().get()};
+  const auto all = [&] {
+    return unnamed == Unnamed::Everything ? scene::allShapes(context.model(), context.sceneObjects())
+                                          : scene::shapesOfRobot(context.model(), context.sceneObjects());
+  };
+  std::vector<scene::ShapeRefPair> pairs;
+  for (const ShapeRef& shape : shapes) pairs.push_back({shapeRefOf(context, shape), {}});
+  if (shapes.empty())
+    for (const scene::ShapeRef& shape : all()) pairs.push_back({shape, {}});
+  for (scene::ShapeRefPair& pair : pairs) pair.b = pair.a;
+  return {robot, context.objects, std::move(pairs)};
+}
+
 void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t pairs,
                                std::size_t states) {
   const std::size_t each = maxReturned(request, pairs);
@@ -365,8 +379,8 @@ void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& requ
                   std::to_string(states) + " states)");
 }
 
-void requirePointsWithinBatch(const Robot& robot, std::size_t points) {
-  if (!isWithinBatch(robot, points)) refuseBatch(robot, "trajectory", std::to_string(points) + " points");
+void requireWithinBatch(const Robot& robot, const std::string& field, std::size_t count, const std::string& noun) {
+  if (!isWithinBatch(robot, count)) refuseBatch(robot, field, std::to_string(count) + " " + noun);
 }
 
 }  // namespace proximity_server::node

@@ -88,6 +88,12 @@ RequestedPairs pairsOf(const Robot& robot, const ShapeRef& a, const ShapeRef& b,
 /// Config::max_batch pairs, and then has not allocated memory for all of them.
 RequestedPairs pairsOf(const Robot& robot, const QueryPairsRequest& request);
 
+/// Which shapes count if a request names none.
+enum class Unnamed { RobotWithHeld, Everything };
+
+/// Returns each shape of a list as a pair with itself: what a question about points or rays asks about.
+RequestedPairs shapesOf(const Robot& robot, const std::vector<ShapeRef>& shapes, Unnamed unnamed);
+
 /// The largest number of pairs that the mode returns for one state if it checks this many.
 std::size_t maxReturned(const QueryPairsRequest& request, std::size_t checked);
 
@@ -97,7 +103,7 @@ std::size_t maxReturned(const QueryPairsRequest& request, std::size_t checked);
 void requireAnswersWithinBatch(const Robot& robot, const QueryPairsRequest& request, std::size_t pairs,
                                std::size_t states = 1);
 
-/// Throws RequestError OVER_BUDGET if a trajectory has more points than Config::max_batch.
-void requirePointsWithinBatch(const Robot& robot, std::size_t points);
+/// Throws RequestError OVER_BUDGET if a field has more points or rays than Config::max_batch.
+void requireWithinBatch(const Robot& robot, const std::string& field, std::size_t count, const std::string& noun);
 
 }  // namespace proximity_server::node

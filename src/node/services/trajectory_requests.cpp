@@ -55,7 +55,7 @@ WayPoints wayPointsOf(const Robot& asked_robot, const trajectory_msgs::JointTraj
                       std::uint8_t interpolation) {
   const scene::RobotModel& robot = asked_robot.robotModel();
   WayPoints way;
-  requirePointsWithinBatch(asked_robot, trajectory.points.size());
+  requireWithinBatch(asked_robot, "trajectory", trajectory.points.size(), "points");
   way.joints = jointsNamed(robot, trajectory.joint_names, "trajectory");
   for (const trajectory_msgs::JointTrajectoryPoint& message : trajectory.points) {
     const std::string where = "point " + std::to_string(way.points.size());

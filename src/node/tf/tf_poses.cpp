@@ -363,7 +363,7 @@ FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const CarrierFrames& fra
   for (const int index : frames.needed) {
     const std::string& frame = frames.names[index];
     if (robot.linkOfFrame(frame) >= 0) continue;
-    const TfEdge edge{robot.referenceFrame(), frame, "frame '" + frame + "' of objects"};
+    const TfEdge edge{robot.referenceFrame(), frame, "frame '" + frame + "'"};
     const EdgeTransform found =
         stamp.isZero() ? lookUpNearTime(edge, robot_poses.stamp, limit) : lookUpEdge(*buffer, edge, stamp);
     snapshot.poses[index] = found.pose;

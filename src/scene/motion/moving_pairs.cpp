@@ -101,10 +101,6 @@ double MovingPairs::roundingOf(const ShapeRefPair& pair, double time) {
   return MovingBodies(poses_, a.body, a.whole().bounds, b.body, b.whole().bounds).roundingAt(time, poses_);
 }
 
-int MovingPairs::collisionNumber(const ShapeRef& ref, const Piece& piece) const {
-  return ref.isObject() ? 1 + piece.collision : model_->robot.collisionOf(piece).number;
-}
-
 // --- participants
 
 MovingPairs::Participant MovingPairs::participant(const ShapeRef& ref) {

@@ -74,6 +74,8 @@ class MovingPairs {
  public:
   MovingPairs(std::shared_ptr<const SceneModel> model, std::shared_ptr<const Volumes> volumes);
 
+  const RobotModel& robot() const { return model_->robot; }
+
   void use(std::shared_ptr<const Objects> objects) { objects_ = std::move(objects); }
   /// nullptr before use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
@@ -113,9 +115,6 @@ class MovingPairs {
   /// Returns the pair of the object of a leaf of the tree with the link or object a of the pair `with_all`. Returns -1
   /// if the object does not exist any more, or if the two are not checked.
   int pairAt(int with_all, const BoxTree::Node& leaf);
-
-  /// The number of the <collision> or shape that a piece belongs to, counted from 1.
-  int collisionNumber(const ShapeRef& ref, const Piece& piece) const;
 
  private:
   /// A part whose body is a frame of PosesInTime.

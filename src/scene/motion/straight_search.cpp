@@ -599,8 +599,8 @@ PairProximity StraightSearch::inPosesFrame(const IntervalVisit& visit, const nar
   }
   PairProximity proximity;
   proximity.asked = moving.asked;
-  proximity.collision_a = pairs_.collisionNumber(moving.asked.a, moving.a.pieces[a.piece]);
-  proximity.collision_b = pairs_.collisionNumber(moving.asked.b, moving.b.pieces[b.piece]);
+  proximity.collision_a = collisionNumber(pairs_.robot(), moving.a, moving.a.pieces[a.piece]);
+  proximity.collision_b = collisionNumber(pairs_.robot(), moving.b, moving.b.pieces[b.piece]);
   proximity.result = padded(result, moving.padding);
   proximity.result.lower_bound -= moving.error;
   proximity.result.upper_bound += moving.error;

@@ -9,7 +9,7 @@ namespace {
 
 /// The digits of an answer do not depend on what is remembered where the nearest features are clear; with Memory::None
 /// they never do.
-narrowphase::Options optionsFor(const Question& question, double limit, const Visit& pair, Memory memory) {
+narrowphase::Options optionsFor(const Question& question, double limit, const PlacedPair& pair, Memory memory) {
   using narrowphase::Repeatability;
   narrowphase::Options options;
   options.repeatability = memory == Memory::None ? Repeatability::Always : Repeatability::OfClearFeatures;
@@ -77,12 +77,12 @@ void PieceSearch::makeRoomFor(std::size_t pieces) {
   warm_starts_.grow(std::min<std::size_t>(rememberedPieces(pieces), 1u << 12));
 }
 
-ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
+ClosestPieces PieceSearch::between(const PlacedPair& pair, const LeafPair& likely, double limit,
                                    const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
   if (found) closest = *found;
-  a_ = (*robot_)[pair.a];
-  b_ = (*robot_)[pair.b];
+  a_ = pair.a;
+  b_ = pair.b;
   const auto current_limit = [&] {
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold + pair.threshold;
   };
@@ -90,7 +90,7 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   const Memory start_from = likely.areLeaves() ? Memory::OfAnswers : memory_;
   const auto distanceOf = [&](const LeafPair& leaves) {
     const auto options = optionsFor(question, current_limit(), pair, memory_);
-    return distanceInBodyA(leaves, pair, a_T_b, options, start_from);
+    return distanceInBodyA(leaves, pair, options, start_from);
   };
   narrowphase::SignedDistance of_likely;
   const auto compute = [&](const LeafPair& leaves) {
@@ -109,10 +109,10 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
     of_likely = distanceOf(likely);
     if (of_likely.status == narrowphase::Status::Converged) limit = std::min(limit, of_likely.distance + kSettledFor);
   }
-  for (begin(pair, a_T_b, current_limit()); !queue_.empty() && !(lowestBound() > current_limit());) {
+  for (begin(pair, current_limit()); !queue_.empty() && !(lowestBound() > current_limit());) {
     const VolumePair volumes = queue_.pop();
     if (!areLeaves(volumes)) {
-      open(volumes, a_T_b, current_limit());
+      open(volumes, pair.a_T_b, current_limit());
     } else if (const LeafPair leaves{volumes.a, volumes.b}; memory_ == Memory::None || !(leaves == likely)) {
       compute(leaves);
     }
@@ -121,43 +121,42 @@ ClosestPieces PieceSearch::between(const Visit& pair, const RelativePose& a_T_b,
   return closest;
 }
 
-bool PieceSearch::areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit) {
-  a_ = (*robot_)[pair.a];
-  b_ = (*robot_)[pair.b];
+bool PieceSearch::areBeyond(const PlacedPair& pair, double limit) {
+  a_ = pair.a;
+  b_ = pair.b;
   const narrowphase::Options options = narrowphase::Options::above(limit + pair.padding);
   const auto isBeyondIt = [&](const LeafPair& leaves) {
-    return isBeyond(distanceInBodyA(leaves, pair, a_T_b, options, memory_), limit);
+    return isBeyond(distanceInBodyA(leaves, pair, options, memory_), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) return isBeyondIt({a_.root, b_.root});
-  for (begin(pair, a_T_b, limit); !queue_.empty() && !(lowestBound() > limit);) {
+  for (begin(pair, limit); !queue_.empty() && !(lowestBound() > limit);) {
     const VolumePair volumes = queue_.pop();
     if (!areLeaves(volumes))
-      open(volumes, a_T_b, limit);
+      open(volumes, pair.a_T_b, limit);
     else if (!isBeyondIt({volumes.a, volumes.b}))
       return false;
   }
   return true;
 }
 
-narrowphase::SignedDistance PieceSearch::distanceInBodyA(const LeafPair& leaves, const Visit& pair,
-                                                         const RelativePose& a_T_b, const narrowphase::Options& options,
-                                                         Memory start_from) {
+narrowphase::SignedDistance PieceSearch::distanceInBodyA(const LeafPair& leaves, const PlacedPair& pair,
+                                                         const narrowphase::Options& options, Memory start_from) {
   narrowphase::WarmStart cold;
   const Leaf a(a_, leaves.a), b(b_, leaves.b);
   narrowphase::WarmStart& start = start_from == Memory::None ? cold : warm_starts_.of(a.number, b.number);
-  return padded(PlacedRobot::distanceInBodyA(a, b, a_T_b, options, start), pair.padding);
+  return padded(PlacedRobot::distanceInBodyA(a, b, pair.a_T_b, options, start), pair.padding);
 }
 
 /// Fills the queue with the volumes to visit. The bound of the pair is not used, so that among equally close pieces the
 /// same ones are found, whatever is known of the pair.
-void PieceSearch::begin(const Visit& pair, const RelativePose& a_T_b, double limit) {
+void PieceSearch::begin(const PlacedPair& pair, double limit) {
   queue_.clear();
   pushed_ = 0;
   padding_ = pair.padding;
   left_out_ = kInfinity;
-  const double reach = a_T_b.translation.norm() + a_.whole().bounds.reach + b_.whole().bounds.reach;
+  const double reach = pair.a_T_b.translation.norm() + a_.whole().bounds.reach + b_.whole().bounds.reach;
   uses_bounds_ = skipping_ == Skipping::On && reach < LeafGaps::kMostReach;
-  open({-kInfinity, 0, a_.root, b_.root}, a_T_b, limit);
+  open({-kInfinity, 0, a_.root, b_.root}, pair.a_T_b, limit);
 }
 
 /// Replaces a pair of volumes by the pairs with the parts of the larger one. If both have few leaves, by all pairs of

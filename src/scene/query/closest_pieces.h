@@ -5,7 +5,6 @@
 #include "scene/bounds/leaf_boxes.h"
 #include "scene/model/numbers.h"
 #include "scene/state/placed_robot.h"
-#include "scene/state/visit_queue.h"
 
 #include <cstdint>
 #include <limits>
@@ -75,9 +74,6 @@ class PieceSearch {
  public:
   PieceSearch(std::size_t pieces, Skipping skipping, Memory memory = Memory::OfAnswers);
 
-  /// Searches parts of this robot from now on; to be called before the first search.
-  void see(const PlacedRobot& robot) { robot_ = &robot; }
-
   /// Makes room for the warm starts of so many pieces, of the robot and its objects together.
   void makeRoomFor(std::size_t pieces);
 
@@ -85,12 +81,15 @@ class PieceSearch {
   /// Memory::None its distance only limits the search: among equally close pieces those are found that would be found
   /// without it, if the tolerance is at most the default one. `found` is an earlier result that becomes part of the
   /// answer.
-  ClosestPieces between(const Visit& pair, const RelativePose& a_T_b, const LeafPair& likely, double limit,
-                        const Question& question, const ClosestPieces* found = nullptr);
+  ClosestPieces between(const PlacedPair& pair, const LeafPair& likely, double limit, const Question& question,
+                        const ClosestPieces* found = nullptr);
 
   /// True if the lower bounds of all pairs of pieces are above the limit [m]. Stops at the first pair whose bound is
   /// not.
-  bool areBeyond(const Visit& pair, const RelativePose& a_T_b, double limit);
+  bool areBeyond(const PlacedPair& pair, double limit);
+
+  Skipping skipping() const { return skipping_; }
+  Memory memory() const { return memory_; }
 
  private:
   /// Two volumes, one of each part, in the queue of a search. It is half as large as a Visit, and a search moves
@@ -105,16 +104,15 @@ class PieceSearch {
     }
   };
 
-  void begin(const Visit& pair, const RelativePose& a_T_b, double limit);
+  void begin(const PlacedPair& pair, double limit);
   bool areLeaves(const VolumePair& pair) const { return a_[pair.a].isLeaf() && b_[pair.b].isLeaf(); }
-  narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const Visit& pair, const RelativePose& a_T_b,
+  narrowphase::SignedDistance distanceInBodyA(const LeafPair& leaves, const PlacedPair& pair,
                                               const narrowphase::Options& options, Memory start_from);
   void open(const VolumePair& whole, const RelativePose& a_T_b, double limit);
   void pushPairs(const LeafBoxes& a, const LeafBoxes& b, const VolumePair& whole, const RelativePose& a_T_b,
                  double limit);
   double lowestBound() const { return queue_.empty() ? kInfinity : queue_.first().lower_bound; }
 
-  const PlacedRobot* robot_ = nullptr;
   Part a_, b_;  ///< of the pair that the question is about
   const Skipping skipping_;
   const Memory memory_;

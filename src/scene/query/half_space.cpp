@@ -25,12 +25,11 @@ struct Plane {
 /// Walks the volumes of a, the nearer one first.
 class HalfSpaceSearch {
  public:
-  HalfSpaceSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                  const Question& question, Skipping skipping)
-      : a_(robot[pair.a]),
-        half_spaces_(robot[pair.b].halfSpaces()),
-        a_T_b_(a_T_b),
-        rounding_(PlacedRobot::rounding(a_.whole(), robot[pair.b].whole(), a_T_b)),
+  HalfSpaceSearch(const PlacedPair& pair, double limit, const Question& question, Skipping skipping)
+      : a_(pair.a),
+        half_spaces_(pair.b.halfSpaces()),
+        a_T_b_(pair.a_T_b),
+        rounding_(PlacedRobot::rounding(a_.whole(), pair.b.whole(), a_T_b_)),
         limit_(limit),
         padding_(pair.padding),
         question_(question),
@@ -109,9 +108,8 @@ double halfSpaceGap(const Volume& a, const PlacedHalfSpace& half_space, const Re
   return height - std::min(width, a.bounds.radius) - 2.0 * rounding;
 }
 
-ClosestPieces closestToHalfSpaces(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                                  const Question& question, Skipping skipping) {
-  return HalfSpaceSearch(robot, pair, a_T_b, limit, question, skipping).run();
+ClosestPieces closestToHalfSpaces(const PlacedPair& pair, double limit, const Question& question, Skipping skipping) {
+  return HalfSpaceSearch(pair, limit, question, skipping).run();
 }
 
 }  // namespace proximity_server::scene

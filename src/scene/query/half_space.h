@@ -17,7 +17,6 @@ narrowphase::SignedDistance halfSpaceDistance(const Piece& piece, const PlacedHa
 double halfSpaceGap(const Volume& a, const PlacedHalfSpace& half_space, const RelativePose& a_T_b, double rounding);
 
 /// Finds the pieces of a that are closest to the half-spaces of b, if they are closer than `limit` [m].
-ClosestPieces closestToHalfSpaces(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                                  const Question& question, Skipping skipping);
+ClosestPieces closestToHalfSpaces(const PlacedPair& pair, double limit, const Question& question, Skipping skipping);
 
 }  // namespace proximity_server::scene

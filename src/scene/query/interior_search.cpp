@@ -30,16 +30,15 @@ double signedDistance(const Eigen::AlignedBox3d& box, const Vector3d& p) {
 
 class InteriorSearch {
  public:
-  InteriorSearch(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                 const Question& question, Skipping skipping, double within, ClosestPieces& closest,
-                 const ClosestPieces* pieces)
-      : a_(robot[pair.a]),
-        b_(robot[pair.b]),
-        a_T_b_(a_T_b),
+  InteriorSearch(const PlacedPair& pair, double limit, const Question& question, Skipping skipping, double within,
+                 ClosestPieces& closest, const ClosestPieces* pieces)
+      : a_(pair.a),
+        b_(pair.b),
+        a_T_b_(pair.a_T_b),
         // Twice for the poses, because the chain of transforms into the frame of the mesh is longer than that between
         // two pieces. Twice again, because a point that is this near to the surface may be taken for one on the other
         // side of it.
-        rounding_(4.0 * PlacedRobot::rounding(a_.whole(), b_.whole(), a_T_b)),
+        rounding_(4.0 * PlacedRobot::rounding(a_.whole(), b_.whole(), a_T_b_)),
         limit_(limit),
         padding_(pair.padding),
         question_(question),
@@ -160,10 +159,9 @@ class InteriorSearch {
 
 }  // namespace
 
-void findInteriorDepths(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                        const Question& question, Skipping skipping, double within, ClosestPieces& closest,
-                        const ClosestPieces* pieces) {
-  InteriorSearch(robot, pair, a_T_b, limit, question, skipping, within, closest, pieces).run();
+void findInteriorDepths(const PlacedPair& pair, double limit, const Question& question, Skipping skipping,
+                        double within, ClosestPieces& closest, const ClosestPieces* pieces) {
+  InteriorSearch(pair, limit, question, skipping, within, closest, pieces).run();
 }
 
 }  // namespace proximity_server::scene

@@ -29,8 +29,7 @@ inline bool haveInterior(const Part& a, const Part& b) { return a.whole().has_in
 ///
 /// `pieces`: the closest pieces of the two, if they are known. Then no depth is computed that is proven to be less than
 /// theirs, and what is found with them is the same.
-void findInteriorDepths(const PlacedRobot& robot, const Visit& pair, const RelativePose& a_T_b, double limit,
-                        const Question& question, Skipping skipping, double within, ClosestPieces& closest,
-                        const ClosestPieces* pieces = nullptr);
+void findInteriorDepths(const PlacedPair& pair, double limit, const Question& question, Skipping skipping,
+                        double within, ClosestPieces& closest, const ClosestPieces* pieces = nullptr);
 
 }  // namespace proximity_server::scene

@@ -3,6 +3,7 @@
 #include "scene/model/numbers.h"
 #include "scene/query/half_space.h"
 #include "scene/query/interior_search.h"
+#include "scene/query/part_distance.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -15,16 +16,6 @@ PairProximity unknown(const ShapeRefPair& pair) {
   PairProximity proximity;
   proximity.asked = pair;
   return proximity;
-}
-
-/// Keeps only the lower bound of a result beyond the threshold: it proves the answer.
-narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
-  const narrowphase::SignedDistance nothing;
-  result.status = narrowphase::Status::Threshold;
-  result.distance = result.lower_bound;
-  result.point_a = result.point_b = nothing.point_a;
-  result.has_points = false;
-  return result;
 }
 
 /// The number of pairs whose answers are kept: all candidates, and equally many other pairs.
@@ -57,7 +48,6 @@ PairMeasurement::PairMeasurement(const SceneModel& model, Skipping skipping, Mem
 
 void PairMeasurement::see(const PlacedRobot& robot) {
   robot_ = &robot;
-  pieces_.see(robot);
   if (memory_ == Memory::None) return;
   if (robot.objects() != objects_) take(robot.objects());
 }
@@ -112,16 +102,6 @@ Visit PairMeasurement::refined(Visit visit, double limit) {
   return visit;
 }
 
-/// The answer that the lower bound of a visit proves, without computing anything.
-PairProximity PairMeasurement::proof(const Visit& visit) const {
-  PairProximity proximity;
-  proximity.representation =
-      std::max((*robot_)[visit.a].whole().representation, (*robot_)[visit.b].whole().representation);
-  proximity.result.lower_bound = visit.lower_bound;
-  proximity.result = onlyProof(proximity.result);
-  return proximity;
-}
-
 /// The kept answer if the two are at rest. Its bounds allow for the rounding of the new poses.
 std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                                            const Question& question) const {
@@ -138,60 +118,15 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
   return in_body_a;
 }
 
-/// True if no translation shorter than the depth of the closest pieces separates the two parts.
-bool PairMeasurement::depthIsExact(const Visit& visit) const {
-  const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
-  // The way out of one half-space is the same for all pieces.
-  if (b.isUnbounded()) return b.whole().isEmpty() && b.halfSpaces().size() == 1;
-  return a.whole().isLeaf() && b.whole().isLeaf();
-}
-
-/// The closest pair among all pieces, half-spaces and interiors.
-ClosestPieces PairMeasurement::closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely,
-                                         double limit, const Question& question) {
-  const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
-  if (!b.isUnbounded() && !haveInterior(a, b)) return pieces_.between(visit, a_T_b, likely, limit, question);
-  ClosestPieces closest;
-  if (b.isUnbounded()) closest = closestToHalfSpaces(*robot_, visit, a_T_b, limit, question, skipping_);
-  if (b.whole().isEmpty()) return closest;
-  if (memory_ == Memory::None) {
-    // Pieces that overlap often are deeper than interiors can be. No answer depends on this order where nothing is kept;
-    // otherwise it would change the warm starts of the pieces.
-    const ClosestPieces pieces = pieces_.between(visit, a_T_b, likely, limit, question, &closest);
-    if (haveInterior(a, b))
-      findInteriorDepths(*robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest, &pieces);
-    closest.add(pieces);
-    return closest;
-  }
-  if (haveInterior(a, b)) findInteriorDepths(*robot_, visit, a_T_b, limit, question, skipping_, 0.0, closest);
-  return pieces_.between(visit, a_T_b, likely, limit, question, &closest);
-}
-
 /// Returns only the proof if all pieces are beyond the limit.
 PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
                                        const Question& question, LeafPair* guess) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
   const LeafPair likely = kept ? kept->leaves : guess ? *guess : LeafPair();
-  const ClosestPieces closest = closestOf(visit, a_T_b, likely, limit, question);
+  const PlacedPair pair = placed(visit, a_T_b);
+  const ClosestPieces closest = closestOf(pieces_, pair, likely, limit, question);
   if (guess && !closest.empty()) *guess = closest.leaves;
-  PairProximity in_body_a = proof(visit);
-  in_body_a.result = closest.result;
-  in_body_a.result.lower_bound = closest.lower_bound;
-  in_body_a.result.upper_bound = closest.upper_bound;
-  if (!closest.empty()) {
-    const LeafPair& leaves = closest.leaves;
-    const bool is_plane = leaves.hasHalfSpace();  // a half-space is exact
-    const Part &a = (*robot_)[visit.a], &b = (*robot_)[visit.b];
-    in_body_a.collision_a = robot_->collisionNumber(a, leaves.a);
-    in_body_a.collision_b = is_plane ? b.shapeNumber(leaves.half_space) : robot_->collisionNumber(b, leaves.b);
-    in_body_a.representation = a[leaves.a].representation;
-    if (!is_plane) in_body_a.representation = std::max(in_body_a.representation, b[leaves.b].representation);
-    const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);
-    if (closest.result.status == narrowphase::Status::Converged && too_wide)
-      in_body_a.result.status = closest.lower_bound_status;
-  }
-  in_body_a.depth_is_lower_bound = closest.result.distance < 0.0 && !depthIsExact(visit);
-  if (isBeyond(in_body_a.result, limit)) in_body_a.result = onlyProof(in_body_a.result);
+  const PairProximity in_body_a = answerOf(model_.robot, pair, closest, limit, question);
   if (skipping_ == Skipping::On && memory_ != Memory::None)
     kept_.of(visit.a, visit.b) = {a_T_b, in_body_a, closest.leaves};
   return in_body_a;
@@ -240,7 +175,7 @@ PairProximity PairMeasurement::settle(const ShapeRefPair& pair, const Question& 
   if (limit < kInfinity && !(visit->lower_bound > limit)) visit = refined(*visit, limit);
   if (!(visit->lower_bound > limit)) return measure(pair, *visit, limit, question, guess);
   ++countOf(visit->bound, counts_);
-  return asAsked(pair, *visit, proof(*visit));
+  return asAsked(pair, *visit, proofOf((*robot_)[visit->a], (*robot_)[visit->b], visit->lower_bound));
 }
 
 bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
@@ -250,15 +185,15 @@ bool PairMeasurement::isProvenBeyond(const Visit& visit, double distance) {
 }
 
 bool PairMeasurement::arePiecesBeyond(const Visit& visit, double distance) {
-  const RelativePose a_T_b = robot_->relative(visit.a, visit.b);
-  if (const Part& b = (*robot_)[visit.b]; b.isUnbounded()) {
-    if (!(closestToHalfSpaces(*robot_, visit, a_T_b, distance, {}, skipping_).lower_bound > distance)) return false;
+  const PlacedPair pair = placed(visit, robot_->relative(visit.a, visit.b));
+  if (const Part& b = pair.b; b.isUnbounded()) {
+    if (!(closestToHalfSpaces(pair, distance, {}, skipping_).lower_bound > distance)) return false;
     if (b.whole().isEmpty()) return true;
   }
-  if (!pieces_.areBeyond(visit, a_T_b, distance)) return false;
-  if (!haveInterior((*robot_)[visit.a], (*robot_)[visit.b])) return true;
+  if (!pieces_.areBeyond(pair, distance)) return false;
+  if (!haveInterior(pair.a, pair.b)) return true;
   ClosestPieces inside;
-  findInteriorDepths(*robot_, visit, a_T_b, distance, {}, skipping_, 0.0, inside);
+  findInteriorDepths(pair, distance, {}, skipping_, 0.0, inside);
   return inside.lower_bound > distance;
 }
 
@@ -266,8 +201,8 @@ DistanceBounds PairMeasurement::interiorOf(const ShapeRefPair& pair, double with
   const std::optional<Visit> visit = visitOf(pair, 0);
   ClosestPieces closest;
   if (visit) {
-    const RelativePose a_T_b = robot_->relative(visit->a, visit->b);
-    findInteriorDepths(*robot_, *visit, a_T_b, kInfinity, {}, skipping_, within, closest);
+    const PlacedPair placed_pair = placed(*visit, robot_->relative(visit->a, visit->b));
+    findInteriorDepths(placed_pair, kInfinity, {}, skipping_, within, closest);
   }
   return {closest.lower_bound, closest.upper_bound};
 }

@@ -95,10 +95,9 @@ class PairMeasurement {
   const KeptAnswer* keptOf(const Visit& visit) const {
     return memory_ == Memory::None ? nullptr : kept_.find(visit.a, visit.b);
   }
-  bool depthIsExact(const Visit& visit) const;
-  ClosestPieces closestOf(const Visit& visit, const RelativePose& a_T_b, const LeafPair& likely, double limit,
-                          const Question& question);
-  PairProximity proof(const Visit& visit) const;
+  PlacedPair placed(const Visit& visit, const RelativePose& a_T_b) const {
+    return {(*robot_)[visit.a], (*robot_)[visit.b], a_T_b, visit.padding, visit.threshold};
+  }
   // PairProximity has the frame of the body of a in the following functions; asAsked() transforms it into that of the
   // poses.
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,

@@ -42,6 +42,19 @@ struct Part {
   bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }
 };
 
+/// The <collision> of the link, or the shape of the object, that a piece of a part belongs to; counted from 1.
+inline int collisionNumber(const RobotModel& robot, const Part& part, const Piece& piece) {
+  return part.object ? 1 + piece.collision : robot.collisionOf(piece).number;
+}
+
+/// Two parts in their places. Only the second one may have half-spaces.
+struct PlacedPair {
+  const Part &a, &b;
+  RelativePose a_T_b;
+  double padding = 0.0;    ///< [m] see Visit
+  double threshold = 0.0;  ///< [m]
+};
+
 inline Part partOf(const PlacedObject& object) {
   const ObjectGeometry& geometry = *object.geometry;
   return {geometry.volumes().data(), geometry.pieces().data(), 0, object.body, &object, geometry.wideVolumes().data()};

@@ -118,11 +118,6 @@ const Part& PlacedRobot::existing(int object) const {
   return (*this)[object];
 }
 
-int PlacedRobot::collisionNumber(const Part& part, int leaf) const {
-  const Piece& piece = part.pieces[part[leaf].piece];
-  return part.object ? 1 + piece.collision : model_.collisionOf(piece).number;
-}
-
 PlacedRobot::Sphere PlacedRobot::sphereAround(int part) const {
   Sphere sphere;
   putAround(part, sphere);

@@ -78,8 +78,8 @@ class PlacedRobot {
 
   const Part& operator[](int part) const { return parts_[part]; }
 
-  /// The <collision> of the link, or the shape of the object, that a leaf belongs to; counted from 1.
-  int collisionNumber(const Part& part, int leaf) const;
+  /// The pose of the body of a placed part in the frame of the poses.
+  RelativePose poseOf(int part) const { return {bodyOf(part).rotation, bodyOf(part).origin}; }
 
   /// The pose of part b's body in the frame of part a's body.
   RelativePose relative(int a, int b) const;

@@ -145,6 +145,7 @@ std::optional<Eigen::Isometry3d> State::poseOf(const ShapeRef& ref) const {
 
 int State::bodyOf(const ShapeRef& ref) const {
   if (ref.isLink()) return robot().links[ref.link()].body;
+  if (ref.isPoint()) return -1;
   const PlacedObject& object = existing(*objects_, ref);
   if (object.kind == PlacedObject::Kind::Attached) return object.body;
   if (object.kind == PlacedObject::Kind::Fixed) return carriers_.of_fixed;

@@ -7,6 +7,8 @@
 #include "proximity_server/ProveJointBox.h"
 #include "proximity_server/QueryConfiguration.h"
 #include "proximity_server/QueryPairs.h"
+#include "proximity_server/QueryPoints.h"
+#include "proximity_server/QueryRays.h"
 #include "proximity_server/QueryTrajectory.h"
 #include "proximity_server/SeparationAxis.h"
 
@@ -72,9 +74,9 @@ TEST(Answered, SucceedsWithTheStatusOk) {
 
 template <class Response>
 class AnsweredByEveryService : public testing::Test {};
-using Responses =
-    testing::Types<MinimumDistanceResponse, SeparationAxisResponse, PenetrationDepthResponse, QueryPairsResponse,
-                   QueryConfigurationResponse, FirstContactResponse, QueryTrajectoryResponse, ProveJointBoxResponse>;
+using Responses = testing::Types<MinimumDistanceResponse, SeparationAxisResponse, PenetrationDepthResponse,
+                                 QueryPairsResponse, QueryPointsResponse, QueryRaysResponse, QueryConfigurationResponse,
+                                 FirstContactResponse, QueryTrajectoryResponse, ProveJointBoxResponse>;
 TYPED_TEST_SUITE(AnsweredByEveryService, Responses);
 
 TYPED_TEST(AnsweredByEveryService, AnExceptionBecomesAFailedAnswerWithItsText) {

@@ -178,7 +178,7 @@ TEST_F(Frames, AreLookedUpWhereTheyAreNeededOnly) {
   EXPECT_FALSE(lookUp(frames).poses.at(0));
   const FrameSnapshot found = lookUp({frames.names, {0, 1}});
   EXPECT_EQ(found.status.code, QueryStatus::TF_UNAVAILABLE);
-  EXPECT_EQ(found.status.message.rfind("frame 'nowhere' of objects: ", 0), 0u) << found.status.message;
+  EXPECT_EQ(found.status.message.rfind("frame 'nowhere': ", 0), 0u) << found.status.message;
   EXPECT_EQ(z(found.poses.at(1)), 1.0) << "the others stand where they are";
 }
 

@@ -156,8 +156,7 @@ struct TwoCompounds {
   ClosestPieces closest(const RelativePose& a_T_b, double limit = kInfinity, const Question& question = {},
                         const LeafPair& likely = {}, double padding = 0.0, Skipping skipping = Skipping::On) const {
     PieceSearch search(model.pieces.size(), skipping);
-    search.see(robot);
-    return search.between({{a, b}, -kInfinity, 0, padding}, a_T_b, likely, limit, question);
+    return search.between({robot[a], robot[b], a_T_b, padding}, likely, limit, question);
   }
 
   std::vector<int> leavesBelow(int volume) const {

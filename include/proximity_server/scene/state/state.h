@@ -94,7 +94,7 @@ class State {
   /// not exist.
   std::optional<Eigen::Isometry3d> poseOf(const ShapeRef& ref) const;
 
-  /// The body that carries a link or an object; -1 for an object that nothing carries. Throws std::invalid_argument for
+  /// The body that carries a link or an object; -1 for a point, and for an object that nothing carries. Throws std::invalid_argument for
   /// an object that does not exist.
   int bodyOf(const ShapeRef& ref) const;
 

@@ -1,0 +1,24 @@
+#include "scene/points/placed_shapes.h"
+
+namespace proximity_server::scene {
+
+void PlacedShapes::take(const State& state, const std::vector<ShapeRef>& shapes) {
+  bounded_.clear();
+  unbounded_.clear();
+  unplaced_.clear();
+  const PlacedRobot& robot = state.placed();
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (const ShapeRef& shape : shapes) {
+    const int number = robot.numberOf(shape);
+    if (!robot.isPlaced(number)) {
+      unplaced_.push_back(shape);
+      continue;
+    }
+    const Part& part = robot[number];
+    (part.isUnbounded() ? unbounded_ : bounded_).push_back({shape, part, robot.poseOf(number)});
+    if (!part.isUnbounded()) boxes.push_back(robot.worldBox(number));
+  }
+  tree_ = BoxTree(boxes);
+}
+
+}  // namespace proximity_server::scene

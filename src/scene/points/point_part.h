@@ -1,0 +1,31 @@
+#pragma once
+
+#include "scene/state/part.h"
+
+#include <vector>
+
+namespace proximity_server::scene {
+
+/// A point as a part: the origin of its own frame.
+class PointPart {
+ public:
+  PointPart();
+  PointPart(const PointPart&) = delete;
+  PointPart& operator=(const PointPart&) = delete;
+
+  const Part& part() const { return part_; }
+  const narrowphase::Shape& shape() const { return pieces_.front().shape; }
+
+  /// The pair of it at a place and a part with this pose, both in one frame. `radius` [m] enlarges the point.
+  PlacedPair pairAt(const Eigen::Vector3d& place, const Part& part, const RelativePose& pose, double radius) const {
+    return {part_, part, {pose.rotation, pose.translation - place}, 0.0, radius};
+  }
+
+ private:
+  std::vector<Piece> pieces_;
+  std::vector<Volume> volumes_;
+  std::vector<WideVolume> wide_volumes_;
+  Part part_;
+};
+
+}  // namespace proximity_server::scene

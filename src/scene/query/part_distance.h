@@ -1,0 +1,20 @@
+#pragma once
+
+#include "scene/query/closest_pieces.h"
+
+namespace proximity_server::scene {
+
+/// Finds the closest of all pieces, half-spaces and interiors of two parts, if they are closer than `limit` [m].
+/// `likely`: see PieceSearch::between().
+ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& likely, double limit,
+                        const Question& question);
+
+/// The answer without computing anything, if bounds prove this distance [m] of two parts.
+PairProximity proofOf(const Part& a, const Part& b, double lower_bound);
+
+/// The answer about what closestOf() found with the same limit and question, in the frame of the body of a; it names no
+/// parts. If all pieces are beyond the limit, it has only the proof.
+PairProximity answerOf(const RobotModel& robot, const PlacedPair& pair, const ClosestPieces& closest, double limit,
+                       const Question& question);
+
+}  // namespace proximity_server::scene
