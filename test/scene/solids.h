@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/mesh/mesh.h"
+#include "robots/urdf.h"
 #include "scene/files.h"
 #include "scene/pieces/boxes.h"
 
@@ -161,5 +162,17 @@ inline double distanceFromSolid(const TriangleMesh& mesh, const Eigen::Vector3d&
     nearest = std::min(nearest, distanceOf(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], p));
   return std::abs(windingNumber(mesh, p)) > 0.5 ? -nearest : nearest;
 }
+
+/// <collision> elements of meshes.
+class Meshes {
+ public:
+  std::string of(const TriangleMesh& mesh, const std::string& xyz = "0 0 0") {
+    return robots::mesh(files_.write(std::to_string(count_++) + ".stl", stlOf(mesh)), xyz);
+  }
+
+ private:
+  TemporaryFiles files_;
+  int count_ = 0;
+};
 
 }  // namespace proximity_server::scene

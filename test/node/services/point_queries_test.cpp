@@ -13,6 +13,8 @@
 
 namespace proximity_server::node::point_queries_test {
 
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
 geometry_msgs::Point point(double x, double y, double z) {
   geometry_msgs::Point result;
   result.x = x;
@@ -114,11 +116,11 @@ TEST_F(Points, HaveGradientsIfTheyAreWanted) {
   QueryPointsRequest request = about({point(1.0, 0.4, 0.0), point(0.0, 1.0, 0.7)});
   request.want_gradient = true;
   const auto response = ask(request);
-  ASSERT_EQ(response.joint_names, (std::vector<std::string>{"x_axis", "y_axis", "lift"}));
+  ASSERT_EQ(response.joint_names, (std::vector<std::string>{"lift", "x_axis", "y_axis"}));
   ASSERT_EQ(response.points[0].gradient.size(), 3u);
-  EXPECT_NEAR(response.points[0].gradient[1], -1.0, kTolerance);
+  EXPECT_NEAR(response.points[0].gradient[2], -1.0, kTolerance);
   ASSERT_EQ(response.points[1].gradient.size(), 3u);
-  EXPECT_NEAR(response.points[1].gradient[2], -1.0, kTolerance);
+  EXPECT_NEAR(response.points[1].gradient[0], -1.0, kTolerance);
 }
 
 TEST_F(Points, AreMeasuredFromWhatLinksHold) {

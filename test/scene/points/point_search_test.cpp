@@ -1,6 +1,7 @@
 #include "proximity_server/scene/points/point_search.h"
 
 #include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/motion/frames_on_links.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
 
@@ -67,7 +68,7 @@ void expectSameAnswer(const PairProximity& a, const PairProximity& b) {
 struct MixedCell : Cell {
   explicit MixedCell(Meshes& meshes)
       : Cell({box("0.4 0.6 0.8"), meshes.of(bracket()), ball("0.3") + box("0.1 0.2 0.3", "0.5 0 0")}) {
-    change({add("held", {{Shape(narrowphase::Box{{0.2, 0.2, 0.2}})}}, Attached{"2", at(0, 0.8, 0), {}}),
+    change({add("held", {{Shape(narrowphase::Box{{0.2, 0.2, 0.2}})}}, Attached{"2", {}, at(0, 0.8, 0)}),
             add("wall", {{Shape(narrowphase::Box{{0.1, 9, 9}})}}, Fixed{at(4, 0, 0)})});
   }
   void putAtChance(Chance& chance) { put({chance.pose(1.5), chance.pose(1.5), chance.pose(1.5)}); }
@@ -148,6 +149,7 @@ TEST(PointSearch, IsTheDistanceOfTheClosestPairWithABall) {
   Meshes meshes;
   MixedCell cell(meshes);
   Chance chance(17);
+  cell.change({add("ball", {{Shape(Sphere{1.0})}}, Fixed{at(0, 0, 0)})});
   for (int i = 0; i < 100; ++i) {
     cell.putAtChance(chance);
     const Vector3d point = 2.0 * chance.direction() * chance.between(0.0, 1.0);
@@ -159,7 +161,9 @@ TEST(PointSearch, IsTheDistanceOfTheClosestPairWithABall) {
       smallest = std::min(smallest, cell.between(ref, cell.object("ball")).result.distance);
     const PairProximity found = ask(cell.scene().state, {{point}, {radius}})[0];
     EXPECT_EQ(found.result.status, Status::Converged);
-    if (smallest > -radius) EXPECT_NEAR(found.result.distance, smallest, 3e-9);
+    if (smallest > -radius) {
+      EXPECT_NEAR(found.result.distance, smallest, 3e-9);
+    }
     EXPECT_TRUE(
         found.result.point_b.isApprox(found.result.point_a + found.result.distance * found.result.normal, 1e-12));
   }
@@ -188,7 +192,9 @@ TEST(PointSearch, HasTheSameBitsAloneAndInAnyOrderAndWithoutSkipping) {
       expectSameAnswer(together[i], backwards[together.size() - 1 - i]);
       const bool is_far = together[i].result.lower_bound > threshold;
       EXPECT_EQ(is_far, unskipped[i].result.lower_bound > threshold);
-      if (!is_far) EXPECT_NEAR(together[i].result.distance, unskipped[i].result.distance, 2e-9);
+      if (!is_far) {
+        EXPECT_NEAR(together[i].result.distance, unskipped[i].result.distance, 2e-9);
+      }
     }
   }
 }
@@ -225,10 +231,10 @@ TEST(PointSearch, KeepsItsBoundsFarFromTheOrigin) {
 TEST(PointSearch, HasTheGradientOfAPointAtRest) {
   const auto model =
       modelOf(urdfOf(link("base", box("0.1 0.1 0.1", "0 0 -5")) + link("arm", box("0.2 0.2 1", "0 0 0.5")) +
-                     joint("hinge", "revolute", "base", "arm", "0 1 0")));
+                     joint("hinge", "continuous", "base", "arm", axis("0 1 0"))));
   State state(model);
   const auto distanceAt = [&](double angle) {
-    state.set(bodyPoses(model->robot, {angle}));
+    setPositions(state, {angle});
     return ask(state, {{{0.7, 0.03, 0.6}}})[0];
   };
   const PairProximity found = distanceAt(0.3);

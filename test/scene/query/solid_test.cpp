@@ -17,18 +17,6 @@ using namespace narrowphase;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-/// <collision> elements of meshes.
-class Meshes {
- public:
-  std::string of(const TriangleMesh& mesh, const std::string& xyz = "0 0 0") {
-    return robots::mesh(files_.write(std::to_string(count_++) + ".stl", stlOf(mesh)), xyz);
-  }
-
- private:
-  TemporaryFiles files_;
-  int count_ = 0;
-};
-
 void expectIdentity(const SignedDistance& result) {
   EXPECT_TRUE(result.has_points);
   EXPECT_NEAR(result.normal.norm(), 1.0, 1e-12);
