@@ -34,12 +34,6 @@ double gapTo(const Eigen::AlignedBox3d& box, const Vector3d& point) {
   return (largest > 0.0 ? beyond.cwiseMax(0.0).norm() : largest) - kPoseRounding * point.norm();
 }
 
-/// True if no way out is shorter than the depth in the deepest piece.
-bool isDepthExact(const Part& part) {
-  if (part.isUnbounded()) return part.whole().isEmpty() && part.halfSpaces().size() == 1;
-  return part.whole().isLeaf();
-}
-
 /// The answer about a point that bounds prove to be beyond the threshold.
 PairProximity farther(double lower_bound) {
   PairProximity proximity;
@@ -126,7 +120,7 @@ class PointSearch::Work {
     const auto gap = [&](const Eigen::AlignedBox3d& box) { return gapTo(box, point) - radius; };
     shapes_.visitNearest(gap, limit, measure);
     if (!is_known) return {};
-    if (lower == kInfinity) return farther(std::max(question.threshold, gap(shapes_.box())));
+    if (lower == kInfinity) return farther(std::max(std::nextafter(question.threshold, kInfinity), gap(shapes_.box())));
     best.result.lower_bound = lower;
     best.result.upper_bound = upper;
     if (best.result.status == narrowphase::Status::Converged &&
@@ -150,7 +144,7 @@ class PointSearch::Work {
     result.normal = -result.normal;
     result.point_a = point + result.point_b;
     result.point_b = result.point_a + result.distance * result.normal;
-    found.depth_is_lower_bound = result.distance < 0.0 && !isDepthExact(place.part);
+    found.depth_is_lower_bound = result.distance < 0.0 && !depthIsExact(pair.a, pair.b);
     return found;
   }
 

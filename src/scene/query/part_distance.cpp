@@ -18,13 +18,6 @@ narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
   return result;
 }
 
-/// True if no translation shorter than the depth of the closest pieces separates the two parts.
-bool depthIsExact(const Part& a, const Part& b) {
-  // The way out of one half-space is the same for all pieces.
-  if (b.isUnbounded()) return b.whole().isEmpty() && b.halfSpaces().size() == 1;
-  return a.whole().isLeaf() && b.whole().isLeaf();
-}
-
 }  // namespace
 
 ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& likely, double limit,
@@ -45,6 +38,12 @@ ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafP
   }
   if (have_interior) findInteriorDepths(pair, limit, question, search.skipping(), 0.0, closest);
   return search.between(pair, likely, limit, question, &closest);
+}
+
+bool depthIsExact(const Part& a, const Part& b) {
+  // The way out of one half-space is the same for all pieces.
+  if (b.isUnbounded()) return b.whole().isEmpty() && b.halfSpaces().size() == 1;
+  return a.whole().isLeaf() && b.whole().isLeaf();
 }
 
 PairProximity proofOf(const Part& a, const Part& b, double lower_bound) {

@@ -9,6 +9,9 @@ namespace proximity_server::scene {
 ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& likely, double limit,
                         const Question& question);
 
+/// True if no translation shorter than the depth of the closest pieces separates two parts in overlap.
+bool depthIsExact(const Part& a, const Part& b);
+
 /// The answer without computing anything, if bounds prove this distance [m] of two parts.
 PairProximity proofOf(const Part& a, const Part& b, double lower_bound);
 

@@ -208,7 +208,7 @@ TEST(PointSearch, ProvesWhatIsBeyondTheThreshold) {
   for (const int far : {1, 2}) {
     EXPECT_EQ(found[far].result.status, Status::Threshold);
     EXPECT_EQ(found[far].asked.a.kind(), ShapeRef::Kind::None);
-    EXPECT_GE(found[far].result.lower_bound, 0.5);
+    EXPECT_GT(found[far].result.lower_bound, 0.5);
     EXPECT_FALSE(found[far].result.has_points);
   }
   EXPECT_LE(found[1].result.lower_bound, 0.6);
