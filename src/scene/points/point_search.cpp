@@ -42,6 +42,8 @@ PairProximity farther(double lower_bound) {
   return proximity;
 }
 
+}  // namespace
+
 void requireValid(const Points& points) {
   const std::size_t radii = points.radii.size(), count = points.centres.size();
   if (radii > 1 && radii != count)
@@ -54,12 +56,10 @@ void requireValid(const Points& points) {
       throw std::invalid_argument("radii[" + std::to_string(i) + "] is negative or not finite");
 }
 
-}  // namespace
-
 std::vector<ShapeRef> shapesOfRobot(const RobotModel& robot, const Objects& objects) {
   std::vector<ShapeRef> shapes;
   for (int link = 0; link < static_cast<int>(robot.links.size()); ++link)
-    if (!robot.links[link].collisions.empty()) shapes.push_back(link);
+    if (robot.hasGeometry(link)) shapes.push_back(link);
   for (const int number : objects.numbers())
     if (objects.placed(number)->kind == PlacedObject::Kind::Attached) shapes.push_back(ShapeRef::ofObject(number));
   return shapes;

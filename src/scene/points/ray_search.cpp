@@ -46,6 +46,8 @@ double entry(const Line& line, const Vector3d& half) {
   return first <= last ? first : kInfinity;
 }
 
+}  // namespace
+
 void requireValid(const std::vector<Ray>& rays) {
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const Ray& ray = rays[i];
@@ -56,8 +58,6 @@ void requireValid(const std::vector<Ray>& rays) {
     if (!(ray.range > 0.0)) throw std::invalid_argument("ranges" + number + " is not positive");
   }
 }
-
-}  // namespace
 
 std::vector<ShapeRef> allShapes(const RobotModel& robot, const Objects& objects) {
   std::vector<ShapeRef> shapes = shapesOfRobot(robot, objects);

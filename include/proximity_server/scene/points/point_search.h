@@ -19,6 +19,10 @@ struct Points {
   std::vector<ShapeRef> shapes{};        ///< links, <collision> elements and objects; empty: see shapesOfRobot()
 };
 
+/// Throws std::invalid_argument for a point that is not finite and for a radius that is negative or not finite, by their
+/// numbers, counted from 0; and for a wrong number of radii.
+void requireValid(const Points& points);
+
 /// All links with geometry, and all objects that links hold.
 std::vector<ShapeRef> shapesOfRobot(const RobotModel& robot, const Objects& objects);
 
@@ -47,8 +51,7 @@ class PointSearch {
   /// Distance: only a lower bound beyond the threshold, with Status::Threshold; then `a` names nothing.
   /// Failure:  Status::Unknown after the deadline, or if no shape has a known pose. Shapes without a pose are left out,
   ///           see unplaced().
-  ///           Throws std::invalid_argument for a point that is not finite and for a radius that is negative or not finite,
-  ///           by their numbers, counted from 0; for a wrong number of radii; for a shape that does not exist; and for a state of
+  ///           Throws as requireValid(), and std::invalid_argument for a shape that does not exist and for a state of
   ///           another robot.
   const std::vector<PairProximity>& closest(const State& state, const Points& points, const Question& question = {});
 

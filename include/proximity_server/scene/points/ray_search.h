@@ -32,6 +32,10 @@ struct RayHit {
   Eigen::Vector3d pointOn(const Ray& ray) const { return ray.origin + distance * ray.direction.stableNormalized(); }
 };
 
+/// Throws std::invalid_argument for an origin or direction that is not finite, a direction of 0, and a range that is not
+/// positive, by their numbers, counted from 0.
+void requireValid(const std::vector<Ray>& rays);
+
 /// All links with geometry, and all objects.
 std::vector<ShapeRef> allShapes(const RobotModel& robot, const Objects& objects);
 
@@ -60,9 +64,8 @@ class RaySearch {
   ///          `free` it is farther. A ray that passes the surface as near as that may count as a hit. The same bits alone
   ///          and among other rays, in any order.
   /// Failure: Status::Unknown after the deadline. Shapes without a pose are left out, see unplaced().
-  ///          Throws std::invalid_argument for an origin or direction that is not finite, a direction of 0, and a range
-  ///          that is not positive, by their numbers, counted from 0; for a shape that does not exist; and for a state of another
-  ///          robot.
+  ///          Throws as requireValid(), and std::invalid_argument for a shape that does not exist and for a state of
+  ///          another robot.
   const std::vector<RayHit>& firstHits(const State& state, const std::vector<Ray>& rays,
                                        const std::vector<ShapeRef>& shapes = {}, const Question& question = {});
 
