@@ -24,14 +24,13 @@ void addPair(const std::string& name, const py::object& pair, const scene::Robot
   }
 }
 
-/// One column, which numpy broadcasts to all joints.
 py::array durationArray(const py::object& duration) {
-  const py::array given = float64Array(duration, "duration");
+  py::array given = columnArray(duration, "duration");
   const auto numbers = py::array_t<double, py::array::c_style | py::array::forcecast>(given);
   for (py::ssize_t i = 0; i < numbers.size(); ++i)
     if (!(std::isfinite(numbers.data()[i]) && numbers.data()[i] > 0.0))
       throw std::invalid_argument("duration is not a positive number of seconds");
-  return py::array(given.attr("__getitem__")(py::make_tuple(py::ellipsis(), py::none())));
+  return given;
 }
 
 std::vector<double> trackingErrors(const py::object& given, const scene::RobotModel& robot) {

@@ -47,6 +47,16 @@ py::array jointArray(const py::object& q, const scene::RobotModel& robot, const 
                               scene::listed(scene::namesOf(robot.joints)));
 }
 
+py::array columnArray(const py::object& argument, const std::string& name) {
+  return py::array(float64Array(argument, name).attr("__getitem__")(py::make_tuple(py::ellipsis(), py::none())));
+}
+
+py::array vectorArray(const py::object& argument, const std::string& name) {
+  const py::array array = float64Array(argument, name);
+  if (array.ndim() > 0 && array.shape(array.ndim() - 1) == 3) return array;
+  throw std::invalid_argument(name + " has the shape " + shapeText(array) + ", but it must be (..., 3): x, y and z");
+}
+
 std::string shapeText(const py::array& array) { return textOf(array.attr("shape")); }
 
 JointPositions::JointPositions(const py::object& q, const scene::RobotModel& robot, const std::string& name)

@@ -21,6 +21,12 @@ pybind11::array float64Array(const pybind11::object& argument, const std::string
 /// shape, naming the right one, too.
 pybind11::array jointArray(const pybind11::object& argument, const scene::RobotModel& robot, const std::string& name);
 
+/// An array of float64 with one more dimension, which numpy broadcasts to all columns.
+pybind11::array columnArray(const pybind11::object& argument, const std::string& name);
+
+/// The same for an array of vectors, with x, y and z in its last dimension. Throws std::invalid_argument for a wrong shape.
+pybind11::array vectorArray(const pybind11::object& argument, const std::string& name);
+
 /// The shape of an array as text: "(2, 3)".
 std::string shapeText(const pybind11::array& array);
 
@@ -36,7 +42,7 @@ class JointPositions {
  public:
   JointPositions(const pybind11::object& q, const scene::RobotModel& robot, const std::string& name = "q");
 
-  /// Arrays of joints, all with the shape to which numpy broadcasts them.
+  /// Arrays of joints, or of vectors, all with the shape to which numpy broadcasts them.
   /// Failure: throws std::invalid_argument with the names if they do not broadcast to one shape.
   struct Named {
     std::string name;

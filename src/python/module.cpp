@@ -568,10 +568,10 @@ void declareObjects(py::class_<Robot>& robot) {
 }  // namespace
 }  // namespace proximity_server::python
 
-// The fields of a PairRow in a row with more of them, with a name of the first one.
-#define PROXIMITY_FIELDS_OF_PAIR(STATE)                                                                               \
+// The fields of a PairRow in a row with more of them, with names of the state and of the pair.
+#define PROXIMITY_FIELDS_OF_PAIR(STATE, PAIR)                                                                         \
   pair.state, STATE, pair.status, "status", pair.unique, "unique", pair.depth_is_lower_bound, "depth_is_lower_bound", \
-      pair.representation, "representation", pair.pair, "pair", pair.distance, "distance", pair.lower, "lower",       \
+      pair.representation, "representation", pair.pair, PAIR, pair.distance, "distance", pair.lower, "lower",         \
       pair.upper, "upper", pair.point_a, "point_a", pair.point_b, "point_b", pair.normal, "normal"
 
 PYBIND11_MODULE(_native, module) {
@@ -580,8 +580,10 @@ PYBIND11_MODULE(_native, module) {
   pybind11::register_exception_translator(raiseReadable);
   PYBIND11_NUMPY_DTYPE(PairRow, state, status, unique, depth_is_lower_bound, representation, pair, distance, lower,
                        upper, point_a, point_b, normal);
-  PYBIND11_NUMPY_DTYPE_EX(LevelRow, PROXIMITY_FIELDS_OF_PAIR("state"), level, "level");
-  PYBIND11_NUMPY_DTYPE_EX(MinimumRow, PROXIMITY_FIELDS_OF_PAIR("edge"), time, "time");
+  PYBIND11_NUMPY_DTYPE_EX(LevelRow, PROXIMITY_FIELDS_OF_PAIR("state", "pair"), level, "level");
+  PYBIND11_NUMPY_DTYPE_EX(MinimumRow, PROXIMITY_FIELDS_OF_PAIR("edge", "pair"), time, "time");
+  PYBIND11_NUMPY_DTYPE_EX(PointRow, PROXIMITY_FIELDS_OF_PAIR("state", "link"), point, "point");
+  PYBIND11_NUMPY_DTYPE(HitRow, state, ray, hit, link, distance, free_until, point, normal);
   PYBIND11_NUMPY_DTYPE(VerdictRow, verdict, pair);
   PYBIND11_NUMPY_DTYPE(ProofRow, pair, outcome, lower, upper, undecided);
   PYBIND11_NUMPY_DTYPE(ContactRow, edge, status, contact, unique, representation, pair, t_free, t_contact, distance,
@@ -589,8 +591,10 @@ PYBIND11_MODULE(_native, module) {
   module.attr("__version__") = PROXIMITY_VERSION;
   module.attr("CONTACT") = pybind11::dtype::of<ContactRow>();
   module.attr("EDGE_MINIMUM") = pybind11::dtype::of<MinimumRow>();
+  module.attr("HIT") = pybind11::dtype::of<HitRow>();
   module.attr("PAIR") = pybind11::dtype::of<PairRow>();
   module.attr("LEVELED_PAIR") = pybind11::dtype::of<LevelRow>();
+  module.attr("POINT") = pybind11::dtype::of<PointRow>();
   module.attr("PROOF") = pybind11::dtype::of<ProofRow>();
   module.attr("VERDICT") = pybind11::dtype::of<VerdictRow>();
   declareJoint(module);

@@ -2,7 +2,10 @@
 
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/motion_search.h"
+#include "proximity_server/scene/points/point_search.h"
+#include "proximity_server/scene/points/ray_search.h"
 #include "proximity_server/scene/proof/prove_apart.h"
 #include "python/driven_edges.h"
 #include "python/rows.h"
@@ -135,6 +138,11 @@ void answerStates(Robot& robot, const JointPositions& positions, SignalWatch& wa
   answerBlock(*robot.borrow(), 0, 1);
 }
 
+double requireNumber(double value, const char* name) {
+  if (std::isnan(value)) throw std::invalid_argument(std::string("the ") + name + " is not a number");
+  return value;
+}
+
 // --- pairs
 
 /// The closest pairs of one state, sorted.
@@ -167,8 +175,7 @@ void forEachColumn(const scene::State& state, const Visit& visit) {
 void writeGradient(Scratch& scratch, const scene::PairProximity& pair, double* gradient) {
   const scene::State& state = scratch.state();
   scratch.by_degrees.resize(state.degreesOfFreedom().size());
-  const bool is_known =
-      pair.result.status != narrowphase::Status::Unknown && scene::gradient(state, pair, scratch.by_degrees);
+  const bool is_known = pair.result.has_points && scene::gradient(state, pair, scratch.by_degrees);
   std::fill_n(gradient, state.robot().joints.size(), is_known ? 0.0 : kNaN);
   if (is_known) forEachColumn(state, [&](int column, int degree) { gradient[column] = scratch.by_degrees[degree]; });
 }
@@ -524,6 +531,152 @@ py::tuple prove(Robot& robot, const py::object& lower, const py::object& upper, 
   return py::make_tuple(rows, closest);
 }
 
+// --- points and rays
+
+using Names = std::optional<std::vector<std::string>>;
+
+/// The links and objects of these names; nullopt gives none, which stands for all.
+std::vector<scene::ShapeRef> shapesNamed(const Robot& robot, const Names& links) {
+  std::vector<scene::ShapeRef> shapes;
+  if (links && links->empty()) throw std::invalid_argument("links is empty; None stands for all");
+  for (const std::string& name : links.value_or(std::vector<std::string>())) {
+    shapes.push_back(robot.shapeNamed(name));
+    if (shapes.back().isLink() && !robot.model()->robot.hasGeometry(shapes.back().link()))
+      throw std::invalid_argument("link " + scene::quoted(name) + " has no collision geometry");
+  }
+  return shapes;
+}
+
+Eigen::Vector3d vectorOf(const JointPositions& vectors, Index index) {
+  return vectors.block(index, 1).row(0).transpose();
+}
+
+scene::Question questionWithin(double tolerance, const SignalWatch& watch) {
+  scene::Question question;
+  question.tolerance = requireNumber(tolerance, "tolerance");
+  question.deadline = watch.deadline();
+  return question;
+}
+
+/// Calls `answer(scratch, state, first, count, is_known)` for all points or rays in all states, of which there are
+/// `count` in each, in parts. The state is placed if its positions are finite; else it is not known.
+template <typename Answer>
+void answerParts(Robot& robot, const JointPositions& positions, Index count, SignalWatch& watch, const Answer& answer) {
+  constexpr Index kPart = 1024;  // so many that the time to place a state does not matter
+  const Index parts = (count + kPart - 1) / kPart, together = std::max<Index>(1, kPart / std::max<Index>(1, count));
+  answerBlocks(robot, positions.count() * parts, together, watch, [&](Scratch& scratch, Index begin, Index tasks) {
+    for (Index task = begin; task < begin + tasks; ++task) {
+      const Index state = task / parts, first = task % parts * kPart;
+      const Block block = positions.block(state, 1);
+      const bool is_known = block.allFinite();
+      if (is_known) scratch.place(block, 0);
+      answer(scratch, state, first, std::min(kPart, count - first), is_known);
+    }
+  });
+}
+
+constexpr char kPointDistanceDoc[] =
+    R"(The signed distance of points from the robot, each from the closest link or held object.
+
+points       float64 of shape (..., 3), in the frame of the root link; points and radii are of shapes that broadcast to one
+radii        [m] of balls about the points: a number, or one for each; it is subtracted from the distance
+links        names of the links and objects that count; None: all links, and all objects that links hold
+threshold    [m] beyond it a lower bound is enough: the status is THRESHOLD, and there is no link. Much cheaper where most
+             points are far
+gradient     True: returns (rows, gradients), as the question gradient() does, of points at rest
+tolerance    [m] between lower and upper
+Returns rows of the dtype POINT, of the shape of the states and then that of the points; for one of each one row. Negative
+inside: minus the shortest way out of a convex piece or of a closed mesh, which may be longer for the whole link where
+depth_is_lower_bound. The same bits for a point alone and among others.
+Raises ValueError for a point that is not finite and a radius that is negative or not finite, by their numbers; for a
+name of nothing, a link without geometry, and a threshold or tolerance that is NaN.)";
+
+py::object pointDistance(Robot& robot, const py::object& q, const py::object& points, const py::object& radii,
+                         const Names& links, double threshold, bool wants_gradient, double tolerance,
+                         TimeBudget time_budget) {
+  const JointPositions positions(q, robot.model()->robot);
+  const std::vector<JointPositions> given =
+      JointPositions::broadcast({{"points", vectorArray(points, "points")}, {"radii", columnArray(radii, "radii")}});
+  scene::Points all{{}, {}, shapesNamed(robot, links)};
+  for (Index i = 0; i < given[0].count(); ++i) {
+    all.centres.push_back(vectorOf(given[0], i));
+    all.radii.push_back(vectorOf(given[1], i).x());
+  }
+  scene::requireValid(all);
+  SignalWatch watch(time_budget);
+  scene::Question question = questionWithin(tolerance, watch);
+  question.threshold = requireNumber(threshold, "threshold");
+
+  const Index count = given[0].count(), columns = static_cast<Index>(robot.model()->robot.joints.size());
+  std::vector<py::ssize_t> shape = given[0].shape();
+  py::array_t<PointRow> rows = newArray<PointRow>(positions, shape);
+  shape.push_back(wants_gradient ? columns : 0);
+  py::array_t<double> gradients = newArray<double>(positions, shape);
+  PointRow* const out = rows.mutable_data();
+  double* const out_gradients = gradients.mutable_data();
+  const auto answer = [&](Scratch& scratch, Index state, Index first, Index of_part, bool is_known) {
+    const auto part = [&](const auto& list) {
+      return std::vector(list.begin() + first, list.begin() + first + of_part);
+    };
+    const scene::Points asked{part(all.centres), part(all.radii), all.shapes};
+    const auto* found = is_known ? &scratch.points().closest(scratch.state(), asked, question) : nullptr;
+    if (!scratch.points().unplaced().empty()) found = nullptr;
+    const scene::PairProximity no_answer;
+    for (Index i = 0; i < of_part; ++i) {
+      const scene::PairProximity& pair = found ? (*found)[i] : no_answer;
+      const Index row = state * count + first + i;
+      out[row] = rowOf(state, first + i, pair, *robot.objects());
+      if (wants_gradient) writeGradient(scratch, pair, out_gradients + row * columns);
+    }
+  };
+  answerParts(robot, positions, count, watch, answer);
+  const py::object answered = scalarIfSingle(rows);
+  return wants_gradient ? py::object(py::make_tuple(answered, gradients)) : answered;
+}
+
+constexpr char kFirstHitDoc[] =
+    R"(What rays meet first, or the proof that they are free: for simulated sensors, and for views.
+
+origins      float64 of shape (..., 3), in the frame of the root link
+directions   the same, of any length; origins, directions and ranges are of shapes that broadcast to one
+ranges       [m] how far the rays go: a number, or one for each
+links        names of the links and objects that count; None: all links and all objects
+tolerance    [m] a ray that passes a surface as near as that may be a hit
+Returns rows of the dtype HIT, of the shape of the states and then that of the rays; for one of each one row. A ray that
+begins inside hits at 0.
+Raises ValueError for a number that is not finite (but a range may be inf), a direction of 0 and a range that is not positive, by
+their numbers; for a name of nothing, a link without geometry, and a tolerance that is NaN.)";
+
+py::object firstHit(Robot& robot, const py::object& q, const py::object& origins, const py::object& directions,
+                    const py::object& ranges, const Names& links, double tolerance, TimeBudget time_budget) {
+  const JointPositions positions(q, robot.model()->robot);
+  const std::vector<JointPositions> given =
+      JointPositions::broadcast({{"origins", vectorArray(origins, "origins")},
+                                 {"directions", vectorArray(directions, "directions")},
+                                 {"ranges", columnArray(ranges, "ranges")}});
+  const std::vector<scene::ShapeRef> shapes = shapesNamed(robot, links);
+  const Index count = given[0].count();
+  std::vector<scene::Ray> rays;
+  for (Index i = 0; i < count; ++i)
+    rays.push_back({vectorOf(given[0], i), vectorOf(given[1], i), vectorOf(given[2], i).x()});
+  scene::requireValid(rays);
+  SignalWatch watch(time_budget);
+  const scene::Question question = questionWithin(tolerance, watch);
+  py::array_t<HitRow> rows = newArray<HitRow>(positions, given[0].shape());
+  HitRow* const out = rows.mutable_data();
+  answerParts(
+      robot, positions, count, watch, [&](Scratch& scratch, Index state, Index first, Index of_part, bool is_known) {
+        const std::vector<scene::Ray> part(rays.begin() + first, rays.begin() + first + of_part);
+        const auto* hits = is_known ? &scratch.rays().firstHits(scratch.state(), part, shapes, question) : nullptr;
+        if (!scratch.rays().unplaced().empty()) hits = nullptr;
+        const scene::RayHit no_answer;
+        for (Index i = 0; i < of_part; ++i)
+          out[state * count + first + i] =
+              rowOf(state, first + i, part[i], hits ? (*hits)[i] : no_answer, *robot.objects());
+      });
+  return scalarIfSingle(rows);
+}
+
 constexpr char kLinkPosesDoc[] = R"(The pose of each link in the frame of the root link.
 
 Returns float64 of the shape of the states, the links in the order of Robot.links, and (4, 4): a matrix that maps
@@ -554,11 +707,6 @@ py::object linkPoses(Robot& robot, const py::object& q) {
 }
 
 // --- edges
-
-double requireNumber(double value, const char* name) {
-  if (std::isnan(value)) throw std::invalid_argument(std::string("the ") + name + " is not a number");
-  return value;
-}
 
 /// Returns the row of the answer of each edge; `ask` is a question of MotionSearch.
 template <typename Found>
@@ -650,6 +798,12 @@ void declareQuestions(py::class_<Robot>& robot) {
   robot.def("prove", &prove, kProveDoc, "lower"_a = py::none(), "upper"_a = py::none(),
             "distance"_a = scene::kContactDistance, py::kw_only(), "boxes"_a = 100000, budget,
             "seconds"_a = py::none());
+  robot.def("point_distance", &pointDistance, kPointDistanceDoc, "q"_a, "points"_a, "radii"_a = 0.0, py::kw_only(),
+            "links"_a = py::none(), py::arg_v("threshold", kInfinity, "math.inf"), "gradient"_a = false,
+            "tolerance"_a = 1e-9, budget);
+  robot.def("first_hit", &firstHit, kFirstHitDoc, "q"_a, "origins"_a, "directions"_a,
+            py::arg_v("ranges", kInfinity, "math.inf"), py::kw_only(), "links"_a = py::none(), "tolerance"_a = 1e-9,
+            budget);
   robot.def("link_poses", &linkPoses, kLinkPosesDoc, "q"_a);
   robot.def("first_contact", &firstContact, kFirstContactDoc, "start"_a, "goal"_a, "distance"_a = 0.0, py::kw_only(),
             "tolerance"_a = 1e-6, "velocities"_a = py::none(), "accelerations"_a = py::none(), "duration"_a = 1.0,

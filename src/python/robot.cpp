@@ -2,7 +2,6 @@
 
 #include "proximity_server/scene/model/names.h"
 
-#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -60,6 +59,15 @@ const PairNumbers& Robot::pairs() const {
   return *pairs_;
 }
 
+scene::ShapeRef Robot::shapeNamed(const std::string& name) const {
+  const int link = model()->robot.findLink(name), object = objects_->find(name);
+  if (link >= 0) return link;
+  if (object >= 0) return scene::ShapeRef::ofObject(object);
+  std::vector<std::string> known = scene::namesOf(model()->robot.links);
+  for (const int number : objects_->numbers()) known.push_back(objects_->object(number)->id);
+  throw std::invalid_argument("there is no link or object " + scene::unknownName(name, known));
+}
+
 void Robot::setThreads(int threads) {
   constexpr int kMost = 1024;
   if (threads < 1 || threads > kMost)
@@ -115,11 +123,8 @@ std::unique_ptr<Robot> Robot::changed(const scene::ObjectEditor& editor,
 }
 
 std::unique_ptr<Robot> Robot::allowing(const std::string& a, const std::string& b) const {
-  std::vector<std::string> known = scene::namesOf(model()->robot.links);
-  for (const int number : objects_->numbers()) known.push_back(objects_->object(number)->id);
   for (const std::string& name : {a, b})
-    if (name != "*" && std::find(known.begin(), known.end(), name) == known.end())
-      throw std::invalid_argument("there is no link or object " + scene::unknownName(name, known));
+    if (name != "*") static_cast<void>(shapeNamed(name));
   std::vector<std::string> warnings;
   return with({}, {{a, b, scene::AllowedPairs::Rule::Allowed}}, nullptr, warnings);
 }

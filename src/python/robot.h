@@ -5,6 +5,8 @@
 #include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/points/point_search.h"
+#include "proximity_server/scene/points/ray_search.h"
 #include "proximity_server/scene/state/state.h"
 #include "python/joint_positions.h"
 #include "python/loading.h"
@@ -44,6 +46,9 @@ class Robot {
   const scene::LevelThresholds* thresholds() const;  ///< nullptr: there are no levels
   const scene::Candidates& candidates() const;       ///< the checked pairs of links
   const PairNumbers& pairs() const;
+
+  /// The link or object of a name. Throws std::invalid_argument with the nearest name if there is none.
+  scene::ShapeRef shapeNamed(const std::string& name) const;
 
   /// The largest number of threads of a question, from 1 to 1024.
   int threads() const { return threads_; }
@@ -101,6 +106,8 @@ class Scratch {
   scene::SceneBatch& batch() { return batch_ ? *batch_ : batch_.emplace(robot_.newBatch()); }
   scene::State& state() { return state_ ? *state_ : state_.emplace(robot_.newState()); }
   scene::FreeMotion& freeMotion() { return free_motion_ ? *free_motion_ : free_motion_.emplace(robot_.model()); }
+  scene::PointSearch& points() { return points_ ? *points_ : points_.emplace(robot_.model()); }
+  scene::RaySearch& rays() { return rays_ ? *rays_ : rays_.emplace(robot_.model()); }
   scene::GuaranteedDistances& guaranteed() { return guaranteed_ ? *guaranteed_ : guaranteed_.emplace(robot_.model()); }
 
   /// Takes the poses of a state of the block.
@@ -118,6 +125,8 @@ class Scratch {
   std::optional<scene::SceneBatch> batch_;
   std::optional<scene::State> state_;
   std::optional<scene::FreeMotion> free_motion_;
+  std::optional<scene::PointSearch> points_;
+  std::optional<scene::RaySearch> rays_;
   std::optional<scene::GuaranteedDistances> guaranteed_;
 };
 

@@ -3,6 +3,8 @@
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/level_thresholds.h"
 #include "proximity_server/scene/motion/motion_question.h"
+#include "proximity_server/scene/objects/objects.h"
+#include "proximity_server/scene/points/ray_search.h"
 #include "proximity_server/scene/proof/pair_proof.h"
 #include "python/pair_numbers.h"
 
@@ -78,6 +80,26 @@ struct ContactRow {
   std::array<double, 3> normal = point_a;
 };
 
+/// The row of a point in a state: the pair of the closest link or object, and the ball about the point. In numpy the
+/// fields of the pair and the number of the point are side by side, and the field `pair` is called `link`.
+struct PointRow {
+  PairRow pair;
+  std::int64_t point = 0;
+};
+static_assert(sizeof(PointRow) == sizeof(PairRow) + 8 && offsetof(PointRow, pair) == 0);
+
+/// The row of a RayHit in a state.
+struct HitRow {
+  std::int64_t state = 0;
+  std::int64_t ray = 0;
+  std::int32_t hit = 0;
+  std::int32_t link = -1;
+  double distance = std::numeric_limits<double>::quiet_NaN();
+  double free_until = 0.0;
+  std::array<double, 3> point{distance, distance, distance};
+  std::array<double, 3> normal = point;
+};
+
 /// The row of a PairProof; `outcome` is 0 where nothing is decided.
 struct ProofRow {
   std::int32_t pair = -1;
@@ -92,6 +114,10 @@ LevelRow rowOf(Eigen::Index state, const scene::PairProximity& pair, const PairN
                const scene::LevelThresholds* thresholds);
 MinimumRow rowOf(Eigen::Index edge, const scene::RobotMinimum& minimum, const PairNumbers& numbers);
 ContactRow rowOf(Eigen::Index edge, const scene::RobotTimeOfContact& contact, const PairNumbers& numbers);
+PointRow rowOf(Eigen::Index state, Eigen::Index point, const scene::PairProximity& closest,
+               const scene::Objects& objects);
+HitRow rowOf(Eigen::Index state, Eigen::Index number, const scene::Ray& ray, const scene::RayHit& hit,
+             const scene::Objects& objects);
 VerdictRow rowOf(const scene::StateVerdict& verdict);
 ProofRow rowOf(std::int32_t pair, const scene::PairProof& proof);
 

@@ -28,7 +28,7 @@ def stub_arguments(function):
     found = function.args
     plain = found.posonlyargs + found.args
     defaults = [None] * (len(plain) - len(found.defaults)) + found.defaults
-    text = lambda default: default and repr(ast.literal_eval(default))
+    text = lambda default: default and ast.unparse(default)
     listed = [(argument.arg, "positional or keyword", text(default)) for argument, default in zip(plain, defaults)]
     listed += [(argument.arg, "keyword-only", text(default)) for argument, default in zip(found.kwonlyargs, found.kw_defaults)]
     return [entry for entry in listed if entry[0] != "self"]
@@ -78,7 +78,7 @@ class Types(unittest.TestCase):
                     doc = getattr(getattr(_native, name), member.name).__doc__
                     self.assertEqual(stub_arguments(member), real_arguments(member.name, doc))
                     compared += 1
-        self.assertEqual(22, compared)
+        self.assertEqual(24, compared)
 
     def test_a_marker_tells_type_checkers_that_there_are_types(self):
         self.assertTrue((FOLDER / "py.typed").exists())
@@ -93,19 +93,19 @@ class Types(unittest.TestCase):
 
     def test_the_fields_of_the_rows_are_documented(self):
         for dtype in (proximity.LEVELED_PAIR, proximity.VERDICT, proximity.CONTACT, proximity.EDGE_MINIMUM,
-                      proximity.PROOF):
+                      proximity.PROOF, proximity.POINT, proximity.HIT):
             for name in dtype.names:
                 with self.subTest(name):
                     self.assertRegex(proximity.__doc__, rf"(?m)^    (\w+, )*{name}\b")
 
     def test_rows_have_no_byte_that_belongs_to_no_field(self):
         for dtype in (proximity.PAIR, proximity.LEVELED_PAIR, proximity.VERDICT, proximity.CONTACT, proximity.EDGE_MINIMUM,
-                      proximity.PROOF):
+                      proximity.PROOF, proximity.POINT, proximity.HIT):
             self.assertEqual(dtype.itemsize, sum(dtype[name].itemsize for name in dtype.names))
 
     def test_numbers_of_the_enumerations_begin_with_no_answer(self):
         self.assertTrue(issubclass(proximity.Status, enum.IntEnum))
-        self.assertEqual((0, 0), (proximity.Status.UNKNOWN, proximity.Verdict.UNKNOWN))
+        self.assertEqual((0, 0, 0), (proximity.Status.UNKNOWN, proximity.Verdict.UNKNOWN, proximity.Hit.UNKNOWN))
 
 
 if __name__ == "__main__":

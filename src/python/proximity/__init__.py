@@ -53,18 +53,32 @@ The fields of PROOF, the dtype of Robot.prove:
     lower                 [m] proven: in no state of the box is the pair nearer
     upper                 [m] the pair is not farther apart in the closest state that was found
     undecided             the share of the volume of the box that is not decided
+
+POINT, the dtype of Robot.point_distance, has the fields of PAIR with `link` in place of `pair`: the first of the two is
+the closest link or object, the second the ball about the point, and all distances are those of the point. One more:
+    link                  number in Robot.links; from len(Robot.links) on in the order of Robot.objects; -1 for none
+    point                 number of the point, from 0; with several dimensions as numpy.ndarray.flat counts
+
+The fields of HIT, the dtype of Robot.first_hit:
+    state, ray            numbers of the state and the ray, as of the point above
+    hit                   see Hit
+    link                  that is hit, numbered as above; -1 for none
+    distance              [m] along the ray, at which it is on the surface; NaN without a hit
+    free_until            [m] proven: nothing is nearer to the origin
+    point, normal         [m] of the hit; of the surface there, a unit vector outwards
 """
 
 import enum
 
-from proximity._native import CONTACT, EDGE_MINIMUM, LEVELED_PAIR, PAIR, PROOF, VERDICT, Joint, Robot, __version__
+from proximity._native import (CONTACT, EDGE_MINIMUM, HIT, LEVELED_PAIR, PAIR, POINT, PROOF, VERDICT, Joint, Robot,
+                               __version__)
 from proximity._shapes import (Box, Boxes, Capsule, Cone, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshFile, Object,
                                Sphere)
 
 __all__ = [
-    "CONTACT", "EDGE_MINIMUM", "LEVELED_PAIR", "PAIR", "PROOF", "VERDICT",
+    "CONTACT", "EDGE_MINIMUM", "HIT", "LEVELED_PAIR", "PAIR", "POINT", "PROOF", "VERDICT",
     "Box", "Boxes", "Capsule", "Cone", "Cylinder", "Ellipsoid", "HalfSpace", "Mesh", "MeshFile", "Object", "Sphere",
-    "Joint", "Level", "Outcome", "Representation", "Robot", "Status", "Verdict", "__version__",
+    "Hit", "Joint", "Level", "Outcome", "Representation", "Robot", "Status", "Verdict", "__version__",
 ]
 
 
@@ -84,6 +98,14 @@ class Verdict(enum.IntEnum):
     UNKNOWN = 0  #: no answer: a position is not finite
     ABOVE = 1  #: proven: every pair is farther
     BELOW = 2  #: a pair is not proven to be farther
+
+
+class Hit(enum.IntEnum):
+    """What a ray meets; the numbers are those of RayHit.msg."""
+
+    UNKNOWN = 0  #: no answer, or it is not known what is behind free_until
+    HIT = 1  #: a surface; or the ray begins inside
+    FREE = 2  #: proven: nothing within its range
 
 
 class Outcome(enum.IntEnum):

@@ -1,5 +1,6 @@
 """Types of the compiled part. Its docstrings are in the module itself: help(proximity.Robot)."""
 
+import math
 import os
 from typing import Any, Optional, Sequence, Union
 
@@ -14,8 +15,10 @@ _PairOfArrays = Union[tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike], Seq
 __version__: str
 CONTACT: numpy.dtype[numpy.void]
 EDGE_MINIMUM: numpy.dtype[numpy.void]
+HIT: numpy.dtype[numpy.void]
 LEVELED_PAIR: numpy.dtype[numpy.void]
 PAIR: numpy.dtype[numpy.void]
+POINT: numpy.dtype[numpy.void]
 PROOF: numpy.dtype[numpy.void]
 VERDICT: numpy.dtype[numpy.void]
 
@@ -165,6 +168,31 @@ class Robot:
         time_budget: float | None = None,
         seconds: Optional[float] = None,
     ) -> tuple[numpy.typing.NDArray[numpy.void], numpy.typing.NDArray[numpy.float64]]: ...
+    # An array, or a numpy.void, with the fields of POINT; with gradient=True a pair of it and an array of float64.
+    def point_distance(
+        self,
+        q: numpy.typing.ArrayLike,
+        points: numpy.typing.ArrayLike,
+        radii: numpy.typing.ArrayLike = 0.0,
+        *,
+        links: Optional[Sequence[str]] = None,
+        threshold: float = math.inf,
+        gradient: bool = False,
+        tolerance: float = 1e-9,
+        time_budget: float | None = None,
+    ) -> Any: ...
+    # An array, or a numpy.void, with the fields of HIT.
+    def first_hit(
+        self,
+        q: numpy.typing.ArrayLike,
+        origins: numpy.typing.ArrayLike,
+        directions: numpy.typing.ArrayLike,
+        ranges: numpy.typing.ArrayLike = math.inf,
+        *,
+        links: Optional[Sequence[str]] = None,
+        tolerance: float = 1e-9,
+        time_budget: float | None = None,
+    ) -> Any: ...
     def link_poses(self, q: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]: ...
     # These return an array or a numpy.void as well, with the fields of CONTACT or EDGE_MINIMUM.
     def first_contact(
