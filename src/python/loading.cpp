@@ -1,6 +1,7 @@
 #include "python/loading.h"
 
 #include "proximity_server/scene/configuration/robot_config.h"
+#include "proximity_server/scene/filter/links_of_groups.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "python/path_caster.h"
@@ -77,7 +78,8 @@ std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadO
   scene::RobotConfig config = configOf(text, options).robot;
   config.model.stop = stop;
   scene::RobotModel robot = withNameInErrors(text.urdf_name, [&] {
-    return scene::loadRobotModel(text.urdf, resolverOf(text, options, config), config.model);
+    return scene::loadRobotModel(text.urdf, resolverOf(text, options, config),
+                                 withLinksOfGroups(config.model, {{"", text.urdf}}, {text.srdf}));
   });
   withNameInErrors(text.config_name, [&] { config.setInequalities(robot); });
   return withNameInErrors(text.srdf_name, [&] {

@@ -141,6 +141,20 @@ class OfAConfiguration(unittest.TestCase):
         self.assertEqual(Level.STOP, balls(config=text, thresholds="stop_distance: 0.6001\nwarn_distance: 1")
                          .level(self.Q)["level"])
 
+    def test_visuals_count_by_link_and_by_group(self):
+        seen = BALLS.replace('<link name="arm"><collision>', '<link name="arm"><visual>').replace(
+            '<sphere radius="0.2"/></geometry></collision>', '<sphere radius="0.2"/></geometry></visual>')
+        srdf = '<robot name="balls"><group name="limb"><joint name="turn"/></group></robot>'
+        pairs = [("base", "arm"), ("base", "lamp"), ("arm", "lamp")]
+        with self.assertWarnsRegex(UserWarning, "1 of 1 links with a <visual>: arm. The parameter collision_from_visual"):
+            self.assertEqual([("base", "lamp")], proximity.Robot.from_text(seen, srdf, only_pairs=pairs).pairs)
+        for names in ("all", "[arm]", "[limb]"):
+            with cases.no_warnings():
+                robot = proximity.Robot.from_text(seen, srdf, only_pairs=pairs, config="collision_from_visual: " + names)
+            self.assertEqual(balls().minimum(self.Q)["distance"], robot.minimum(self.Q)["distance"])
+        with self.assertRaisesRegex(ValueError, 'the SRDF has no group "limp" .did you mean "limb"'):
+            proximity.Robot.from_text(seen, srdf, config="collision_from_visual: [limp]")
+
     def test_objects_stand_there_and_survive_a_pickle(self):
         text = ("check_free_objects: true\n"
                 "objects: [{id: ball, pose: {position: [0, 0, 9]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}]")

@@ -59,10 +59,10 @@ std_msgs::ColorRGBA levelColour(std::uint8_t level) {
 class PieceDrawing {
  public:
   PieceDrawing(const Robot& robot, const scene::Piece& piece, MarkerArray& array) : shape_(piece.shape), array_(array) {
-    const int link = robot.robotModel().collisions[piece.collision].link;
-    link_T_piece_ = robot.robotModel().links[link].body_T_link.inverse() * piece.body_T_piece;
-    base_.header.frame_id = robot.frameOf(link);
-    base_.ns = "pieces";
+    const scene::Collision& collision = robot.robotModel().collisions[piece.collision];
+    link_T_piece_ = robot.robotModel().links[collision.link].body_T_link.inverse() * piece.body_T_piece;
+    base_.header.frame_id = robot.frameOf(collision.link);
+    base_.ns = collision.is_visual ? "pieces_from_visual" : "pieces";
     base_.frame_locked = true;
     base_.color = colour(0.3f, 0.5f, 0.9f, 0.35f);
   }

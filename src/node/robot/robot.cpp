@@ -2,10 +2,10 @@
 
 #include "node/robot/load_config.h"
 #include "node/robot/tf_frames.h"
+#include "proximity_server/scene/filter/links_of_groups.h"
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/joined_robots.h"
-#include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/state/degrees_of_freedom.h"
 
@@ -65,10 +65,11 @@ std::vector<std::string> srdfsOf(const std::vector<RobotTexts>& texts) {
 scene::RobotModel loadModel(const std::vector<RobotTexts>& texts, const Config& config) {
   scene::ModelOptions options = config.model;
   options.progress = [](const std::string& what) { ROS_INFO_STREAM("Loading: " << what); };
-  if (config.robots.empty()) return scene::loadRobotModel(texts.front().urdf, config.meshResolver(), options);
+  const std::vector<RobotSource> sources = robotSources(config);
   std::vector<scene::NamedUrdf> robots;
-  for (std::size_t i = 0; i < texts.size(); ++i) robots.push_back({config.robots[i].name, texts[i].urdf});
-  return scene::loadRobots(robots, config.meshResolver(), options);
+  for (std::size_t i = 0; i < texts.size(); ++i) robots.push_back({sources[i].name, texts[i].urdf});
+  return scene::loadRobots(robots, config.meshResolver(),
+                           withLinksOfGroups(std::move(options), robots, srdfsOf(texts)));
 }
 
 std::shared_ptr<const scene::SceneModel> loadSceneModel(const std::vector<RobotTexts>& texts, const Config& config) {

@@ -20,9 +20,9 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
       "false: a mimic that makes no sense, as of a joint that does not exist or is fixed, stops the node. true: the "
       "node only warns, and the joint has a position of its own: that of tf, as all joints.");
   add("collision_from_visual", &config.model.collision_from_visual, {}, "", kReload,
-      "Links without `<collision>` whose `<visual>` geometry counts in its place: `[head, torso]`, or `all`. Other "
-      "links "
-      "that are seen, but not checked, are named in a warning.");
+      "Links without `<collision>` whose `<visual>` geometry counts in its place: `[head, torso]`, or `all`. An SRDF "
+      "group in the list is all links that move when its joints do, unless a link has its name. Other links that are "
+      "seen, but not checked, are named in a warning.");
   add("mesh_tolerance", &config.model.mesh_tolerance, {0, 1}, "m", kReload,
       "How far the convex pieces of a mesh may lie from it. Smaller means more pieces, so slower loading and slower "
       "answers: a mesh is replaced by its hull if that is within the tolerance, else by the hulls of its parts, else "

@@ -221,10 +221,12 @@ int PairTable::find(int link_a, int link_b) const {
 }
 
 std::vector<bool> bodiesMovedBy(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
-                                const std::string& group) {
+                                const std::string& group, const std::string& named_by) try {
   PairTable ignored;  // filterPairs() gives the same warnings
   const Srdf srdf = readSrdfs(model, srdf_xmls, ignored);
   return bodiesMovedByGroup(model, LinkTable(model), srdf, group, ignored.warnings);
+} catch (const std::invalid_argument& error) {
+  throw std::invalid_argument(named_by + ": " + error.what());
 }
 
 PairTable filterPairs(const RobotModel& model, const std::string& srdf_xml, const PairFilterOptions& options) {

@@ -34,7 +34,7 @@ class RulesByIndex {
       keepLarger(of_links_[index], usable("link_" + name + "/" + link, distance));
     }
     for (const auto& [group, distance] : rules.of_groups) {
-      const std::vector<bool> moves = movedBy(model, srdf_xmls, group, "group_" + name);
+      const std::vector<bool> moves = bodiesMovedBy(model, srdf_xmls, group, "group_" + name);
       for (std::size_t link = 0; link < model.links.size(); ++link)
         if (moves[model.links[link].body])
           keepLarger(of_groups_[link], usable("group_" + name + "/" + group, distance));
@@ -63,15 +63,6 @@ class RulesByIndex {
     if (!links_.hasGeometry(index))
       throw std::invalid_argument(list + ": the link " + quoted(link) + " has no collision geometry");
     return index;
-  }
-
-  static std::vector<bool> movedBy(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
-                                   const std::string& group, const std::string& list) {
-    try {
-      return bodiesMovedBy(model, srdf_xmls, group);
-    } catch (const std::invalid_argument& error) {
-      throw std::invalid_argument(list + ": " + error.what());
-    }
   }
 
   const LinkTable links_;

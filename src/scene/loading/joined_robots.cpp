@@ -145,6 +145,8 @@ RobotModel joined(const std::vector<NamedRobot>& robots) {
 }
 
 RobotModel loadRobots(const std::vector<NamedUrdf>& robots, const MeshResolver& resolve, const ModelOptions& options) {
+  if (robots.size() == 1 && robots.front().name.empty())
+    return loadRobotModel(robots.front().urdf_xml, resolve, options);
   std::set<std::string> names;
   for (const NamedUrdf& robot : robots) requireName(robot.name, names);
   std::vector<NamedRobot> loaded;

@@ -39,12 +39,15 @@ MeshOptions meshOptionsOf(const std::string& link, const ModelOptions& options) 
   return meshes;
 }
 
-/// The place of a <collision> in the URDF.
+/// The place of a <collision> in the URDF, or of a <visual> in its place.
 struct Place {
   std::string link;
   int number;  ///< counted from 1 within its link
+  bool is_visual;
 
-  std::string text() const { return "link " + quoted(link) + ", <collision> " + std::to_string(number); }
+  std::string text() const {
+    return "link " + quoted(link) + ", <collision> " + std::to_string(number) + (is_visual ? ", of its <visual>" : "");
+  }
 };
 
 /// Collects warnings about <collision> elements. The same warning about several elements, such as those with the same
@@ -141,12 +144,16 @@ void warnOfMillimetres(const urdf::Geometry& urdf, const CollisionGeometry& geom
   warnings.add(text.str(), place);
 }
 
+/// The end of each error about a <visual>, of which the mesh is often finer than what can be checked.
+constexpr char kCureOfVisual[] =
+    ". Give the link a coarser <visual> or a <collision> of its own, or leave it out of collision_from_visual";
+
 /// Adds one <collision> and the pieces that stand for it alone.
 void addCollision(int link, const urdf::Collision& urdf, bool is_visual, const ModelOptions& options,
                   GeometryReader& reader, GeometryWarnings& warnings, RobotModel& model) {
   Link& owner = model.links[link];
   const int number = static_cast<int>(owner.collisions.size()) + 1;
-  const Place place{owner.name, number};
+  const Place place{owner.name, number, is_visual};
   try {
     CollisionGeometry geometry = readGeometry(*urdf.geometry, place, options, reader, warnings);
     warnOfMillimetres(*urdf.geometry, geometry, place, warnings);
@@ -159,7 +166,8 @@ void addCollision(int link, const urdf::Collision& urdf, bool is_visual, const M
 
     Collision collision{urdf.name, geometry.description,         link,
                         number,    geometry.mesh.representation, geometry.mesh.deviation,
-                        {},        geometry.mesh.uncovered,      geometry.mesh.volume_ratio};
+                        {},        geometry.mesh.uncovered,      geometry.mesh.volume_ratio,
+                        is_visual};
     const int index = static_cast<int>(model.collisions.size());
     for (std::size_t i = 0; i < geometry.shapes.size(); ++i) {
       Piece piece{geometry.shapes[i].padded(options.paddingOf(owner.name)), body_T_collision, index};
@@ -170,7 +178,7 @@ void addCollision(int link, const urdf::Collision& urdf, bool is_visual, const M
     }
     owner.collisions.push_back(system::append(model.collisions, std::move(collision)));
   } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument("URDF: " + place.text() + (is_visual ? ", of its <visual>: " : ": ") + error.what());
+    throw std::invalid_argument("URDF: " + place.text() + ": " + error.what() + (is_visual ? kCureOfVisual : ""));
   }
 }
 

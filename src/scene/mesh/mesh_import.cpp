@@ -44,15 +44,16 @@ Affine3d toEigen(const aiMatrix4x4& m) {
 }
 
 /// Nodes may be instances of other nodes, so that a few lines can stand for any number of triangles.
-void requireRoom(const aiMesh& part, const TriangleMesh& mesh) {
-  if (mesh.triangles.size() + part.mNumFaces > kMaxTriangles ||
-      mesh.vertices.size() + part.mNumVertices > 3 * kMaxTriangles) {
-    throw std::runtime_error("it has more than " + std::to_string(kMaxTriangles) + " triangles");
-  }
+std::size_t trianglesOf(const aiScene& scene, const aiNode& node) {
+  std::size_t triangles = 0;
+  for (unsigned i = 0; i < node.mNumMeshes; ++i) triangles += scene.mMeshes[node.mMeshes[i]]->mNumFaces;
+  for (unsigned i = 0; i < node.mNumChildren; ++i) triangles += trianglesOf(scene, *node.mChildren[i]);
+  return triangles;
 }
 
 void appendMesh(const aiMesh& part, const Affine3d& placement, TriangleMesh& mesh) {
-  requireRoom(part, mesh);
+  if (mesh.vertices.size() + part.mNumVertices > 3 * kMaxTriangles)
+    throw std::runtime_error("it has more than " + std::to_string(3 * kMaxTriangles) + " vertices");
   const int first = static_cast<int>(mesh.vertices.size());
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const aiVector3D& v = part.mVertices[i];
@@ -96,6 +97,9 @@ MeshWithUnit importMesh(const std::string& path, const std::string& text, const 
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
   if (!scene || !scene->mRootNode) throw std::runtime_error(importer.GetErrorString());
+  if (const std::size_t triangles = trianglesOf(*scene, *scene->mRootNode); triangles > kMaxTriangles)
+    throw std::runtime_error("it has " + std::to_string(triangles) + " triangles, more than " +
+                             std::to_string(kMaxTriangles));
   MeshWithUnit read{{}, scene->mRootNode->mTransformation.a1};
   appendNode(*scene, *scene->mRootNode, Affine3d(Eigen::Scaling(scale)), read.mesh);
   return read;

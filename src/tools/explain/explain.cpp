@@ -58,6 +58,7 @@ void declarePair(ProgramOptions& program, ExplainArguments& arguments) {
   addFilled(program, "--state", "\"JOINT=POSITION ...\"", arguments.state,
             "positions of its joints; the others are at 0. The two closest pieces of the links are explained")
       .needs = "--urdf";
+  addFilled(program, "--srdf", "FILE", arguments.robot.srdf, "its groups, which --config may name").needs = "--urdf";
   addRobotOptions(program, arguments.robot, "--urdf");
 }
 

@@ -63,7 +63,7 @@ ExplainedPair closestPieces(const RobotFiles& files, const std::string& link_a, 
                             const std::optional<std::string>& state) {
   const std::shared_ptr<const scene::SceneModel> model = loadSceneModel(files);
   const RobotModel& robot = model->robot;
-  printWarnings(robot.warnings, files.warnings);  // not those about pairs: it is about one, and there is no SRDF
+  printWarnings(robot.warnings, files.warnings);  // not those about pairs, as this is about one
   const int a = linkOf(robot, files.urdf, link_a), b = linkOf(robot, files.urdf, link_b);
   if (a == b) throw std::invalid_argument(files.urdf + ": the two links are the same, \"" + link_a + '"');
   const std::vector<double> positions =

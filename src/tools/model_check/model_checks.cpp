@@ -234,6 +234,11 @@ std::vector<Finding> findVisuals(const std::shared_ptr<const scene::SceneModel>&
                           "Nothing is checked against it, unless the parameter collision_from_visual names it."});
       continue;
     }
+    if (model->robot.collisions[model->robot.links[link].collisions.front()].is_visual) {
+      findings.push_back({Severity::Note, "geometry", name, "it has no collision geometry: its visual geometry counts.",
+                          "The parameter collision_from_visual names it."});
+      continue;
+    }
     double farthest = -1.0;
     Vector3d at = Vector3d::Zero();
     for (const int piece : visual.piecesOf(link)) {

@@ -1,5 +1,6 @@
 #include "tools/robot/robot_files.h"
 
+#include "proximity_server/scene/filter/links_of_groups.h"
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
@@ -90,7 +91,9 @@ std::shared_ptr<const scene::SceneModel> loadSceneModel(const RobotFiles& files)
   if (!files.srdf.empty() && srdf.find_first_not_of(" \t\r\n") == std::string::npos)
     printWarnings({files.srdf + ": the file is empty, so only neighbours are not checked."}, files.warnings);
   scene::RobotModel robot = naming(files.urdf, [&] {
-    return scene::loadRobotModel(readTextFile(files.urdf), meshResolver(config.robot, folderOf(files.urdf)), options);
+    const std::string urdf = readTextFile(files.urdf);
+    return scene::loadRobotModel(urdf, meshResolver(config.robot, folderOf(files.urdf)),
+                                 withLinksOfGroups(options, {{"", urdf}}, {srdf}));
   });
   if (files.joint_inequalities.empty())
     naming(files.config, [&] { config.robot.setInequalities(robot); });

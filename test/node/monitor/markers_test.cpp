@@ -51,6 +51,17 @@ TEST(PieceMarkers, OfACapsuleAreACylinderAndTwoBalls) {
   EXPECT_EQ(typesOf(array), (std::map<int, int>{{Marker::CYLINDER, 1}, {Marker::SPHERE, 2}}));
 }
 
+TEST(PieceMarkers, OfAVisualThatCountsHaveANameOfTheirOwn) {
+  const std::string seen = "<visual><geometry><sphere radius='0.1'/></geometry></visual>";
+  Config config;
+  config.model.collision_from_visual = {kAllLinks};
+  const Robot robot(urdfOf(link("l", box("1 1 1") + seen) + link("m", seen) + weld("w", "l", "m")), "", config);
+  const MarkerArray array = pieceMarkers(robot);
+  ASSERT_EQ(array.markers.size(), 2u);
+  EXPECT_EQ(array.markers[0].ns, "pieces");
+  EXPECT_EQ(array.markers[1].ns, "pieces_from_visual");
+}
+
 /// A table from (-1, -1, 0) to (1, 1, 0.5), and a mast on it to z = 2, along which "lift" carries a sphere of radius
 /// 0.1.
 const std::string kMast =

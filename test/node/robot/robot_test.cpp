@@ -8,6 +8,7 @@
 #include "robots/urdf.h"
 #include "scene/example_robots.h"
 #include "scene/files.h"
+#include "scene/walker.h"
 
 #include <gtest/gtest.h>
 
@@ -280,6 +281,38 @@ TEST(ThresholdsOfPairs, OfSeveralRobotsHaveTheWholeNamesOfLinks) {
   const auto link = [&](const char* name) { return scene::ShapeRef{robot.robotModel().findLink(name)}; };
   EXPECT_EQ(robot.thresholds()->stop.of({link("right/hand"), link("left/hand")}), 0.04);
   EXPECT_EQ(robot.thresholds()->stop.of({link("right/hand"), link("left/base")}), 0.02);
+}
+
+// --- visuals that count
+
+/// The first shape of a link.
+std::string shapeOf(const ModelInfo& info, const std::string& link) {
+  for (const LinkInfo& each : info.links)
+    if (each.name == link) return each.shapes.empty() ? "none" : each.shapes.front().description;
+  return "no such link";
+}
+
+TEST(CollisionFromVisual, OfAWalkerWithoutItMakesItCountAsAWhole) {
+  const scene::TemporaryFiles files;
+  XmlRpcValue values;
+  values["collision_from_visual"] = "all";
+  const Robot robot(scene::walker(files), scene::kWalkerGroups, configFrom(values, "/node"));
+  EXPECT_EQ(robot.candidates().size(), 15U);
+  const ModelInfo info = toMessage(robot, ros::Time());
+  EXPECT_EQ(shapeOf(info, "pelvis"), "mesh file://" + files.path("pelvis.stl") + ", of its <visual>");
+  EXPECT_EQ(shapeOf(info, "left_foot"), "box 0.2 x 0.03125 x 0.05");
+}
+
+TEST(CollisionFromVisual, OfSeveralRobotsNamesTheirGroups) {
+  const scene::TemporaryFiles files;
+  const RobotTexts texts{scene::walker(files), scene::kWalkerGroups};
+  XmlRpcValue values = leftAndRight();
+  values["collision_from_visual"][0] = "left/right_leg";
+  const Robot robot({texts, texts}, configFrom(values, "/node"));
+  const ModelInfo info = toMessage(robot, ros::Time());
+  EXPECT_EQ(shapeOf(info, "left/right_thigh"), "mesh file://" + files.path("thigh.stl") + ", of its <visual>");
+  for (const char* link : {"left/pelvis", "left/left_thigh", "right/right_thigh"})
+    EXPECT_EQ(shapeOf(info, link), "none");
 }
 
 // 20 of the 55 pairs of a Panda are checked, and 11 links of each have geometry.

@@ -190,8 +190,9 @@ TEST_F(Mesh, HugeFilesAreNotRead) {
 }
 
 TEST_F(Mesh, MoreThan200000TrianglesAreRefused) {
-  expectSays(errorOfMesh("many.stl", binaryStl(200001, 200001)), "more than 200000 triangles");
-  expectSays(errorOfMesh("many.obj", "v 0 0 0\n" + repeated("f 1 1 1\n", 200001)), "more than 200000 triangles");
+  expectSays(errorOfMesh("many.stl", binaryStl(200001, 200001)), "it has 200001 triangles, more than 200000");
+  expectSays(errorOfMesh("many.obj", "v 0 0 0\n" + repeated("f 1 1 1\n", 200001)),
+             "it has 200001 triangles, more than 200000");
 }
 
 TEST_F(Mesh, OtherFormatsAreNotGuessed) {

@@ -49,6 +49,21 @@ TEST_F(ClearanceConfig, PaddingAndPairsAreThoseOfTheNode) {
   expectPair(rowWith("only_pairs: [[a, c]]"), "ac", 0.42);
 }
 
+TEST_F(ClearanceConfig, VisualsCountAsInTheNode) {
+  std::string urdf = readFile(urdf_);
+  for (const std::string kind : {"collision", "/collision"})
+    urdf.replace(urdf.find("<" + kind + ">", urdf.find("name='b'")) + kind.size() - 8, 9, "visual");
+  files_.write("balls.urdf", urdf);
+  const std::string srdf =
+      "--srdf " +
+      files_.write("balls.srdf", "<robot name='balls'><group name='middle'><link name='b'/></group></robot>");
+  expectPair(rowWith("rate: 50"), "ac", 0.42);
+  EXPECT_TRUE(says(runWith("rate: 50").errors, "1 of 1 links with a <visual>: b. The parameter collision_from_visual"));
+  expectPair(rowWith("collision_from_visual: all"), "ab", 0.1);
+  expectPair(rowWith("collision_from_visual: [b]"), "ab", 0.1);
+  expectPair(rowWith("collision_from_visual: [middle]", srdf), "ab", 0.1);
+}
+
 TEST_F(ClearanceConfig, LevelsAreThoseOfTheNodeWithItsDefaults) {
   EXPECT_EQ(rowWith("rate: 50").at("level"), "CLEAR");
   EXPECT_EQ(rowWith("warn_distance: 0.11").at("level"), "WARN");
@@ -110,6 +125,7 @@ TEST_F(ClearanceConfig, WhatIsWrongIsRefusedWithItsLine) {
   expectRefusal("rate: 50\ndefault_padding: -1", "cell.yaml, line 2: default_padding is -1, outside of [0, 10]");
   expectRefusal("robots: {left: {description: /left}}", "robots describes several robots, but the URDF is one");
   expectRefusal("link_padding: {d: 0.1}", "\"d\"");
+  expectRefusal("collision_from_visual: [d]", "collision_from_visual: no link \"d\": the SRDF has no group \"d\"");
   expectRefusal("rate: 50\njoint_uncertainty: {to_d: 1}",
                 "cell.yaml, line 2: joint_uncertainty/to_d: there is no joint");
   expectRefusal("link_stop_distance: {d: 0.1}", "d");

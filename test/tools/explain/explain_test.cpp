@@ -155,6 +155,20 @@ TEST_F(ExplainLinks, AreExplainedByTheirClosestPieces) {
   EXPECT_EQ(right["distance"], 2.25);
 }
 
+TEST_F(ExplainLinks, MayHaveTheGeometryOfTheirVisuals) {
+  urdf_ = files_.write("seen.urdf", R"(<robot name="seen">
+    <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+    <link name="ball"><visual><geometry><sphere radius="0.25"/></geometry></visual></link>
+    <joint name="slide" type="prismatic"><parent link="base"/><child link="ball"/><axis xyz="1 0 0"/>
+      <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)");
+  const std::string srdf =
+      files_.write("seen.srdf", "<robot name='seen'><group name='all_but'><joint name='slide'/></group></robot>");
+  const std::string config = files_.write("cell.yaml", "collision_from_visual: [all_but]");
+  const Json answer = explainJson("base ball" + robot() + slideAt(2.0) + " --config " + config + " --srdf " + srdf);
+  EXPECT_EQ(answer["b"], "ball, sphere, radius 0.25, of its <visual>");
+  EXPECT_EQ(answer["distance"], 1.25);
+}
+
 TEST_F(ExplainLinks, AWrongOneIsNamed) {
   const auto expect = [&](const std::string& arguments, const std::string& message) {
     const CommandResult result = explainCommand(arguments);

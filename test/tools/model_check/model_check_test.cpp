@@ -118,6 +118,21 @@ TEST_F(ModelCheck, NamesLinksThatAreSeenAndNotChecked) {
   expectFinding(parts, "note: geometry: lamp: ");
 }
 
+TEST_F(ModelCheck, NamesLinksOfWhichTheVisualCounts) {
+  Parts parts;
+  parts.c = box("visual");
+  const std::string moved = "<group name=\"last\"><link name=\"c\"/></group>";
+  for (const char* named : {"all", "[c]", "[last]"}) {
+    const std::string config = files_.write("cell.yaml", std::string("collision_from_visual: ") + named);
+    const CommandResult result = run(parts, "--config " + config, moved);
+    EXPECT_EQ(result.output,
+              "robot \"cubes\": 3 links, 2 joints, 1 checked pairs\n"
+              "note: geometry: c: it has no collision geometry: its visual geometry counts. The parameter "
+              "collision_from_visual names it.\nerrors: 0, warnings: 0, notes: 1\n")
+        << result.errors;
+  }
+}
+
 TEST_F(ModelCheck, MeasuresHowFarTheVisualReachesOutOfTheCollisionGeometry) {
   Parts parts;
   parts.b += box("visual", "0.05");

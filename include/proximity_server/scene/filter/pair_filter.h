@@ -38,8 +38,9 @@ PairTable filterPairs(const RobotModel& model, const std::vector<std::string>& s
 
 /// Tells for each of RobotModel::bodies whether it moves when the joints of an SRDF group move, including their mimic
 /// joints.
-/// Failure: throws std::invalid_argument as filterPairs() does, and for a group that does not exist.
+/// Failure: throws std::invalid_argument as filterPairs() does, and for a group that does not exist. The message begins
+///          with `named_by`, which says where the group is named.
 std::vector<bool> bodiesMovedBy(const RobotModel& model, const std::vector<std::string>& srdf_xmls,
-                                const std::string& group);
+                                const std::string& group, const std::string& named_by);
 
 }  // namespace proximity_server::scene

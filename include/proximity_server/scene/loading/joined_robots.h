@@ -27,7 +27,8 @@ struct NamedUrdf {
   std::string urdf_xml;
 };
 
-/// Reads several URDFs and joins the robots. In the options, links have names like "left/elbow".
+/// Reads several URDFs and joins the robots. In the options, links have names like "left/elbow". A single robot may have
+/// no name; then its model is that of loadRobotModel().
 ///
 /// Failure: throws as loadRobotModel() and joined() do, naming the robot.
 RobotModel loadRobots(const std::vector<NamedUrdf>& robots, const MeshResolver& resolve,

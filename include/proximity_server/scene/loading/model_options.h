@@ -30,7 +30,7 @@ struct ModelOptions {
   /// 1e6) becomes a warning, and the joint has a position of its own. False: it is an error.
   bool allow_broken_mimics = false;
 
-  /// Links, or kAllLinks, whose <visual> geometry counts if they have no <collision>.
+  /// Links, or kAllLinks, whose <visual> geometry counts if they have no <collision>. See also withLinksOfGroups().
   std::vector<std::string> collision_from_visual;
 
   /// [m] The value of a link: its own, or the default.

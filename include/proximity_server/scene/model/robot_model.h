@@ -41,6 +41,7 @@ struct Collision {
 
   /// See MeshPieces; NaN for a primitive.
   double volume_ratio = std::numeric_limits<double>::quiet_NaN();
+  bool is_visual = false;  ///< a <visual> of a link without <collision>, see ModelOptions::collision_from_visual
 };
 
 struct Link {
