@@ -1,17 +1,22 @@
 #!/usr/bin/env python3
 """Points and rays: on paper, one among many, and what is refused."""
 
+import csv
+import io
 import math
+import os
 import signal
+import subprocess
 import unittest
 
 import numpy
 
 import cases
-from cases import BALLS, IS_SANITIZED, TURN, UP, UP_TWICE, balls, demo, proximity, random_states, repeats
+from cases import BALLS, DEMO, IS_SANITIZED, TURN, UP, UP_TWICE, balls, demo, proximity, random_states, repeats
 from proximity import Hit, Status
 
 BASE, ARM, LAMP = 0, 1, 3  # of Robot.links of the balls; the carriage has no geometry
+CLEARANCE = os.environ.get("CLEARANCE")  # the tool
 RADII = {BASE: 0.1, ARM: 0.2, LAMP: 0.5}
 
 
@@ -250,6 +255,57 @@ class OneAmongMany(unittest.TestCase):
         with self.assertRaises(Interrupted):
             signal.setitimer(signal.ITIMER_REAL, 0.05)
             self.robot.point_distance(q, self.points, gradient=True)
+
+
+@unittest.skipUnless(CLEARANCE, "the tool clearance is not built")
+class BesideTheTool(cases.InFolder):
+    """clearance --points prints the same numbers, to the last bit."""
+
+    FIELDS = ("distance", "lower", "upper")
+    VECTORS = ("point_a", "point_b", "normal")
+
+    def setUp(self):
+        super().setUp()
+        self.robot = demo()
+        self.q, self.points = random_states(self.robot, repeats(30), 15), random_points(2500, 16)
+        self.radii = numpy.random.default_rng(17).uniform(0.0, 0.1, len(self.points))
+        self.rows = self.robot.point_distance(self.q, self.points, self.radii)
+        joints = [joint.name for joint in self.robot.joints]
+        self.states, self.cloud = self.table("q.csv", joints, self.q), self.folder / "cloud.npy"
+        numpy.save(self.cloud, numpy.column_stack([self.points, self.radii]))
+
+    def table(self, name, header, numbers):
+        rows = [header, *([repr(number) for number in row] for row in numbers.tolist())]
+        return self.file(name, "".join(",".join(row) + "\n" for row in rows))
+
+    def printed(self, points, *options):
+        command = [CLEARANCE, DEMO / "robot.urdf", "--srdf", DEMO / "robot.srdf", "--states", self.states, "--points", points]
+        return subprocess.run([*command, *options], text=True, check=True, capture_output=True,
+                              env={**os.environ, "ROS_PACKAGE_PATH": ":".join(map(str, cases.package_roots()))}).stdout
+
+    def assert_same(self, expected, text):
+        found = list(csv.DictReader(io.StringIO(text)))
+        self.assertEqual(len(expected), len(found))
+        for row, printed in zip(expected, found):
+            self.assertEqual([row["state"], row["point"], self.robot.links[row["link"]]],
+                             [int(printed["state"]), int(printed["point"]), printed["link_a"]])
+            numbers = [*(row[name] for name in self.FIELDS), *(number for name in self.VECTORS for number in row[name])]
+            columns = [*self.FIELDS, *(f"{name}_{axis}" for name in self.VECTORS for axis in "xyz")]
+            self.assertEqual([float(number).hex() for number in numbers], [float(printed[name]).hex() for name in columns])
+
+    def test_of_all_points(self):
+        few = self.table("few.csv", ["x", "y", "z", "radius"], numpy.column_stack([self.points, self.radii])[:100])
+        self.assert_same(self.rows[:, :100].ravel(), self.printed(few, "--pairs", "all"))
+
+    def test_of_the_closest_point(self):
+        closest = self.rows[numpy.arange(len(self.q)), self.rows["distance"].argmin(axis=1)]
+        for threads in "12":
+            self.assert_same(closest, self.printed(self.cloud, "--threads", threads))
+
+    def test_of_those_below_a_distance(self):
+        near = [rows[rows["lower"] <= 0.05] for rows in self.rows]
+        self.assert_same(numpy.concatenate([rows[rows["distance"].argsort(kind="stable")] for rows in near]),
+                         self.printed(self.cloud, "--pairs", "below:0.05"))
 
 
 class Refusals(unittest.TestCase):

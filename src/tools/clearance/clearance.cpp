@@ -7,6 +7,7 @@
 #include "tools/clearance/clearance_question.h"
 #include "tools/clearance/clearance_rows.h"
 #include "tools/clearance/driven_motion.h"
+#include "tools/clearance/point_file.h"
 #include "tools/clearance/state_sweep.h"
 #include "tools/clearance/sweep_files.h"
 #include "tools/clearance/trajectory_run.h"
@@ -55,6 +56,7 @@ scene::LevelThresholds thresholdsOf(const scene::ConfigFile& file, const std::st
 std::string withoutLevels(const ClearanceOptions& options) {
   const PairSelection& selection = options.question.selection;
   if (options.rows == RowKind::Segment) return "";
+  if (!options.question.points_file.empty()) return "--points";
   if (options.format == RowFormat::Npy) return "--format npy";
   if (options.accuracy || selection.accuracy > 0.0) return "--accuracy";
   if (selection.kind == PairSelection::Kind::Any) return "--pairs any";
@@ -106,6 +108,7 @@ void setUncertainty(const ClearanceOptions& options, const scene::ConfigFile& co
 ClearanceQuestion questionOf(const ClearanceOptions& options) {
   ClearanceQuestion question = options.question;
   if (options.accuracy) question.selection.accuracy = *options.accuracy;
+  if (!question.points_file.empty()) question.points = readPoints(question.points_file);
   question.model = loadSceneModel(options.robot);
   printWarningsOf(*question.model, options.robot.warnings);
   const scene::ConfigFile config = configOf(options.robot);
@@ -125,7 +128,7 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
                                 ": --format npy does not go with objects: it numbers the pairs "
                                 "of links");
   if (question.objects && question.filter == PairFilter::On) question.candidates.emplace(question.model->pairs);
-  if (question.pairs.empty() && !question.objects)
+  if (question.pairs.empty() && !question.objects && !question.points)
     throw std::invalid_argument(options.robot.urdf + ": no pair of links is checked");
   question.budget.begin();
   question.motion.deadline = question.budget.deadline;
@@ -158,6 +161,7 @@ void warnAtTheEnd(const StateSource& states, const ClearanceOptions& options, co
 
 std::string textOfPairs(const ClearanceQuestion& question) {
   const std::string within = question.uncertainty ? " within the uncertainty" : "";
+  if (question.points) return "all " + std::to_string(question.points->centres.size()) + " points";
   if (question.objects) return "all pairs, of links and with objects," + within;
   return "all " + std::to_string(question.pairs.size()) + " pairs" + within;
 }

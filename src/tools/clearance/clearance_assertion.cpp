@@ -53,6 +53,7 @@ ClearanceAssertion::Verdict ClearanceAssertion::verdictOf(const ClearanceAnswer&
 /// The positions of the joints that move the two of the closest pair relative to each other; "" if that is a long text.
 std::string ClearanceAssertion::joints(const ClearanceAnswer& answer) const {
   const auto link = [&](const scene::ShapeRef& ref) {
+    if (ref.isPoint()) return 0;  // the root link, in whose frame points are
     return ref.isLink() ? ref.link() : carryingLink(robot_, *answer.objects->object(ref.object()));
   };
   const scene::ShapeRefPair& pair = answer.closest.pair.asked;
@@ -71,7 +72,9 @@ std::string ClearanceAssertion::describe(const ClearanceAnswer& answer) const {
   text += ": ";
   if (isNamed(pair.asked)) {
     text += nameOf(pair.asked.a, robot_, answer.objects.get()) + " - " +
-            nameOf(pair.asked.b, robot_, answer.objects.get()) + " at " + metres(pair.result.distance) +
+            (pair.asked.b.isPoint() ? "point " + std::to_string(pair.asked.b.point())
+                                    : nameOf(pair.asked.b, robot_, answer.objects.get())) +
+            " at " + metres(pair.result.distance) +
             (lower_bounds_ == LowerBounds::Guaranteed
                  ? ", guaranteed " + metres(pair.result.lower_bound)
                  : ", bounds " + metres(pair.result.lower_bound) + " and " + metres(pair.result.upper_bound));

@@ -47,6 +47,18 @@ void declareTrajectory(ProgramOptions& program, ClearanceOptions& options) {
       .needs = "--trajectory";
 }
 
+void declarePoints(ProgramOptions& program, ClearanceOptions& options) {
+  program.addText("--points", "FILE", options.question.points_file,
+                  "points in the root link's frame: CSV with a header x,y,z or x,y,z,radius, or a .npy of so many "
+                  "columns. Rows are about them, and not about pairs of links: the point that is closest to the robot "
+                  "and what it holds, with its number from 0; with --pairs all each point, with below:METRES and "
+                  "k:COUNT those");
+  for (const char* other :
+       {"--trajectory", "--accuracy", "--thresholds", "--joint-uncertainty", "--no-filter", "--plot", "--report",
+        "--second-opinion", "--shard", "--range", "--merge", "--summary", "--list"})
+    program.atMostOneOf({"--points", other});
+}
+
 void declareOutput(ProgramOptions& program, ClearanceOptions& options) {
   const auto readFormat = [](const std::string& name) {
     const std::optional<RowFormat> format = rowFormatNamed(name);
@@ -117,6 +129,7 @@ void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
   declareOutput(program, options);
   declareSweepOptions(program, options.sweep);
   declareTrajectory(program, options);
+  declarePoints(program, options);
 }
 
 void requireConsistent(const ClearanceOptions& options) {
@@ -148,6 +161,10 @@ void requireConsistent(const ClearanceOptions& options) {
   require(!has_accuracy || pairs == PairSelection::Kind::Minimum, "--accuracy goes with --pairs minimum only");
   require(!has_accuracy || (!has_thresholds && !has_second),
           "--accuracy does not go with --thresholds and --second-opinion, which need the distance");
+  const bool has_points = !options.question.points_file.empty();
+  require(!has_points || !is_any, "--points does not go with --pairs any");
+  require(!has_points || !has_accuracy, "--points does not go with --pairs minimum:METRES");
+  require(!has_points || !is_npy, "--points does not go with --format npy, which numbers the pairs of links");
   const bool is_uncertain = !options.question.uncertainty_text.empty();
   require(!is_uncertain || (!is_any && !has_accuracy),
           "--joint-uncertainty does not go with --pairs any and --accuracy");

@@ -6,6 +6,7 @@
 #include "proximity_server/scene/model/joint_ranges.h"
 #include "proximity_server/scene/motion/joint_spline.h"
 #include "proximity_server/scene/motion/motion_question.h"
+#include "proximity_server/scene/points/point_search.h"
 #include "proximity_server/scene/query/pairs.h"
 #include "proximity_server/scene/query/question.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
@@ -57,8 +58,9 @@ struct ClearanceQuestion {
   std::optional<scene::LevelThresholds> thresholds;  ///< nullopt: there are no levels
   /// nullopt: the states are exact. For states and the filter's pairs; not with accuracy and Kind::Any.
   std::optional<scene::Uncertainty> uncertainty;
+  std::optional<scene::Points> points;  ///< for states: the rows are about them, and not about pairs
   /// "": none
-  std::string objects_file, thresholds_file, uncertainty_text, tracking_error_text, start_text;
+  std::string points_file, objects_file, thresholds_file, uncertainty_text, tracking_error_text, start_text;
   PairSelection selection;                              ///< for states
   scene::Skipping skipping = scene::Skipping::On;       ///< for states
   scene::MotionQuestion motion;                         ///< for segments

@@ -59,6 +59,8 @@ class Row {
 
   void append(std::uint64_t number) { to_ += std::to_string(number); }
 
+  void append(std::optional<std::uint64_t> number) { to_ += number ? std::to_string(*number) : isJson() ? "null" : ""; }
+
   void append(double number) {
     if (!isJson()) {
       to_ += shortest(number);
@@ -120,9 +122,17 @@ struct Surroundings {
   const scene::Objects* objects;
 };
 
+/// The number of a point; nullopt if it has none.
+std::optional<std::uint64_t> numberOf(const scene::ShapeRef& point) {
+  return point.point() < 0 ? std::nullopt : std::optional(static_cast<std::uint64_t>(point.point()));
+}
+
 void addPair(const scene::PairProximity& pair, const Surroundings& named, Row& row) {
   row.add("link_a", nameOf(pair.asked.a, named.robot, named.objects));
-  row.add("link_b", nameOf(pair.asked.b, named.robot, named.objects));
+  if (pair.asked.b.isPoint())
+    row.add("point", numberOf(pair.asked.b));
+  else
+    row.add("link_b", nameOf(pair.asked.b, named.robot, named.objects));
   row.add("distance", pair.result.distance);
   row.add("lower", pair.result.lower_bound);
   row.add("upper", pair.result.upper_bound);
@@ -212,7 +222,9 @@ OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::
   }
   const scene::LevelThresholds any;
   const double number = 0.0;
-  addState(0, {}, {{}, nullptr}, wanted.level ? &any : nullptr, wanted.guaranteed ? &number : nullptr, columns);
+  scene::PairProximity pair;
+  if (wanted.point) pair.asked.b = scene::ShapeRef::ofPoint(0);
+  addState(0, pair, {{}, nullptr}, wanted.level ? &any : nullptr, wanted.guaranteed ? &number : nullptr, columns);
   return {format, header, npyPairType()};
 }
 
@@ -253,8 +265,9 @@ int StateRows::numberOf(const scene::ShapeRefPair& pair) const {
 }
 
 OutputFormat StateRows::format() const {
-  return stateFormat(format_, question_.selection, question_.pairs.size(),
-                     {question_.thresholds.has_value(), question_.uncertainty.has_value()});
+  return stateFormat(
+      format_, question_.selection, question_.pairs.size(),
+      {question_.thresholds.has_value(), question_.uncertainty.has_value(), question_.points.has_value()});
 }
 
 void StateRows::addPair(std::uint64_t state, const scene::PairProximity& pair, double guaranteed,

@@ -15,9 +15,10 @@ namespace proximity_server::tools {
 // Rows are in the root link's frame and have neither separator nor line end. An unknown number is nan in CSV and null
 // in JSON.
 
-/// The columns that rows of states have only if they are asked for: the level of the pair, and its guaranteed distance.
+/// The columns that rows of states have only if they are asked for: the level of the pair, and its guaranteed distance;
+/// and the number of the point in place of the second link.
 struct StateColumns {
-  bool level = false, guaranteed = false;
+  bool level = false, guaranteed = false, point = false;
 };
 
 /// The format of the rows of states, where so many pairs of links have numbers; and that of the rows of segments.

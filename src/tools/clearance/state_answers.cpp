@@ -6,6 +6,7 @@
 #include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "proximity_server/scene/points/point_search.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/state/object_carriers.h"
 #include "system/numbers.h"
@@ -225,6 +226,80 @@ class SceneAnswers : public StateAnswers {
   std::shared_ptr<const FreshScene> fresh_;
 };
 
+/// Answers about the points of the question: that about a state depends on it alone, and on the objects that are there.
+class PointAnswers : public StateAnswers {
+ public:
+  PointAnswers(const ClearanceQuestion& question, WantsClosest wants)
+      : question_(question), wants_(wants), state_(question.model), search_(question.model, question.skipping) {
+    const auto& [centres, radii, shapes] = *question.points;
+    for (std::size_t begin = 0; begin < centres.size(); begin += kPart) {
+      const std::size_t end = std::min(begin + kPart, centres.size());
+      scene::Points& part = parts_.emplace_back();
+      part.centres.assign(centres.data() + begin, centres.data() + end);
+      if (!radii.empty()) part.radii.assign(radii.data() + begin, radii.data() + end);
+    }
+  }
+
+  void answer(const StateBlock& block, const Take& take) override {
+    for (int i = 0; i < block.size; ++i) {
+      const std::shared_ptr<const scene::Objects> objects = block.objectsOf(i);
+      if (objects && objects != state_.objects()) state_.set(objects, scene::carriersOnLinks(*objects));
+      setPositions(state_, block.positionsOf(i));
+      const std::vector<scene::PairProximity> listed = ask(question_.selection);
+      StateAnswer answer{listed.data(), listed.data() + listed.size(), unknown_};
+      ClosestPair closest;
+      if (wants_ == WantsClosest::Yes) {
+        const std::vector<scene::PairProximity> minimum = ask({{Kind::Minimum}});
+        closest = closestOf({minimum.data(), minimum.data() + minimum.size(), unknown_});
+        answer.closest = &closest;
+      }
+      take(i, answer);
+    }
+  }
+
+ private:
+  static constexpr int kPart = 1024;
+
+  /// The answers about the points of a selection. For the minimum a bound is enough for what is farther than the closest
+  /// point of the parts before.
+  std::vector<scene::PairProximity> ask(const PairSelection& selection) {
+    std::vector<scene::PairProximity> listed;
+    scene::Question question;
+    question.threshold = selection.threshold;
+    question.deadline = question_.budget.deadline;
+    unknown_ = 0;
+    int number = 0;
+    for (const scene::Points& part : parts_) {
+      question_.budget.require();
+      for (const scene::PairProximity& of_point : search_.closest(state_, part, question)) {
+        scene::PairProximity found = search_.unplaced().empty() ? of_point : scene::PairProximity();
+        found.asked.b = scene::ShapeRef::ofPoint(number++);
+        if (found.result.status == narrowphase::Status::Unknown) ++unknown_;
+        if (selection.kind == Kind::All || isNamed(found.asked)) listed.push_back(found);
+      }
+      if (selection.kind == Kind::Minimum && !listed.empty()) {
+        listed = {*std::min_element(listed.begin(), listed.end(), isCloser)};
+        question.threshold = listed.front().result.upper_bound;
+      }
+    }
+    if (selection.kind != Kind::All) std::stable_sort(listed.begin(), listed.end(), isCloser);
+    if (selection.kind == Kind::Closest)
+      listed.resize(std::min(listed.size(), static_cast<std::size_t>(selection.count)));
+    return listed;
+  }
+
+  static bool isCloser(const scene::PairProximity& a, const scene::PairProximity& b) {
+    return placeOf(a.result) < placeOf(b.result);
+  }
+
+  const ClearanceQuestion& question_;
+  const WantsClosest wants_;
+  scene::State state_;
+  scene::PointSearch search_;
+  std::vector<scene::Points> parts_;
+  int unknown_ = 0;  ///< points without an answer in the last question
+};
+
 }  // namespace
 
 scene::Positions StateBlock::positionsOf(int i) const {
@@ -241,7 +316,9 @@ bool isForBatch(const ClearanceQuestion& question) {
 
 std::vector<std::unique_ptr<StateAnswers>> answersOfThreads(const ClearanceQuestion& question, WantsClosest wants) {
   std::vector<std::unique_ptr<StateAnswers>> answers;
-  if (isForBatch(question)) {
+  if (question.points) {
+    for (int i = 0; i < question.threads; ++i) answers.push_back(std::make_unique<PointAnswers>(question, wants));
+  } else if (isForBatch(question)) {
     const scene::SceneBatch batch(question.model);
     for (int i = 0; i < question.threads; ++i)
       answers.push_back(std::make_unique<BatchAnswers>(question, wants, batch.forAnotherThread()));

@@ -20,6 +20,11 @@ constexpr int kBlockOfBatch = 2048;
 /// So many that the cold start is a small part of the work.
 constexpr int kBlockOfScene = 256;
 
+/// As many states as have so many points together.
+int blockOfPoints(const scene::Points& points) {
+  return static_cast<int>(std::max<std::size_t>(1, kBlockOfBatch / points.centres.size()));
+}
+
 /// A block with its rows.
 struct AnsweredBlock : StateBlock {
   WrittenRows rows, plot_rows;
@@ -49,7 +54,9 @@ class StateSweep {
         output_(output),
         rows_(question, output.format),
         plot_rows_(question, RowFormat::Csv),
-        block_size_(isForBatch(question) && !output.report ? kBlockOfBatch : kBlockOfScene) {
+        block_size_(question.points                          ? blockOfPoints(*question.points)
+                    : isForBatch(question) && !output.report ? kBlockOfBatch
+                                                             : kBlockOfScene) {
     all_pairs_.selection = {};
     all_pairs_.selection.kind = PairSelection::Kind::All;
     answers_ = answersOfThreads(question, output.assertion ? WantsClosest::Yes : WantsClosest::No);
@@ -65,7 +72,7 @@ class StateSweep {
     system::runPipeline<AnsweredBlock>(
         {[&](AnsweredBlock& block) { return read(block); },
          [&](AnsweredBlock& block, int thread) { answer(block, thread); }, [&](AnsweredBlock& block) { write(block); }},
-        {question_.threads, system::PipelineThreads::TooFew::Refused, block_size_ == kBlockOfScene ? kLists : kStates});
+        {question_.threads, system::PipelineThreads::TooFew::Refused, block_size_ == kBlockOfBatch ? kStates : kLists});
     SweepSummary summary;
     summary.kind = summaryKind();
     for (const SummaryCounter& counter : counters_)
@@ -159,7 +166,8 @@ class StateSweep {
       const Verdict verdict = below ? Verdict::Below : listed.unknown > 0 ? Verdict::Unknown : Verdict::Above;
       return rows_.addVerdict(state, verdict, below ? below->asked : scene::ShapeRefPair{}, objects, block.rows);
     }
-    const scene::PairProximity no_answer;  // has a row too, as no row says that no pair is listed
+    scene::PairProximity no_answer;  // has a row too, as no row says that no pair is listed
+    if (question_.points) no_answer.asked.b = scene::ShapeRef::ofPoint(-1);
     const StateAnswer written = isOpen(listed) ? StateAnswer{&no_answer, &no_answer + 1} : listed;
     for (const scene::PairProximity* pair = written.begin; pair != written.end; ++pair) {
       const double guaranteed = written.guaranteed ? written.guaranteed[pair - written.begin] : kNaN;

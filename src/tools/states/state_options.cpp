@@ -21,17 +21,6 @@
 namespace proximity_server::tools {
 namespace {
 
-/// Whether a file is a .npy or .npz. A pipe is not looked into, as its bytes would be gone.
-bool isNumpy(const std::string& file) {
-  const std::filesystem::path suffix = std::filesystem::path(file).extension();
-  if (suffix == ".npy" || suffix == ".npz") return true;
-  if (!std::filesystem::is_regular_file(file)) return false;
-  std::array<char, 6> begin{};
-  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
-  const std::string text(begin.data(), begin.size());
-  return text == "\x93NUMPY" || text.compare(0, 4, "PK\3\4") == 0;
-}
-
 double readRate(const std::string& text) {
   const std::optional<double> rate = finiteNumber(text);
   if (rate && *rate >= kLowestRate && *rate <= kHighestRate) return *rate;
@@ -92,6 +81,16 @@ std::vector<GridAxis> zeroAxes(const scene::RobotModel& robot) {
 }
 
 }  // namespace
+
+bool isNumpy(const std::string& file) {
+  const std::filesystem::path suffix = std::filesystem::path(file).extension();
+  if (suffix == ".npy" || suffix == ".npz") return true;
+  if (!std::filesystem::is_regular_file(file)) return false;
+  std::array<char, 6> begin{};
+  std::ifstream(file, std::ios::binary).read(begin.data(), begin.size());
+  const std::string text(begin.data(), begin.size());
+  return text == "\x93NUMPY" || text.compare(0, 4, "PK\3\4") == 0;
+}
 
 void declareStateOptions(ProgramOptions& program, StateOptions& options) {
   program.setHeading(

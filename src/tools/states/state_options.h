@@ -28,6 +28,9 @@ struct StateOptions {
 /// Declares the options of the states: --states, --joints, --bag, --topic, --rate, --sample, --seed, --grid, --zero.
 void declareStateOptions(ProgramOptions& program, StateOptions& options);
 
+/// Whether a file is a .npy or .npz. A pipe is not looked into, as its bytes would be gone.
+bool isNumpy(const std::string& file);
+
 /// Throws std::invalid_argument with the name of the file and the reason if it cannot be read, so that this is known
 /// before the robot is loaded; and system::FileConflict if it is standard input, and an output.
 void requireReadable(const StateOptions& options);
