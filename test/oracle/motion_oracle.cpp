@@ -121,6 +121,14 @@ Eigen::Isometry3d LongPose::rounded() const {
   return pose;
 }
 
+/// Newton's method: the product with the transpose becomes 1 within a rounding of long double.
+LongPose longPose(const Eigen::Isometry3d& pose) {
+  Matrix3l rotation = pose.linear().cast<long double>();
+  for (int i = 0; i < 4; ++i)
+    rotation = 0.5L * rotation * (3.0L * Matrix3l::Identity() - rotation.transpose() * rotation);
+  return {rotation, pose.translation().cast<long double>()};
+}
+
 LongPose exactPoseAt(const ScrewMotion& screw, long double time) { return poseSeenFrom(Vector3l::Zero(), screw, time); }
 
 LongPose exactPoseAt(const MotionChain& chain, long double time) { return poseSeenFrom(Vector3l::Zero(), chain, time); }

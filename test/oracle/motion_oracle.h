@@ -23,6 +23,9 @@ struct LongPose {
   Eigen::Isometry3d rounded() const;
 };
 
+/// A pose as the doubles say it, but for their rounding: the rotation nearest to the matrix.
+LongPose longPose(const Eigen::Isometry3d& pose);
+
 /// The start, turned and moved in the frame that it is given in. Method: Rodrigues' rotation, and the way of the origin
 /// split along the axis and across it: v_along t + v_across sin(w t) / w + (u x v) (1 - cos(w t)) / w, which cancels
 /// nothing.

@@ -129,6 +129,7 @@ struct Campaign {
 Campaign pairCampaign();
 Campaign motionCampaign();
 Campaign sceneCampaign();
+Campaign pointCampaign();
 Campaign freeMotionCampaign();
 Campaign stopCampaign();
 Campaign driveCampaign();

@@ -89,14 +89,6 @@ const std::vector<peers::NamedRobot>& examples() {
   return robots;
 }
 
-/// The product of a matrix with its own inverse is 1 within a rounding of long double.
-Matrix3l nearestRotation(const Matrix3l& matrix) {
-  Matrix3l rotation = matrix;
-  for (int i = 0; i < 4; ++i)
-    rotation = 0.5L * rotation * (3.0L * Matrix3l::Identity() - rotation.transpose() * rotation);
-  return rotation;
-}
-
 TriangleMesh meshOf(const ConvexHull& hull) {
   TriangleMesh mesh;
   mesh.vertices.assign(hull.vertices().begin(), hull.vertices().end());
@@ -105,10 +97,6 @@ TriangleMesh meshOf(const ConvexHull& hull) {
 }
 
 }  // namespace
-
-LongPose longPose(const Isometry3d& pose) {
-  return {nearestRotation(pose.linear().cast<long double>()), pose.translation().cast<long double>()};
-}
 
 const std::vector<SceneFamily>& sceneFamilies() {
   static const std::vector<SceneFamily> families = [] {

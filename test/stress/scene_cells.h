@@ -18,6 +18,7 @@ namespace proximity_server::scene {
 
 // Robots with objects that come, go, move and are attached. All poses and parts follow from their description alone.
 
+using narrowphase::longPose;
 using narrowphase::LongPose;
 using narrowphase::Matrix3l;
 using narrowphase::Shape;
@@ -45,9 +46,6 @@ struct SceneFamily {
 };
 
 const std::vector<SceneFamily>& sceneFamilies();
-
-/// A pose as the doubles say it, but for their rounding: the rotation nearest to the matrix.
-LongPose longPose(const Eigen::Isometry3d& pose);
 
 /// A convex part. The world is moved to SceneCell::origin(), so that its numbers are small.
 struct WorldPart {

@@ -217,6 +217,17 @@ TEST(PointSearch, ProvesWhatIsBeyondTheThreshold) {
   EXPECT_EQ(search.counts().by_bounds, 2);
 }
 
+// Regression: the bound beyond the threshold was that of the box about the bounded shapes alone.
+TEST(PointSearch, ProvesNoMoreThanHalfSpacesAllow) {
+  Cell cell({ball("0.1")});
+  cell.change({add("floor", {{HalfSpace{{0, 0, 1}, 0.0}}}, Fixed{at(0, 0, -1)})});
+  cell.put({at(50, 0, 0)});
+  Points points{{{3, 0, 0.5}}, {}, {cell.link("0"), cell.object("floor")}};
+  EXPECT_LE(ask(cell.scene().state, points, within(0.5))[0].result.lower_bound, 1.5);
+  points.shapes = {cell.object("floor")};
+  EXPECT_LE(ask(cell.scene().state, points, within(0.5))[0].result.lower_bound, 1.5);
+}
+
 TEST(PointSearch, KeepsItsBoundsFarFromTheOrigin) {
   Cell cell({box("2 2 2")});
   cell.put({at(1e6, 0, 0)});
@@ -226,6 +237,20 @@ TEST(PointSearch, KeepsItsBoundsFarFromTheOrigin) {
   EXPECT_NEAR(far.distance, 1e6 - 1.0, 1e-7);
   EXPECT_LE(far.lower_bound, 1e6 - 1.0);
   EXPECT_GE(far.upper_bound, 1e6 - 1.0);
+}
+
+// Regression: the radius was taken off the bounds without the rounding of that.
+TEST(PointSearch, KeepsTheBoundsOfLargeBalls) {
+  Cell cell({box("2 2 2")});
+  cell.put({at(0, 0, 0)});
+  Chance chance(13);
+  for (int i = 0; i < 200; ++i) {
+    const double x = chance.between(1.1, 2.0), radius = chance.decades(-2, 6);
+    const SignedDistance found = askOne(cell.scene().state, {x, 0, 0}, radius);
+    const long double truth = static_cast<long double>(x) - 1.0L - radius;
+    EXPECT_LE(found.lower_bound, truth) << x << " " << radius;
+    EXPECT_GE(found.upper_bound, truth) << x << " " << radius;
+  }
 }
 
 TEST(PointSearch, HasTheGradientOfAPointAtRest) {
