@@ -101,6 +101,7 @@ class PointSearch::Work {
   PairProximity answerTo(const Vector3d& point, double radius, const Question& question) {
     if (shapes_.empty() || question.deadline.hasPassed()) return {};
     PairProximity best;
+    const double ball = (1.0 + kPoseRounding) * radius;  // [m] not less with any rounding
     bool is_known = true;
     double lower = kInfinity, upper = kInfinity;
     const auto limit = [&] {
@@ -108,7 +109,7 @@ class PointSearch::Work {
     };
     const auto measure = [&](const PlacedShapes::Place& place) {
       const Vector3d in_body = place.pose.rotation.transpose() * (point - place.pose.translation);
-      if (!place.part.isUnbounded() && gapTo(place.part.whole().bounds, in_body) - radius > limit()) return;
+      if (!place.part.isUnbounded() && gapTo(place.part.whole().bounds, in_body) - ball > limit()) return;
       const PairProximity found = distanceFrom(place, point, radius, limit(), question);
       is_known = is_known && found.result.status != narrowphase::Status::Unknown;
       if (found.result.lower_bound > std::min(question.threshold, upper)) return;
@@ -117,10 +118,13 @@ class PointSearch::Work {
       if (!(best.result.distance <= found.result.distance)) best = found;
     };
     for (const PlacedShapes::Place& place : shapes_.unbounded()) measure(place);
-    const auto gap = [&](const Eigen::AlignedBox3d& box) { return gapTo(box, point) - radius; };
+    const auto gap = [&](const Eigen::AlignedBox3d& box) { return gapTo(box, point) - ball; };
     shapes_.visitNearest(gap, limit, measure);
     if (!is_known) return {};
-    if (lower == kInfinity) return farther(std::max(std::nextafter(question.threshold, kInfinity), gap(shapes_.box())));
+    if (lower == kInfinity) {
+      const double beyond = std::nextafter(question.threshold, kInfinity);
+      return farther(shapes_.unbounded().empty() ? std::max(beyond, gap(shapes_.box())) : beyond);
+    }
     best.result.lower_bound = lower;
     best.result.upper_bound = upper;
     if (best.result.status == narrowphase::Status::Converged &&
@@ -139,8 +143,10 @@ class PointSearch::Work {
     found.asked.a = place.ref;
     narrowphase::SignedDistance& result = found.result;
     result.distance -= radius;
-    result.lower_bound -= radius;
-    result.upper_bound -= radius;
+    if (radius > 0.0) {
+      result.lower_bound = std::nextafter(result.lower_bound - radius, -kInfinity);
+      result.upper_bound = std::nextafter(result.upper_bound - radius, kInfinity);
+    }
     result.normal = -result.normal;
     result.point_a = point + result.point_b;
     result.point_b = result.point_a + result.distance * result.normal;
