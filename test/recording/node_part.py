@@ -41,7 +41,8 @@ run = rostest.rosrun
 
 PATIENCE = 60.0  # [s] nothing takes this long unless it is broken
 SERVICES = {"minimum_distance": srv.MinimumDistance, "separation_axis": srv.SeparationAxis, "penetration_depth": srv.PenetrationDepth,
-            "query_pairs": srv.QueryPairs, "query_points": srv.QueryPoints, "query_rays": srv.QueryRays, "query_configuration": srv.QueryConfiguration, "time_of_contact": srv.FirstContact,
+            "query_pairs": srv.QueryPairs, "query_points": srv.QueryPoints, "query_rays": srv.QueryRays,
+            "query_configuration": srv.QueryConfiguration, "time_of_contact": srv.FirstContact,
             "query_trajectory": srv.QueryTrajectory, "prove_joint_box": srv.ProveJointBox,
             "apply_objects": srv.ApplyObjects, "enable_monitor": SetBool, "reload": Trigger,
             "set_parameters": Reconfigure}
