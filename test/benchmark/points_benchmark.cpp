@@ -31,7 +31,6 @@ using nlohmann::json;
 constexpr int kRounds = 5;
 constexpr double kStep = 1e-3;       // [rad] of each joint, from one question to the next
 constexpr double kThreshold = 0.1;   // [m]
-constexpr double kHalfSize = 2.0;    // [m] of the box of the points all around
 constexpr std::size_t kOthers = 10;  // the others, which are slower, have one point in so many
 constexpr double kReady[] = {0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785};  // [rad] "ready" of Panda's SRDF
 
@@ -49,12 +48,13 @@ BodyPoses posesAfter(const RobotModel& robot, int steps) {
 
 // ---- clouds
 
-std::vector<Vector3d> cloudAround(int count) {
+/// Points in a cube.
+std::vector<Vector3d> cloudAround(const Vector3d& centre, double half_size, int count) {
   Chance chance(62);
   std::vector<Vector3d> points;
   for (int i = 0; i < count; ++i) {
-    const double x = chance.between(-kHalfSize, kHalfSize), y = chance.between(-kHalfSize, kHalfSize);
-    points.emplace_back(x, y, chance.between(-kHalfSize, kHalfSize));
+    const double x = chance.between(-1, 1), y = chance.between(-1, 1), z = chance.between(-1, 1);
+    points.push_back(centre + half_size * Vector3d(x, y, z));
   }
   return points;
 }
@@ -202,8 +202,10 @@ json measure(int count, const Wanted& wanted) {
     if (!panda) std::cout << "Panda is left out. " << kExampleRobotsMissing << "\n";
     return panda.has_value();
   };
-  const std::pair<const char*, std::vector<Vector3d>> clouds[] = {{"all around", cloudAround(count)},
-                                                                  {"camera", cloudOfCamera(count)}};
+  const std::pair<const char*, std::vector<Vector3d>> clouds[] = {
+      {"4 m around", cloudAround(Vector3d::Zero(), 2.0, count)},
+      {"1 m around", cloudAround({0.3, 0.0, 0.5}, 0.5, count)},
+      {"camera", cloudOfCamera(count)}};
   for (const auto& [cloud, points] : clouds)
     for (const auto& [name, threshold] : kThresholds)
       for (const auto& [manner_name, manner] : kManners) {

@@ -156,16 +156,27 @@ class VertexTrees : public PointLibrary {
 };
 #endif
 
+TriangleMesh meshOfBox(const Vector3d& half) {
+  std::vector<Vector3d> corners;
+  for (int i = 0; i < 8; ++i)
+    corners.push_back(half.cwiseProduct(Vector3d(i % 2 * 2 - 1, i / 2 % 2 * 2 - 1, i / 4 * 2 - 1)));
+  const narrowphase::ConvexHull hull(corners);
+  return {hull.vertices(), hull.triangles()};
+}
+
 }  // namespace
 
 std::vector<LinkMesh> linkMeshes(const RobotModel& robot, const MeshResolver& resolve) {
   const std::string begin = "mesh ";
   std::vector<LinkMesh> meshes;
   for (const Collision& collision : robot.collisions) {
-    if (collision.description.rfind(begin, 0) != 0)
-      throw std::invalid_argument(collision.description + " is no mesh of a file");
-    meshes.push_back({robot.links[collision.link].body, robot.pieces[collision.pieces.front()].body_T_piece,
-                      loadMesh(resolve(collision.description.substr(begin.size())), Vector3d::Ones())});
+    const Piece& piece = robot.pieces[collision.pieces.front()];
+    const bool is_mesh = collision.description.rfind(begin, 0) == 0;
+    if (!is_mesh && piece.shape.kind() != narrowphase::Shape::Kind::Box)
+      throw std::invalid_argument(collision.description + " is no mesh of a file, and no box");
+    meshes.push_back({robot.links[collision.link].body, piece.body_T_piece,
+                      is_mesh ? loadMesh(resolve(collision.description.substr(begin.size())), Vector3d::Ones())
+                              : meshOfBox(piece.shape.halfExtents())});
   }
   return meshes;
 }

@@ -13,14 +13,14 @@ namespace proximity_server::peers {
 
 using namespace scene;
 
-/// The mesh of a <collision>, as its file has it.
+/// The mesh of a <collision>, as its file has it, or the triangles of its box.
 struct LinkMesh {
   int body;
   Eigen::Isometry3d body_T_mesh;
   TriangleMesh mesh;
 };
 
-/// The meshes of a robot all of whose geometry is meshes without a scale. Throws std::invalid_argument for other geometry.
+/// The meshes of a robot all of whose geometry is boxes, and meshes without a scale. Throws std::invalid_argument for other geometry.
 std::vector<LinkMesh> linkMeshes(const RobotModel& robot, const MeshResolver& resolve);
 
 /// A library that answers how far points are from a robot.
