@@ -19,7 +19,7 @@ import re
 import sys
 
 FOLDER = pathlib.Path(__file__).resolve().parent
-SUITES = ("narrowphase", "subalgorithms", "scene", "meshes", "load", "motion", "node", "sets", "stress", "sweep")
+SUITES = ("narrowphase", "subalgorithms", "scene", "meshes", "load", "motion", "node", "points", "sets", "stress", "sweep")
 PAGES = ("README", "TABLES")
 PLACE = re.compile(r"\{\{ *(table +)?(\w+)\.(\w+) *\}\}")
 
