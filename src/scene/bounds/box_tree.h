@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -23,6 +24,13 @@ std::vector<int>::iterator halve(std::vector<int>::iterator begin, std::vector<i
     return of_a != of_b ? of_a < of_b : a < b;
   });
   return middle;
+}
+
+/// The two parts of a node with their bounds, the smaller bound first.
+template <typename BoundOf>
+std::array<std::pair<double, int>, 2> smallerFirst(const std::array<int, 2>& parts, const BoundOf& boundOf) {
+  const std::pair<double, int> a(boundOf(parts[0]), parts[0]), b(boundOf(parts[1]), parts[1]);
+  return b.first < a.first ? std::array{b, a} : std::array{a, b};
 }
 
 /// A binary tree of boxes along the axes of one frame.

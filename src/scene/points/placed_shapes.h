@@ -6,9 +6,8 @@
 
 #include <Eigen/Geometry>
 
-#include <array>
 #include <cstddef>
-#include <utility>
+#include <cstdint>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -22,15 +21,18 @@ class PlacedShapes {
     RelativePose pose;  ///< of its body in the frame of the poses
   };
 
-  /// Takes the shapes of a state in their places. Valid until the state changes.
-  void take(const State& state, const std::vector<ShapeRef>& shapes);
+  using All = std::vector<ShapeRef>(const RobotModel& robot, const Objects& objects);
+
+  /// Takes the shapes of a state in their places; all() if there are none. Valid until the state changes. Does nothing if
+  /// it has them already. `all` must be the same in each call.
+  void take(const State& state, const std::vector<ShapeRef>& shapes, All* all);
 
   bool empty() const { return bounded_.empty() && unbounded_.empty(); }
   const std::vector<Place>& unbounded() const { return unbounded_; }  ///< those with half-spaces
   const std::vector<ShapeRef>& unplaced() const { return unplaced_; }
 
-  /// Around all that are bounded; empty if none is.
-  Eigen::AlignedBox3d box() const { return bounded_.empty() ? Eigen::AlignedBox3d() : tree_[0].box; }
+  /// Around all that are bounded; at least one must be.
+  const Eigen::AlignedBox3d& box() const { return tree_[0].box; }
 
   /// Calls visit(place) for those that are bounded, the one with the smaller boundOf(box) first, as long as that is not
   /// above limit(), which may become smaller meanwhile.
@@ -45,15 +47,13 @@ class PlacedShapes {
     if (bound > limit()) return;
     const BoxTree::Node& node = tree_[number];
     if (node.isLeaf()) return visit(bounded_[static_cast<std::size_t>(node.item)]);
-    std::array<int, 2> parts = node.parts;
-    std::array<double, 2> bounds{boundOf(tree_[parts[0]].box), boundOf(tree_[parts[1]].box)};
-    if (bounds[1] < bounds[0]) {
-      std::swap(parts[0], parts[1]);
-      std::swap(bounds[0], bounds[1]);
-    }
-    for (std::size_t i = 0; i < 2; ++i) descend(parts[i], bounds[i], boundOf, limit, visit);
+    const auto bound_of_part = [&](int part) { return boundOf(tree_[part].box); };
+    for (const auto& [of_part, part] : smallerFirst(node.parts, bound_of_part))
+      descend(part, of_part, boundOf, limit, visit);
   }
 
+  std::uint64_t revision_ = 0;   ///< of the state
+  std::vector<ShapeRef> asked_;  ///< as they were given
   std::vector<Place> bounded_, unbounded_;
   std::vector<ShapeRef> unplaced_;
   BoxTree tree_;  ///< the items are `bounded_`

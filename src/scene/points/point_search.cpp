@@ -28,7 +28,6 @@ double gapTo(const Bounds& bounds, const Vector3d& point) {
 
 /// [m] The same for a box in the frame of the poses.
 double gapTo(const Eigen::AlignedBox3d& box, const Vector3d& point) {
-  if (box.isEmpty()) return kInfinity;
   const Vector3d beyond = (box.min() - point).cwiseMax(point - box.max());
   const double largest = beyond.maxCoeff();
   return (largest > 0.0 ? beyond.cwiseMax(0.0).norm() : largest) - kPoseRounding * point.norm();
@@ -73,7 +72,7 @@ class PointSearch::Work {
   const std::vector<PairProximity>& closest(const State& state, const Points& points, const Question& question) {
     state.requireModel(*model_);
     requireValid(points);
-    shapes_.take(state, points.shapes.empty() ? shapesOfRobot(state.robot(), *state.objects()) : points.shapes);
+    shapes_.take(state, points.shapes, &shapesOfRobot);
     counts_ = {};
     answers_.clear();
     answers_.reserve(points.centres.size());

@@ -8,7 +8,6 @@
 #include "scene/scene_model/given_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -20,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using narrowphase::Status;
 
-/// A part of a line in some frame.
+/// A ray in some frame.
 struct Line {
   Vector3d origin, direction;  ///< of unit length
 
@@ -74,7 +73,7 @@ class RaySearch::Work {
                                        const std::vector<ShapeRef>& shapes, const Question& question) {
     state.requireModel(*model_);
     requireValid(rays);
-    shapes_.take(state, shapes.empty() ? allShapes(state.robot(), *state.objects()) : shapes);
+    shapes_.take(state, shapes, &allShapes);
     hits_.clear();
     hits_.reserve(rays.size());
     for (const Ray& ray : rays) {
@@ -99,9 +98,9 @@ class RaySearch::Work {
   RayHit firstHit(const Ray& ray, double tolerance) {
     ray_ = {ray.origin, ray.direction.stableNormalized()};
     tolerance_ = tolerance;
-    end_ = ray.range;
+    end_ = undecided_ = ray.range;
+    undecided_status_ = Status::Converged;
     hit_ = {};
-    hit_.status = Status::Converged;
     hit_.free = ray.range;
     for (const PlacedShapes::Place& place : shapes_.unbounded()) visitPart(place);
     const auto entryOf = [&](const Eigen::AlignedBox3d& box) {
@@ -110,15 +109,20 @@ class RaySearch::Work {
     };
     const auto before_end = [&] { return std::nextafter(end_, 0.0); };
     shapes_.visitNearest(entryOf, before_end, [&](const PlacedShapes::Place& place) { visitPart(place); });
-    return hit_.status == Status::Unknown ? RayHit() : hit_;
+    if (undecided_status_ == Status::Unknown) return {};
+    // What is undecided behind the first hit does not matter.
+    hit_.status = undecided_ < end_ ? undecided_status_ : Status::Converged;
+    hit_.free = std::min(hit_.free, undecided_);
+    return hit_;
   }
 
   void visitPart(const PlacedShapes::Place& place) {
     const Target target(place, ray_);
     if (place.part.isUnbounded()) meetHalfSpaces(target);
     if (place.part.whole().isEmpty()) return;
-    if (place.part.whole().has_interior) meetInterior(target);
-    visit(target, place.part.root, entryOf(target, place.part.root));
+    const double begin = entryOf(target, place.part.root);
+    if (place.part.whole().has_interior && begin == 0.0) meetInterior(target);
+    visit(target, place.part.root, begin);
   }
 
   /// [m] Where the ray enters the box of a volume.
@@ -133,17 +137,12 @@ class RaySearch::Work {
     if (!(begin < end_)) return;
     const Volume& here = target.place.part[volume];
     if (here.isLeaf()) return meetPiece(target, target.place.part.pieces[here.piece], begin);
-    std::array<int, 2> parts = here.parts;
-    std::array<double, 2> begins{entryOf(target, parts[0]), entryOf(target, parts[1])};
-    if (begins[1] < begins[0]) {
-      std::swap(parts[0], parts[1]);
-      std::swap(begins[0], begins[1]);
-    }
-    for (std::size_t i = 0; i < 2; ++i) visit(target, parts[i], begins[i]);
+    const auto entry_of_part = [&](int part) { return entryOf(target, part); };
+    for (const auto& [of_part, part] : smallerFirst(here.parts, entry_of_part)) visit(target, part, of_part);
   }
 
-  /// Moves the point from where the ray enters the box of a piece to the end, in the frame of the piece. No piece is
-  /// farther behind the first point of its box than the box is long.
+  /// Moves a point from where the ray enters the box of a piece, in the frame of the piece. It need not go farther than the
+  /// farthest point of the part can be.
   void meetPiece(const Target& target, const Piece& piece, double begin) {
     const Eigen::Isometry3d piece_T_body = piece.body_T_piece.inverse(Eigen::Isometry);
     const double length =
@@ -162,8 +161,8 @@ class RaySearch::Work {
       return meet(target, number, begin + found.t_free * length, begin + found.t_contact * length, normal);
     }
     if (found.status == Status::Converged) return;
-    hit_.free = std::min(hit_.free, begin + found.t_free * length);
-    if (hit_.status != Status::Unknown) hit_.status = found.status;
+    undecided_ = std::min(undecided_, begin + found.t_free * length);
+    if (undecided_status_ != Status::Unknown) undecided_status_ = found.status;
   }
 
   /// The ray may begin inside a closed mesh, where no piece is.
@@ -206,9 +205,12 @@ class RaySearch::Work {
   narrowphase::MotionChain piece_chain_{1}, point_chain_{1};
   PlacedShapes shapes_;
   std::vector<RayHit> hits_;
-  // Of the present ray:
+  // The ray that is asked about, and what is known of it so far:
   Line ray_;
-  double tolerance_ = 0.0, end_ = 0.0;  ///< [m] what is not before the end cannot be the first hit
+  double tolerance_ = 0.0;  ///< [m]
+  double end_ = 0.0;        ///< [m] what is not before the end cannot be the first hit
+  double undecided_ = 0.0;  ///< [m] from here on it is not known whether there is a hit
+  Status undecided_status_ = Status::Converged;
   RayHit hit_;
 };
 

@@ -1,9 +1,9 @@
 #include "scene/query/half_space.h"
 
 #include "proximity_server/narrowphase/shape/support.h"
+#include "scene/bounds/box_tree.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace proximity_server::scene {
@@ -59,13 +59,8 @@ class HalfSpaceSearch {
       closest_.offer(leaves, padded(result, padding_), limit_);
       return;
     }
-    std::array<int, 2> parts = here.parts;
-    std::array<double, 2> gaps{gap(parts[0]), gap(parts[1])};
-    if (gaps[1] < gaps[0]) {
-      std::swap(parts[0], parts[1]);
-      std::swap(gaps[0], gaps[1]);
-    }
-    for (std::size_t i = 0; i < 2; ++i) visit(parts[i], gaps[i]);
+    for (const auto& [bound, part] : smallerFirst(here.parts, [&](int volume_of) { return gap(volume_of); }))
+      visit(part, bound);
   }
 
   const Part& a_;

@@ -44,7 +44,7 @@ class WalkerFromVisual : public ::testing::Test {
   std::string urdf_ = walker(files_);
 };
 
-// Of 21 pairs of links 6 are neighbours.
+// The walker has 7 links, so 21 pairs. The 6 pairs of neighbours are not checked.
 TEST_F(WalkerFromVisual, OneLineMakesAWholeRobotCount) {
   const RobotModel model = load("collision_from_visual: all");
   EXPECT_EQ(taken(model), (Names{"pelvis", "left_thigh", "left_shank", "right_thigh", "right_shank"}));

@@ -91,7 +91,7 @@ TEST(RaySearch, MeetsObjectsAndHalfSpaces) {
   expectFree(askOne(state, {{0, 0, 0}, {0, 0, -1}, 0.75}), 0.75);
 }
 
-// Where a ray hits, the point on it is on the surface; before that, points are outside.
+// At the distance of the hit, the point of the ray has the distance 0 from the shapes. All points before it are outside.
 TEST(RaySearch, AgreesWithTheDistancesOfPointsAlongTheRay) {
   Meshes meshes;
   Cell cell({box("0.4 0.6 0.8"), meshes.of(bracket()),

@@ -21,8 +21,8 @@ struct Ray {
 
 /// The first place where a ray meets a shape, or the proof that it is free.
 struct RayHit {
-  /// Converged: either `shape` is hit, or the ray is free along its range. IterationLimit: it is known to be free until
-  /// `free` only. Unknown: the deadline came first.
+  /// Converged: either `shape` is hit, or the ray is free along its range. IterationLimit, Degenerate: it is known to be
+  /// free until `free` only. Unknown: the deadline came first, or numbers overflow.
   narrowphase::Status status = narrowphase::Status::Unknown;
   ShapeRef shape;     ///< the <collision> of a link, or the shape of an object; Kind::None without a hit
   double free = 0.0;  ///< [m] along the ray: nothing is nearer
