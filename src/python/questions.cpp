@@ -644,8 +644,8 @@ links        names of the links and objects that count; None: all links and all 
 tolerance    [m] a ray that passes a surface as near as that may be a hit
 Returns rows of the dtype HIT, of the shape of the states and then that of the rays; for one of each one row. A ray that
 begins inside hits at 0.
-Raises ValueError for a number that is not finite (but a range may be inf), a direction of 0 and a range that is not positive, by
-their numbers; for a name of nothing, a link without geometry, and a tolerance that is NaN.)";
+Raises ValueError for an origin or direction that is not finite, a direction of 0 and a range that is not positive, by their
+numbers; for a name of nothing, a link without geometry, and a tolerance that is NaN.)";
 
 py::object firstHit(Robot& robot, const py::object& q, const py::object& origins, const py::object& directions,
                     const py::object& ranges, const Names& links, double tolerance, TimeBudget time_budget) {

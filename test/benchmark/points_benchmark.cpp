@@ -73,7 +73,8 @@ std::vector<Ray> raysOfCamera(int count) {
   return rays;
 }
 
-/// Where they meet the floor, a ball of 0.2 m beside the gripper, or a sphere of 2.5 m about the base.
+/// The points that the camera sees. Around the robot are the floor, a ball of radius 0.2 m beside the gripper, and as the
+/// background a sphere of radius 2.5 m about the base.
 std::vector<Vector3d> cloudOfCamera(int count) {
   const auto meetsBall = [](const Ray& ray, const Vector3d& centre, double radius, double side) {
     const double middle = ray.direction.dot(centre - ray.origin);

@@ -48,7 +48,7 @@ class NearestFirst {
   std::vector<std::pair<double, std::size_t>> order_;
 };
 
-/// What is just above a threshold stands for all that is farther.
+/// [m] The distance that the peers report for every point that is farther than the threshold.
 double beyond(double threshold) { return std::nextafter(threshold, kInfinity); }
 
 class FclPoints : public PointLibrary {

@@ -6,23 +6,44 @@
 #include "node/services/answered.h"
 #include "node/services/pair_questions.h"
 #include "node/services/requests.h"
+#include "proximity_server/scene/derivative/derivatives.h"
+#include "proximity_server/scene/points/point_search.h"
+#include "proximity_server/scene/points/ray_search.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace proximity_server::node {
 namespace {
 
 /// The state that a request is about with its scenes, borrowed when its poses are known, and the header of the answer.
 struct AwaitedState {
-  AwaitedState(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp)
-      : model(asked_robot.robotModel(), &pairs.objects()),
-        snapshot(tf.await(asked_robot, pairs.bodies(), stamp)),
-        frames(tf.awaitFrames(asked_robot, pairs.frames(), snapshot, stamp)),
-        scenes(pairs.borrowScenes()) {
+  /// `frame`: any frame of tf in which the request gives points; "": the reference frame.
+  AwaitedState(const Robot& asked_robot, TfPoses& tf, const RequestedPairs& pairs, const ros::Time& stamp,
+               const std::string& frame = "")
+      : model(asked_robot.robotModel(), &pairs.objects()) {
+    CarrierFrames needed = pairs.frames();
+    std::vector<int> bodies = pairs.bodies();
+    const bool is_other = !frame.empty() && frame != asked_robot.referenceFrame();
+    if (is_other) {
+      needed.needed.push_back(static_cast<int>(needed.names.size()));
+      needed.names.push_back(frame);
+      for (const int body : bodiesOf(asked_robot, needed)) bodies.push_back(body);
+    }
+    snapshot = tf.await(asked_robot, bodies, stamp);
+    frames = tf.awaitFrames(asked_robot, needed, snapshot, stamp);
+    scenes = pairs.borrowScenes();
     if (snapshot.status.code == QueryStatus::OK) snapshot.status = frames.status;
+    if (is_other) {
+      root_T_frame = frames.poses.back().value_or(root_T_frame);
+      frames.poses.pop_back();
+    }
     scenes->state.set(snapshot.poses, frames.poses);
     header.stamp = snapshot.stamp;
     header.frame_id = asked_robot.referenceFrame();
@@ -32,10 +53,15 @@ struct AwaitedState {
     return toMessage(model, snapshot.poses, pair, question);
   }
 
+  Eigen::Vector3d inRoot(const geometry_msgs::Point& point) const {
+    return root_T_frame * Eigen::Vector3d(point.x, point.y, point.z);
+  }
+
   RobotAndObjects model;
   PoseSnapshot snapshot;
   FrameSnapshot frames;
   ScenePool::Lease scenes;
+  Eigen::Isometry3d root_T_frame = Eigen::Isometry3d::Identity();
   std_msgs::Header header;
 };
 
@@ -98,6 +124,21 @@ QueryPairsResponse emptyQueryPairs() {
   QueryPairsResponse response;
   response.minimum = unknownProximity();
   return response;
+}
+
+/// The first shapes of a list of pairs.
+std::vector<scene::ShapeRef> firstOf(const RequestedPairs& pairs) {
+  std::vector<scene::ShapeRef> shapes;
+  for (const scene::ShapeRefPair& pair : *pairs.list()) shapes.push_back(pair.a);
+  return shapes;
+}
+
+/// Refuses what the library refuses.
+template <class Ask>
+auto asked(const Ask& ask) try {
+  return ask();
+} catch (const std::invalid_argument& error) {
+  refuse(error.what());
 }
 
 /// [m] The offset of the plane halfway between the two points of a pair, along the normal.
@@ -165,6 +206,62 @@ QueryPairsResponse answer(const Robot& robot, TfPoses& tf, const QueryPairsReque
     response.pairs = std::move(found.pairs);
     response.minimum = std::move(found.minimum);
     assignCounts(response, scenes.scene.counts());
+  });
+}
+
+QueryPointsResponse answer(const Robot& robot, TfPoses& tf, const QueryPointsRequest& request) {
+  return answered(QueryPointsResponse(), [&](QueryPointsResponse& response) {
+    requireWithinBatch(robot, "points", request.points.size(), "points");
+    scene::Question question = questionOf(robot);
+    question.threshold = thresholdOrNone(request.threshold);
+    const RequestedPairs shapes = shapesOf(robot, request.shapes, Unnamed::RobotWithHeld);
+    const AwaitedState posed(robot, tf, shapes, request.header.stamp, request.header.frame_id);
+    require(posed.snapshot.status);
+    response.header = posed.header;
+    scene::Points points{{}, request.radii, firstOf(shapes)};
+    for (const geometry_msgs::Point& point : request.points) points.centres.push_back(posed.inRoot(point));
+    const scene::State& state = posed.scenes->state;
+    scene::PointSearch& search = posed.scenes->points();
+    for (const scene::PairProximity& found : asked([&] { return search.closest(state, points, question); })) {
+      if (request.only_near && found.result.lower_bound > question.threshold) continue;
+      Proximity& message = response.points.emplace_back(posed.message(found, question));
+      if (request.want_gradient && found.result.has_points) scene::gradient(state, found, message.gradient);
+      if (found.result.status != narrowphase::Status::Unknown)
+        response.status.code = std::min(response.status.code, statusCode(found.result));
+    }
+    if (request.want_gradient) assignColumns(response.joint_names, state.degreesOfFreedom());
+    if (search.counts().unknown > 0) response.status = incompleteness(robot, search.counts(), question, "points");
+  });
+}
+
+QueryRaysResponse answer(const Robot& robot, TfPoses& tf, const QueryRaysRequest& request) {
+  return answered(QueryRaysResponse(), [&](QueryRaysResponse& response) {
+    const std::size_t count = request.origins.size(), ranges = request.ranges.size();
+    requireWithinBatch(robot, "origins", count, "rays");
+    if (request.directions.size() != count) refuse("origins and directions must have the same length");
+    if (ranges > 1 && ranges != count) refuse("ranges must be one for all, one for each of origins, or none");
+    const scene::Question question = questionOf(robot);
+    const RequestedPairs shapes = shapesOf(robot, request.shapes, Unnamed::Everything);
+    const AwaitedState posed(robot, tf, shapes, request.header.stamp, request.header.frame_id);
+    require(posed.snapshot.status);
+    response.header = posed.header;
+    std::vector<scene::Ray> rays;
+    for (std::size_t i = 0; i < count; ++i) {
+      const geometry_msgs::Vector3& along = request.directions[i];
+      scene::Ray& ray = rays.emplace_back();
+      ray.origin = posed.inRoot(request.origins[i]);
+      ray.direction = posed.root_T_frame.linear() * Eigen::Vector3d(along.x, along.y, along.z);
+      if (ranges > 0) ray.range = request.ranges[ranges == 1 ? 0 : i];
+    }
+    scene::RaySearch& search = posed.scenes->rays();
+    const auto hits = asked([&] { return search.firstHits(posed.scenes->state, rays, firstOf(shapes), question); });
+    scene::PairCounts counts;
+    for (std::size_t i = 0; i < count; ++i) {
+      response.hits.push_back(toMessage(posed.model, rays[i], hits[i]));
+      counts.unknown += response.hits.back().state == RayHit::UNKNOWN;
+    }
+    counts.total = static_cast<int>(count);
+    if (counts.unknown > 0) response.status = incompleteness(robot, counts, question, "rays");
   });
 }
 

@@ -3,22 +3,24 @@
 #include "proximity_server/scene/filter/pair_filter.h"
 #include "proximity_server/scene/model/names.h"
 
+#include <algorithm>
 #include <stdexcept>
-#include <utility>
 
 namespace proximity_server::scene {
 
 ModelOptions withLinksOfGroups(ModelOptions options, const std::vector<NamedUrdf>& robots,
                                const std::vector<std::string>& srdf_xmls) {
-  const std::vector<std::string> names = std::exchange(options.collision_from_visual, {});
-  if (names.empty()) return options;
+  const std::vector<std::string> names = options.collision_from_visual;
+  const auto is_all = [](const std::string& name) { return name == kAllLinks; };
+  if (std::all_of(names.begin(), names.end(), is_all)) return options;
+  options.collision_from_visual.clear();
   ModelOptions quick = options;
   quick.allow_missing_meshes = true;
   quick.progress = nullptr;
   const MeshResolver no_mesh = [](const std::string& uri) -> std::string { throw std::invalid_argument(uri); };
   const RobotModel model = loadRobots(robots, no_mesh, quick);
   for (const std::string& name : names) {
-    if (name == kAllLinks || model.findLink(name) >= 0) {
+    if (is_all(name) || model.findLink(name) >= 0) {
       options.collision_from_visual.push_back(name);
       continue;
     }

@@ -25,8 +25,8 @@ std::vector<Finding> findLimits(const scene::RobotModel& robot);
 /// Meshes whose convex pieces lie farther than `tolerance` [m] outside of them.
 std::vector<Finding> findInflation(const scene::RobotModel& robot, double tolerance);
 
-/// Links that are seen and have no collision geometry, or whose visual geometry counts in its place, and those whose visual geometry reaches farther than `tolerance`
-/// [m] out of it. `visual` is the robot with the visual geometry of each link in place of its collision geometry.
+/// Links that are seen and have no collision geometry, or whose visual geometry counts in its place, and those whose
+/// visual geometry reaches farther than `tolerance` [m] out of it. `visual` is the robot with the visual geometry of each link in place of its collision geometry.
 ///
 /// It is measured at the corners of the convex hull of each visual, and at points all over a round one: what a concave
 /// collision geometry lacks between such points is not seen.

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/points/point_search.h"
 
+#include "allocations.h"
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "scene/query/cell.h"
@@ -271,6 +272,41 @@ TEST(PointSearch, HasTheGradientOfAPointAtRest) {
       (distanceAt(0.3 + step).result.distance - distanceAt(0.3 - step).result.distance) / (2 * step);
   EXPECT_NEAR(gradient[0], difference, 1e-6);
   EXPECT_LT(gradient[0], -0.1);
+}
+
+// One search keeps the places of the shapes, as long as neither the state nor the shapes change.
+TEST(PointSearch, FollowsPosesObjectsAndShapes) {
+  Meshes meshes;
+  MixedCell cell(meshes);
+  PointSearch search(cell.scene().state.sharedModel());
+  const auto distanceOf = [&](const std::vector<ShapeRef>& shapes) {
+    return search.closest(cell.scene().state, {{{0, 0, 0}}, {}, shapes}).front().result.distance;
+  };
+  cell.put({at(1, 0, 0), at(9, 9, 9), at(9, 0, 0)});
+  EXPECT_NEAR(distanceOf({}), 0.8, 1e-12);
+  EXPECT_NEAR(distanceOf({cell.object("wall")}), 3.95, 1e-12);
+  EXPECT_THROW(distanceOf({ShapeRef::ofObject(7)}), std::invalid_argument);
+  EXPECT_NEAR(distanceOf({}), 0.8, 1e-12);
+  cell.put({at(2, 0, 0), at(9, 9, 9), at(9, 0, 0)});
+  EXPECT_NEAR(distanceOf({}), 1.8, 1e-12);
+  cell.move("wall", Fixed{at(5, 0, 0)});
+  EXPECT_NEAR(distanceOf({cell.object("wall")}), 4.95, 1e-12);
+}
+
+TEST(PointSearch, AllocatesNothingWhenItIsAskedAgain) {
+  Meshes meshes;
+  MixedCell cell(meshes);
+  Chance chance(3);
+  cell.putAtChance(chance);
+  Points points;
+  for (int i = 0; i < 100; ++i) points.centres.push_back(chance.direction() * chance.between(0.0, 3.0));
+  PointSearch search(cell.scene().state.sharedModel());
+  const long before_first = allocations();
+  search.closest(cell.scene().state, points);
+  EXPECT_GT(allocations(), before_first);
+  const long after_first = allocations();
+  search.closest(cell.scene().state, points);
+  EXPECT_EQ(allocations(), after_first);
 }
 
 TEST(PointSearch, LeavesOutShapesWithoutAPose) {

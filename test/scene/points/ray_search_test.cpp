@@ -1,5 +1,6 @@
 #include "proximity_server/scene/points/ray_search.h"
 
+#include "allocations.h"
 #include "proximity_server/scene/points/point_search.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
@@ -144,6 +145,19 @@ TEST(RaySearch, HasTheSameBitsAloneAndAmongOthers) {
       EXPECT_EQ(together[i].distance, alone.distance);
     }
   }
+}
+
+TEST(RaySearch, AllocatesNothingWhenItIsAskedAgain) {
+  Meshes meshes;
+  Cell cell({box("0.4 0.6 0.8"), meshes.of(bracket())});
+  cell.put({at(0, 0, 0), at(2, 0, 0)});
+  const std::vector<Ray> rays{{{-3, 0, 0}, {1, 0, 0}}, {{2.5, 0.5, 0.4}, {0, 0, 1}}, {{0, 5, 0}, {0, 0, 1}}};
+  const std::vector<ShapeRef> all;
+  RaySearch search(cell.scene().state.sharedModel());
+  search.firstHits(cell.scene().state, rays, all);
+  const long after_first = allocations();
+  search.firstHits(cell.scene().state, rays, all);
+  EXPECT_EQ(allocations(), after_first);
 }
 
 TEST(RaySearch, LeavesOutShapesWithoutAPose) {

@@ -39,7 +39,7 @@ void requireValid(const std::vector<Ray>& rays);
 /// All links with geometry, and all objects.
 std::vector<ShapeRef> allShapes(const RobotModel& robot, const Objects& objects);
 
-/// Finds what rays meet first, with the working memory of one caller. Not thread-safe.
+/// Finds what rays meet first, with the working memory of one caller. Not thread-safe. It allocates as PointSearch does.
 ///
 /// 1. Walk a tree of boxes about the shapes, and the volumes of each shape, in the order in which the ray enters them.
 /// 2. Move a point along the ray to each convex piece by conservative advancement (narrowphase::timeOfContact()); a
