@@ -599,8 +599,9 @@ PairProximity StraightSearch::inPosesFrame(const IntervalVisit& visit, const nar
   }
   PairProximity proximity;
   proximity.asked = moving.asked;
-  proximity.collision_a = collisionNumber(pairs_.robot(), moving.a, moving.a.pieces[a.piece]);
-  proximity.collision_b = collisionNumber(pairs_.robot(), moving.b, moving.b.pieces[b.piece]);
+  // Not by the parts: the box of a half-space is a part without its object.
+  proximity.collision_a = collisionNumber(pairs_.robot(), moving.a.pieces[a.piece], moving.asked.a.isObject());
+  proximity.collision_b = collisionNumber(pairs_.robot(), moving.b.pieces[b.piece], moving.asked.b.isObject());
   proximity.result = padded(result, moving.padding);
   proximity.result.lower_bound -= moving.error;
   proximity.result.upper_bound += moving.error;

@@ -155,7 +155,7 @@ class RaySearch::Work {
     options.tolerance = tolerance_;
     const narrowphase::TimeOfContact found =
         narrowphase::timeOfContact(piece.shape, piece_chain_, point_.shape(), point_chain_, options);
-    const int number = collisionNumber(model_->robot, target.place.part, piece);
+    const int number = collisionNumber(model_->robot, piece, target.place.part.object);
     if (found.contact) {
       const Vector3d normal = piece.body_T_piece.linear() * found.at_contact.normal;
       return meet(target, number, begin + found.t_free * length, begin + found.t_contact * length, normal);
@@ -173,7 +173,8 @@ class RaySearch::Work {
     if (inside.empty()) return;
     const Part& part = target.place.part;
     const Vector3d outwards = target.place.pose.rotation.transpose() * -inside.result.normal;
-    meet(target, collisionNumber(model_->robot, part, part.pieces[part[inside.leaves.b].piece]), 0.0, 0.0, outwards);
+    meet(target, collisionNumber(model_->robot, part.pieces[part[inside.leaves.b].piece], part.object), 0.0, 0.0,
+         outwards);
   }
 
   void meetHalfSpaces(const Target& target) {

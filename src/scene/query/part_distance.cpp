@@ -64,9 +64,9 @@ PairProximity answerOf(const RobotModel& robot, const PlacedPair& pair, const Cl
     const Part &a = pair.a, &b = pair.b;
     const LeafPair& leaves = closest.leaves;
     const bool is_plane = leaves.hasHalfSpace();  // a half-space is exact
-    answer.collision_a = collisionNumber(robot, a, a.pieces[a[leaves.a].piece]);
+    answer.collision_a = collisionNumber(robot, a.pieces[a[leaves.a].piece], a.object);
     answer.collision_b =
-        is_plane ? b.shapeNumber(leaves.half_space) : collisionNumber(robot, b, b.pieces[b[leaves.b].piece]);
+        is_plane ? b.shapeNumber(leaves.half_space) : collisionNumber(robot, b.pieces[b[leaves.b].piece], b.object);
     answer.representation = a[leaves.a].representation;
     if (!is_plane) answer.representation = std::max(answer.representation, b[leaves.b].representation);
     const bool too_wide = closest.upper_bound - closest.lower_bound > narrowphase::usableTolerance(question.tolerance);

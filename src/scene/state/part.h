@@ -42,9 +42,9 @@ struct Part {
   bool isFree() const { return object && object->kind != PlacedObject::Kind::Attached; }
 };
 
-/// The <collision> of the link, or the shape of the object, that a piece of a part belongs to; counted from 1.
-inline int collisionNumber(const RobotModel& robot, const Part& part, const Piece& piece) {
-  return part.object ? 1 + piece.collision : robot.collisionOf(piece).number;
+/// The <collision> of the link, or the shape of the object, that a piece belongs to; counted from 1.
+inline int collisionNumber(const RobotModel& robot, const Piece& piece, bool is_of_object) {
+  return is_of_object ? 1 + piece.collision : robot.collisionOf(piece).number;
 }
 
 /// Two parts in their places. Only the second one may have half-spaces.

@@ -130,6 +130,15 @@ TEST_F(CubeAndBall, HalfSpaceIsMetByTheFaceThatIsNearest) {
   EXPECT_FALSE(of_ball.pair.depth_is_lower_bound);
 }
 
+TEST_F(CubeAndBall, HalfSpaceIsNamedByItsNumberInTheObject) {
+  const ObjectShape far_away{Sphere{0.1}, at(0, 50, 50)};
+  add(makeObject("slope", {far_away, far_away, {HalfSpace{{-1, 0, 0}, -4.0}}}, Fixed{}));
+  const RobotTimeOfContact found = contact(motion(8.0));
+  ASSERT_TRUE(found.contact);
+  EXPECT_EQ(found.pair.collision_a, 1);
+  EXPECT_EQ(found.pair.collision_b, 3);
+}
+
 TEST_F(CubeAndBall, AttachedObjectGoesAheadOfItsLink) {
   add(cube("wall", Fixed{at(4, 0, 0)}));
   add(cube("nose", Attached{"cube", {}, at(0.75, 0, 0)}, 0.5));
