@@ -61,6 +61,10 @@ std::vector<double> leadersOnly(const RobotModel& model, std::vector<double> vel
   return velocities;
 }
 
+bool areFinite(const std::vector<double>& velocities) {
+  return std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); });
+}
+
 Stop stopOf(const RobotModel& model, const std::vector<double>& velocities, const Braking& braking) {
   Stop stop{braking.latency, 0.0};
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
@@ -92,9 +96,9 @@ bool areInequalitiesKnown(const State& start, const MovingState& state, const st
 /// Searches for the first pair at its stop distance.
 class StopSearch {
  public:
-  StopSearch(MotionSearch& moving, Scene& scene, const State& start, const PairDistances& stop, double largest_loss,
-             const Deadline& deadline)
-      : moving_(moving), scene_(scene), start_(start) {
+  StopSearch(const Pairs& pairs, MotionSearch& moving, Scene& scene, const State& start, const PairDistances& stop,
+             double largest_loss, const Deadline& deadline)
+      : pairs_(pairs), moving_(moving), scene_(scene), start_(start) {
     question_.contact_distance = largest_loss;
     question_.thresholds = &stop;
     question_.tolerance = 0.25 * kRetreatTolerance;
@@ -102,17 +106,16 @@ class StopSearch {
   }
 
   RobotTimeOfContact contact(const Motion& motion) {
-    const Pairs pairs(scene_.candidates());
     Question near;
     near.threshold = question_.contact_distance + kRetreatTolerance;
     near.thresholds = question_.thresholds;
     near.deadline = question_.deadline;
-    near_ = scene_.below(start_, pairs, near);
+    near_ = scene_.below(start_, pairs_, near);
     for (const PairProximity& pair : near_)
       question_.nearer_pairs.push_back({pair.asked, pair.result.upper_bound - kRetreatTolerance});
-    const RobotTimeOfContact found = moving_.timeOfContact(pairs, motion, question_);
+    const RobotTimeOfContact found = moving_.timeOfContact(pairs_, motion, question_);
     const bool is_left_open = found.status != narrowphase::Status::Converged && found.t_free == 0.0;
-    return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs, motion, question_) : found;
+    return is_left_open && leaveOutRetreats(motion) ? moving_.timeOfContact(pairs_, motion, question_) : found;
   }
 
   /// The pair of a contact as it is at the start, if it is one of those that are too near at the start; otherwise
@@ -150,6 +153,7 @@ class StopSearch {
     return is_any;
   }
 
+  const Pairs& pairs_;
   MotionSearch& moving_;
   Scene& scene_;
   const State& start_;
@@ -192,19 +196,39 @@ std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<do
   return travel;
 }
 
+double brakingTime(const RobotModel& model, const std::vector<double>& velocities, const Braking& braking) {
+  return stopOf(model, leadersOnly(model, velocities), braking).braking;
+}
+
+Motion stoppingMotion(const State& start, const MovingState& state, const Braking& braking) {
+  requireLegal(start.robot(), state, braking, {});
+  const std::vector<double> velocities = leadersOnly(start.robot(), state.velocities);
+  return motionAlong(start, state, velocities, stopOf(start.robot(), velocities, braking).length()).motion;
+}
+
+VelocityScale velocityScale(const Pairs& pairs, MotionSearch& moving, Scene& scene, const State& start,
+                            const MovingState& state, const Braking& braking, const PairDistances& stop,
+                            const Deadline& deadline) {
+  const RobotModel& model = scene.model().robot;
+  requireLegal(model, state, braking, stop);
+  const std::vector<double> velocities = leadersOnly(model, state.velocities);
+  if (!areFinite(velocities)) return {};
+  const Stop to_stop = stopOf(model, velocities, braking);
+  const Motion motion = motionAlong(start, state, velocities, to_stop.length()).motion;
+  StopSearch search(pairs, moving, scene, start, stop, state.largest_loss, deadline);
+  return scaleOfPairs(search, start, state, velocities, to_stop, motion);
+}
+
 VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                             const Braking& braking, const PairDistances& stop, const Deadline& deadline) {
   const RobotModel& model = scene.model().robot;
   requireLegal(model, state, braking, stop);
   const std::vector<double> velocities = leadersOnly(model, state.velocities);
-  if (!std::all_of(velocities.begin(), velocities.end(), [](double v) { return std::isfinite(v); })) return {};
-  if (!areInequalitiesKnown(start, state, velocities)) return {};
+  if (!areFinite(velocities) || !areInequalitiesKnown(start, state, velocities)) return {};
 
-  const Stop to_stop = stopOf(model, velocities, braking);
-  const Motion motion = motionAlong(start, state, velocities, to_stop.length()).motion;
-  StopSearch search(moving, scene, start, stop, state.largest_loss, deadline);
-  const VelocityScale of_pairs = scaleOfPairs(search, start, state, velocities, to_stop, motion);
-  const double of_inequalities = scaleOfInequalities(start, state, velocities, to_stop);
+  const VelocityScale of_pairs =
+      velocityScale(Pairs(scene.candidates()), moving, scene, start, state, braking, stop, deadline);
+  const double of_inequalities = scaleOfInequalities(start, state, velocities, stopOf(model, velocities, braking));
   if (of_pairs.status == narrowphase::Status::Unknown || of_pairs.scale <= of_inequalities) return of_pairs;
   return {narrowphase::Status::Converged, of_inequalities, {}};
 }

@@ -132,6 +132,7 @@ Campaign sceneCampaign();
 Campaign pointCampaign();
 Campaign freeMotionCampaign();
 Campaign stopCampaign();
+Campaign peopleCampaign();
 Campaign driveCampaign();
 /// With drives that end after so many seconds of the robot's time.
 Campaign driveCampaign(double duration);

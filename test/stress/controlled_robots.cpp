@@ -117,4 +117,60 @@ void ControlledCell::moveFrames() {
   for (std::size_t i = 0; i < objects_->frames().size(); ++i) frames_.emplace_back(chance_.pose(0.5));
 }
 
+double Braked::wayAfter(double time, double scale) const {
+  if (time <= latency) return scale * time;
+  const double since = time - latency;
+  return scale * latency + scale * since - 0.5 * since * since / braking;
+}
+
+StoppingCell::StoppingCell(const ControlFamily& family, Chance chance)
+    : ControlledCell(family, chance), moving_(model_) {
+  if (objects_) moving_.use(objects_);
+}
+
+void StoppingCell::choosePositions() {
+  positions_.assign(model_->robot.joints.size(), 0.0);
+  for (std::size_t i = 0; i < positions_.size(); ++i) positions_[i] = randomPosition(model_->robot.joints[i], chance_);
+  moveFrames();
+}
+
+void StoppingCell::chooseVelocities() {
+  const std::size_t joints = positions_.size();
+  state_ = {};
+  poses_ = forwardKinematics(model_->robot, positions_);
+  state_.velocities.assign(joints, 0.0);
+  for (const std::optional<Eigen::Isometry3d>& frame : frames_)
+    state_.frames.moving.push_back(RobotMotion::atRest(frame));
+  state_.positions.assign(positions_.begin(), positions_.end());
+  braking_.latency = chance_.below(4) == 0 ? 0.0 : chance_.between(0.0, 0.2);
+  braking_.deceleration.assign(joints, 0.0);
+  const int only = chance_.below(2) == 0 ? -1 : chance_.below(static_cast<int>(joints));
+  for (std::size_t i = 0; i < joints; ++i) {
+    if (only < 0 || only == static_cast<int>(i)) state_.velocities[i] = chance_.between(-2, 2);
+    braking_.deceleration[i] = chance_.between(0.5, 10.0);
+  }
+}
+
+std::vector<double> StoppingCell::positionsAfter(double way) const {
+  std::vector<double> positions = positions_;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Joint& joint = model_->robot.joints[i];
+    if (hasOnePosition(joint))
+      positions[i] = std::clamp(positions[i] + way * state_.velocities[i], joint.lower, joint.upper);
+  }
+  return positions;
+}
+
+Braked StoppingCell::brakes() const {
+  Braked result{braking_.latency, 0.0};
+  for (std::size_t i = 0; i < positions_.size(); ++i) {
+    const Joint& joint = model_->robot.joints[i];
+    if (!hasOnePosition(joint)) continue;
+    const Joint::Mimic leader = model_->robot.leaderOf(static_cast<int>(i));
+    const double speed = std::abs(leader.multiplier * state_.velocities[leader.joint]);
+    result.braking = std::max(result.braking, speed / braking_.deceleration[i]);
+  }
+  return result;
+}
+
 }  // namespace proximity_server::scene

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/objects/objects.h"
 #include "proximity_server/scene/scene_model/scene_model.h"
+#include "proximity_server/scene/velocity_scale.h"
 #include "scene/posed_scene.h"
 #include "stress/campaign.h"
 
@@ -11,7 +12,7 @@
 #include <string>
 #include <vector>
 
-// The robots of ./dev stress free-motions, stops and drives.
+// The robots of ./dev stress free-motions, stops, people and drives.
 
 namespace proximity_server::scene {
 
@@ -60,6 +61,37 @@ class ControlledCell {
   std::shared_ptr<const Objects> objects_;  ///< nullptr: none
   PosedScene scene_;
   FramePoses frames_;
+};
+
+/// A stop as a robot makes it.
+struct Braked {
+  double latency, braking;  ///< [s] with the unscaled velocities
+
+  double duration(double scale) const { return latency + scale * braking; }
+
+  /// Returns the time [s] that the unscaled velocities would need to get as far as the robot got after `time`.
+  double wayAfter(double time, double scale) const;
+};
+
+/// A robot that moves and brakes.
+class StoppingCell : public ControlledCell {
+ protected:
+  StoppingCell(const ControlFamily& family, Chance chance);
+
+  void choosePositions();
+  /// Chooses velocities and brakes, and sets the poses and frames of state_.
+  void chooseVelocities();
+
+  /// The positions after the joints moved with their unscaled velocities for a time [s]; at their limits they rest.
+  std::vector<double> positionsAfter(double way) const;
+  BodyPoses posesAfter(double way) const { return forwardKinematics(model_->robot, positionsAfter(way)); }
+  Braked brakes() const;
+
+  MotionSearch moving_;
+  std::vector<double> positions_;
+  BodyPoses poses_;
+  MovingState state_;
+  Braking braking_;
 };
 
 /// Asks a cell of a family by its observe(), and adds its time and its failure to the tally.

@@ -1,4 +1,4 @@
-// The part of ./dev stress drives, free-motions and stops that every test run makes.
+// The part of ./dev stress drives, free-motions, people and stops that every test run makes.
 #include "stress/campaign_test.h"
 
 namespace proximity_server::stress::controller_stress_test {
@@ -22,6 +22,14 @@ TEST(StopStress, NoStopEndsTooNearAndNoRetreatIsSlowed) {
   EXPECT_GT(sumOf(families)["coupled"], repeats(100)) << "inequalities slow some";
   for (const char* number : {"slowed", "retreats", "halted"}) EXPECT_GT(20 * all[number], all["stops"]) << number;
   EXPECT_LT(2 * all["halted"], all["stops"]);
+}
+
+TEST(PeopleStress, NobodyReachesARobotBeforeItStands) {
+  const Tally all = sumOf(expectNoFailure(peopleCampaign(), "PROXIMITY_STRESS_PEOPLE", repeats(2000)));
+  if (kIsSanitized) return;  // what follows is of the whole test
+  for (const char* number : {"slowed", "halted", "retreats"}) EXPECT_GT(20 * all[number], all["people"]) << number;
+  EXPECT_LE(20 * all["unneeded"], all["retreats"]);
+  EXPECT_GT(4 * all["met"], 3 * all["doubled"]) << "at twice the scale";
 }
 
 TEST(DriveStress, RobotsKeepTheirDistanceAndNeitherRaceNorTrembleNorRestWithoutACause) {

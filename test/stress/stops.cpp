@@ -38,26 +38,10 @@ std::vector<double> stepsFromTheStart() {
   return steps;
 }
 
-/// A stop as the robot makes it.
-struct Braked {
-  double latency, braking;  ///< [s] with the unscaled velocities
-
-  double duration(double scale) const { return latency + scale * braking; }
-
-  /// Returns the time [s] that the unscaled velocities would need to get as far as the robot got after `time`.
-  double wayAfter(double time, double scale) const {
-    if (time <= latency) return scale * time;
-    const double since = time - latency;
-    return scale * latency + scale * since - 0.5 * since * since / braking;
-  }
-};
-
-class Cell : public ControlledCell {
+class Cell : public StoppingCell {
  public:
   Cell(const ControlFamily& family, Chance chance, stress::Tally& tally)
-      : ControlledCell(family, chance), moving_(model_), tally_(tally) {
-    if (objects_) moving_.use(objects_);
-  }
+      : StoppingCell(family, chance), tally_(tally) {}
 
   void observe() {
     for (int i = 0; i < kStopsOfCell && failure.empty(); ++i) {
@@ -73,29 +57,8 @@ class Cell : public ControlledCell {
     return {pair.a.link(), pair.a.object(), pair.b.link(), pair.b.object()};
   }
 
-  void choosePositions() {
-    positions_.assign(model_->robot.joints.size(), 0.0);
-    for (std::size_t i = 0; i < positions_.size(); ++i) {
-      positions_[i] = randomPosition(model_->robot.joints[i], chance_);
-    }
-    moveFrames();
-  }
-
   void chooseStop() {
-    const std::size_t joints = positions_.size();
-    state_ = {};
-    poses_ = forwardKinematics(model_->robot, positions_);
-    state_.velocities.assign(joints, 0.0);
-    for (const std::optional<Eigen::Isometry3d>& frame : frames_)
-      state_.frames.moving.push_back(RobotMotion::atRest(frame));
-    state_.positions.assign(positions_.begin(), positions_.end());
-    braking_.latency = chance_.below(4) == 0 ? 0.0 : chance_.between(0.0, 0.2);
-    braking_.deceleration.assign(joints, 0.0);
-    const int only = chance_.below(2) == 0 ? -1 : chance_.below(static_cast<int>(joints));
-    for (std::size_t i = 0; i < joints; ++i) {
-      if (only < 0 || only == static_cast<int>(i)) state_.velocities[i] = chance_.between(-2, 2);
-      braking_.deceleration[i] = chance_.between(0.5, 10.0);
-    }
+    chooseVelocities();
     place(poses_);
     const auto nearestOf = [&](PairKind kind) {
       const PairProximity* nearest = scene_.minimum(Pairs(scene_.candidates(), kind));
@@ -112,18 +75,6 @@ class Cell : public ControlledCell {
   }
 
   double stopDistanceOf(const ShapeRefPair& pair) const { return !pair.areLinks() ? stop_.objects : stop_.links; }
-
-  /// The positions after the joints moved with their unscaled velocities for a time [s]; at their limits they rest.
-  std::vector<double> positionsAfter(double way) const {
-    std::vector<double> positions = positions_;
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      const Joint& joint = model_->robot.joints[i];
-      if (hasOnePosition(joint))
-        positions[i] = std::clamp(positions[i] + way * state_.velocities[i], joint.lower, joint.upper);
-    }
-    return positions;
-  }
-  BodyPoses posesAfter(double way) const { return forwardKinematics(model_->robot, positionsAfter(way)); }
 
   const std::vector<JointInequality>& inequalities() const { return model_->robot.inequalities; }
 
@@ -159,18 +110,6 @@ class Cell : public ControlledCell {
         pairs.emplace(keyOf(pair.asked), pair);
     }
     return pairs;
-  }
-
-  Braked brakes() const {
-    Braked result{braking_.latency, 0.0};
-    for (std::size_t i = 0; i < positions_.size(); ++i) {
-      const Joint& joint = model_->robot.joints[i];
-      if (!hasOnePosition(joint)) continue;
-      const Joint::Mimic leader = model_->robot.leaderOf(static_cast<int>(i));
-      const double speed = std::abs(leader.multiplier * state_.velocities[leader.joint]);
-      result.braking = std::max(result.braking, speed / braking_.deceleration[i]);
-    }
-    return result;
   }
 
   void observeStop() {
@@ -240,11 +179,6 @@ class Cell : public ControlledCell {
   // in lengths of a few metres.
   static constexpr double kRounding = 1e-13;
 
-  MotionSearch moving_;
-  BodyPoses poses_;
-  std::vector<double> positions_;
-  MovingState state_;
-  Braking braking_;
   PairDistances stop_;
   stress::Tally& tally_;
 };

@@ -37,6 +37,13 @@ struct MovingState {
 std::vector<double> stoppingTravel(const RobotModel& model, const std::vector<double>& velocities,
                                    const Braking& braking);
 
+/// [s] How long braking from the full velocities takes.
+double brakingTime(const RobotModel& model, const std::vector<double>& velocities, const Braking& braking);
+
+/// The motion of a stop from the full velocities, as velocityScale() searches it: its parameter is the way, not the time.
+/// Throws as velocityScale() does, but not for velocities that are missing.
+Motion stoppingMotion(const State& start, const MovingState& state, const Braking& braking);
+
 /// The speed at which a robot can still stop in time.
 struct VelocityScale {
   /// Converged: the largest scale, within the tolerance of the search. IterationLimit (the deadline has passed, or the
@@ -81,5 +88,10 @@ constexpr double kRetreatTolerance = 1e-6;
 /// `moving` must have the objects of `start`.
 VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                             const Braking& braking, const PairDistances& stop, const Deadline& deadline = {});
+
+/// The same for some pairs, without the inequalities.
+VelocityScale velocityScale(const Pairs& pairs, MotionSearch& moving, Scene& scene, const State& start,
+                            const MovingState& state, const Braking& braking, const PairDistances& stop,
+                            const Deadline& deadline = {});
 
 }  // namespace proximity_server::scene
