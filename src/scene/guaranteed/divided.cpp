@@ -1,5 +1,6 @@
 #include "scene/guaranteed/divided.h"
 
+#include "scene/guaranteed/place_to_halve.h"
 #include "scene/model/numbers.h"
 
 #include <algorithm>
@@ -14,37 +15,35 @@ using narrowphase::SignedDistance;
 
 DividedBound::DividedBound(const UncertainPlaces& places, DisplacedPair& pair, PiecesBound& pieces,
                            ReachedStates& reached, LimitedWork& work)
-    : places_(places),
-      pair_(pair),
-      pieces_(pieces),
-      reached_(reached),
-      work_(work),
-      column_of_(places.robot().joints.size(), kNoColumn) {}
+    : places_(places), pair_(pair), pieces_(pieces), reached_(reached), work_(work) {}
 
-/// Returns false if no joint is between the two, or if one of them may be anywhere.
+/// Takes the intervals of all joints whose positions displace the two relative to each other. Returns false if there
+/// are none, or if one of them may be anywhere.
 bool DividedBound::findLeadersBetween() {
-  for (const int joint : leaders_between_) column_of_[joint] = kNoColumn;
-  leaders_between_.clear();
-  levers_.clear();
+  intervals_.clear();
+  levers_.assign(places_.leaders().size(), 0.0);
   for (const DisplacedShape* side : {&pair_.a, &pair_.b}) {
     const Bounds& bounds = side->part.whole().bounds;
     for (const Displacement& own : side->chain) {
       const Joint::Mimic* leader = places_.leaderOf(own);
       if (!leader) continue;
       if (!std::isfinite(own.width)) return false;
-      std::size_t& column = column_of_[leader->joint];
-      if (column == kNoColumn) {
-        column = leaders_between_.size();
-        leaders_between_.push_back(leader->joint);
-        levers_.push_back(0.0);
-      }
+      const double most = places_.uncertainty().positions[leader->joint];
+      if (findInterval(0, leader->joint) == intervals_.end()) intervals_.push_back({leader->joint, -most, most});
       const bool slides = own.kind == Displacement::Kind::Slide;
       const double lever =
           slides ? 1.0 : own.axis.cross(side->pose * bounds.centre - own.origin).norm() + bounds.radius;
-      levers_[column] += std::abs(leader->multiplier) * lever;
+      levers_[leader->joint] += std::abs(leader->multiplier) * lever;
     }
   }
-  return !leaders_between_.empty();
+  leaders_between_ = intervals_.size();
+  return leaders_between_ > 0;
+}
+
+/// The interval of a joint in the part whose intervals begin at a place.
+std::vector<JointRange>::const_iterator DividedBound::findInterval(std::size_t begin, int joint) const {
+  return std::find_if(intervals_.begin() + static_cast<std::ptrdiff_t>(begin), intervals_.end(),
+                      [&](const JointRange& interval) { return interval.joint == joint; });
 }
 
 /// Places one shape in the middle of a part, with what is left of its displacements. Returns the error of its points
@@ -61,9 +60,9 @@ double DividedBound::displaceSide(const DisplacedShape& whole, const Box& box, D
     own.axis = motion.linear() * present.axis;
     const Joint::Mimic* leader = places_.leaderOf(present);
     if (!leader) continue;
-    const auto [lower, upper] = intervals_[box.intervals + column_of_[leader->joint]];
-    own.width = std::abs(leader->multiplier) * halfWidth(lower, upper);
-    present.displaceAfter(motion, leader->multiplier * 0.5 * (lower + upper));
+    const JointRange& left = *findInterval(box.intervals, leader->joint);
+    own.width = std::abs(leader->multiplier) * halfWidth(left.lower, left.upper);
+    present.displaceAfter(motion, leader->multiplier * 0.5 * (left.lower + left.upper));
     const double lever = (whole.pose * bounds.centre - present.origin).norm() + bounds.radius;
     rounding += (1.0 + present.width) * (lever + present.origin.norm() + whole.pose.translation().norm());
   }
@@ -71,30 +70,16 @@ double DividedBound::displaceSide(const DisplacedShape& whole, const Box& box, D
   return 64.0 * std::numeric_limits<double>::epsilon() * rounding;
 }
 
-/// The joint whose interval moves the points of the two the most.
-std::size_t DividedBound::widestOf(const Box& box) const {
-  std::size_t widest = 0;
-  double most = -1.0;
-  for (std::size_t column = 0; column < levers_.size(); ++column) {
-    const auto [lower, upper] = intervals_[box.intervals + column];
-    const double way = levers_[column] * (upper - lower);
-    if (way > most) {
-      most = way;
-      widest = column;
-    }
-  }
-  return widest;
-}
-
-/// Divides a part at the middle of its widest interval. Its intervals become those of the lower half.
-std::pair<DividedBound::Box, DividedBound::Box> DividedBound::halve(const Box& box) {
-  const std::size_t widest = widestOf(box), count = leaders_between_.size();
+/// Divides a part where the points of the two move the most. It becomes the lower half; returns the upper one.
+DividedBound::Box DividedBound::halve(const Box& box) {
   Box high = box;
   high.intervals = intervals_.size();
-  for (std::size_t i = 0; i < count; ++i) intervals_.push_back(std::array<double, 2>(intervals_[box.intervals + i]));
-  auto& [lower, upper] = intervals_[box.intervals + widest];
-  upper = intervals_[high.intervals + widest][0] = 0.5 * (lower + upper);
-  return {box, high};
+  for (std::size_t i = 0; i < leaders_between_; ++i) intervals_.push_back(JointRange(intervals_[box.intervals + i]));
+  JointRange *lows = &intervals_[box.intervals], *highs = &intervals_[high.intervals];
+  const auto way = [&](const JointRange& interval) { return levers_[interval.joint] * interval.width(); };
+  const int widest = std::max(0, placeToHalve(lows, leaders_between_, way));
+  lows[widest].upper = highs[widest].lower = 0.5 * (lows[widest].lower + lows[widest].upper);
+  return high;
 }
 
 /// Bounds the pair in a part, along a direction of its own. `nearest` [m] is lowered to the distance in its middle.
@@ -104,10 +89,10 @@ void DividedBound::boundPart(Box& box, double enough, double& nearest) {
   const SignedDistance middle = pair_.measured(box.leaves, pair_.a_T_b, kInfinity);
   if (middle.upper_bound - pair_.swelling < nearest) {
     nearest = middle.upper_bound - pair_.swelling;
-    nearest_state_.assign(places_.leaders().size(), 0.0);
-    for (std::size_t column = 0; column < leaders_between_.size(); ++column) {
-      const auto [lower, upper] = intervals_[box.intervals + column];
-      nearest_state_[leaders_between_[column]] = 0.5 * (lower + upper);
+    nearest_state_.assign(levers_.size(), 0.0);
+    for (std::size_t i = 0; i < leaders_between_; ++i) {
+      const JointRange& interval = intervals_[box.intervals + i];
+      nearest_state_[interval.joint] = 0.5 * (interval.lower + interval.upper);
     }
   }
   pieces_.likely = {pair_.asked, box.leaves};
@@ -134,12 +119,7 @@ double DividedBound::improved(double whole, double lower_bound, double enough) {
   // At once, so that a cycle of the monitor takes no memory where the time of the earlier ones was over.
   const auto most_boxes = static_cast<std::size_t>(std::min(most_parts_, kUsualParts) / 2 + 1);
   boxes_.reserve(most_boxes);
-  intervals_.reserve(most_boxes * leaders_between_.size());
-  intervals_.clear();
-  for (const int joint : leaders_between_) {
-    const double most = places_.uncertainty().positions[joint];
-    intervals_.push_back({-most, most});
-  }
+  intervals_.reserve(most_boxes * leaders_between_);
   boxes_.assign(1, Box{0, whole, pieces_.deciding.leaves});
   if (isGood(boxes_.front())) return whole;
   const DisplacedPair::Where deciding = pieces_.deciding;
@@ -147,7 +127,7 @@ double DividedBound::improved(double whole, double lower_bound, double enough) {
   whole_b_ = pair_.b;
   for (int parts = 0; parts + 2 <= most_parts_ && !isGood(boxes_.front()) && !work_.isOver(); parts += 2) {
     std::pop_heap(boxes_.begin(), boxes_.end(), isAfter);
-    auto [low, high] = halve(boxes_.back());
+    Box low = boxes_.back(), high = halve(low);
     boxes_.pop_back();
     for (Box* half : {&low, &high}) {
       boundPart(*half, enough, nearest);

@@ -1,11 +1,10 @@
 #pragma once
 
+#include "proximity_server/scene/model/joint_ranges.h"
 #include "scene/guaranteed/pieces_bound.h"
 #include "scene/guaranteed/reached.h"
 
-#include <array>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -33,20 +32,19 @@ class DividedBound {
   void forgetNearest() { nearest_state_.clear(); }
 
  private:
-  /// A part: an interval for each of leaders_between_.
+  /// A part: an interval for each of the joints between the two.
   struct Box {
     std::size_t intervals;  ///< the place of the first one
     double bound;           ///< [m] of the pair
     LeafPair leaves;        ///< those that decide it
   };
   bool findLeadersBetween();
-  std::size_t widestOf(const Box& box) const;
-  std::pair<Box, Box> halve(const Box& box);
+  std::vector<JointRange>::const_iterator findInterval(std::size_t begin, int joint) const;
+  Box halve(const Box& box);
   void boundPart(Box& box, double enough, double& nearest);
   double displaceSide(const DisplacedShape& whole, const Box& box, DisplacedShape& side) const;
 
   static constexpr int kUsualParts = 64;
-  static constexpr std::size_t kNoColumn = static_cast<std::size_t>(-1);
   static constexpr double kNegligible = 1e-6;  ///< [m] a loss that is not worth a part; links are known to 1e-4 at best
 
   const UncertainPlaces& places_;
@@ -55,12 +53,11 @@ class DividedBound {
   ReachedStates& reached_;
   LimitedWork& work_;
   int most_parts_ = kUsualParts;
-  DisplacedShape whole_a_, whole_b_;    ///< the two in the present state
-  std::vector<int> leaders_between_;    ///< the joints whose positions displace the two relative to each other
-  std::vector<double> levers_;          ///< [m/rad] or [m/m] of each of them, an upper bound of the ways of all points
-  std::vector<std::size_t> column_of_;  ///< by joint, its place among them
-  std::vector<std::array<double, 2>> intervals_;
-  std::vector<Box> boxes_;  ///< a heap: the lowest bound first
+  DisplacedShape whole_a_, whole_b_;  ///< the two in the present state
+  std::vector<double> levers_;        ///< [m/rad] or [m/m] by joint, an upper bound of the ways of all points
+  std::vector<JointRange> intervals_;
+  std::size_t leaders_between_ = 0;  ///< the number of intervals of each part
+  std::vector<Box> boxes_;           ///< a heap: the lowest bound first
   std::vector<double> nearest_state_;
 };
 

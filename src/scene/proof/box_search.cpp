@@ -1,6 +1,7 @@
 #include "scene/proof/box_search.h"
 
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "scene/guaranteed/place_to_halve.h"
 #include "scene/model/numbers.h"
 
 #include <algorithm>
@@ -29,48 +30,24 @@ BoxSearch::BoxSearch(const SceneModel& model, const ShapeRefPair& pair, const Jo
       settled_bound_(kInfinity) {
   proof_.pair = pair;
   proof_.box = whole_.joints;
-  for (const JointRange& interval : box) positions_[interval.joint] = 0.5 * (interval.lower + interval.upper);
-  Box all{{}, {}, -kInfinity, 1.0, made_++, 0};
-  for (const JointRange& interval : whole_.joints) {
-    all.lower.push_back(interval.lower);
-    all.upper.push_back(interval.upper);
-  }
-  boxes_.push_back(std::move(all));
+  placeAtCentre(box);
+  boxes_[{}] = {whole_.joints, -kInfinity, 1.0, 0};
 }
-
-// --- the order of the boxes
 
 /// [m] A bound above this is good enough.
 double BoxSearch::target() const {
   return contact() + question_.tightness * std::max(0.0, proof_.closest_upper_bound - contact());
 }
 
-/// True if the other box is divided first.
-bool BoxSearch::isAfter(const Box& one, const Box& other) const {
-  if (wantsShares() && one.share != other.share) return one.share < other.share;
-  return one.bound != other.bound ? one.bound > other.bound : one.number > other.number;
-}
-
-void BoxSearch::push(Box box) {
-  boxes_.push_back(std::move(box));
-  std::push_heap(boxes_.begin(), boxes_.end(), [&](const Box& a, const Box& b) { return isAfter(a, b); });
-}
-
-BoxSearch::Box BoxSearch::pop() {
-  std::pop_heap(boxes_.begin(), boxes_.end(), [&](const Box& a, const Box& b) { return isAfter(a, b); });
-  Box box = std::move(boxes_.back());
-  boxes_.pop_back();
-  return box;
-}
-
 bool BoxSearch::isSettled() const {
   if (boxes_.empty()) return true;
-  if (wantsShares()) return boxes_.front().widest < 0;
-  return proof_.closest_upper_bound <= contact() || boxes_.front().widest < 0 || boxes_.front().bound > target();
+  const Box& next = boxes_.begin()->second;
+  if (wantsShares()) return next.widest < 0;
+  return proof_.closest_upper_bound <= contact() || next.widest < 0 || next.bound > target();
 }
 
 void BoxSearch::run(BoxMeasures& measures, long most_boxes) {
-  if (proof_.boxes == 0 && most_boxes > 0) examine(pop(), measures);
+  if (proof_.boxes == 0 && most_boxes > 0) examine(boxes_.extract(boxes_.begin()).mapped(), measures);
   while (!isSettled() && proof_.boxes + 2 <= most_boxes && !question_.deadline.hasPassed()) divide(measures);
 }
 
@@ -80,29 +57,26 @@ void BoxSearch::settle(double bound) {
 }
 
 void BoxSearch::divide(BoxMeasures& measures) {
-  Box low = pop();
-  const auto at = static_cast<std::size_t>(low.widest);
+  Box low = std::move(boxes_.extract(boxes_.begin()).mapped());
+  low.share *= 0.5;
   Box high = low;
-  low.upper[at] = high.lower[at] = 0.5 * (low.lower[at] + low.upper[at]);
-  low.share = high.share = 0.5 * low.share;
-  low.number = made_++;
-  high.number = made_++;
+  const auto at = static_cast<std::size_t>(low.widest);
+  low.joints[at].upper = high.joints[at].lower = 0.5 * (low.joints[at].lower + low.joints[at].upper);
   examine(std::move(low), measures);
   examine(std::move(high), measures);
 }
 
 // --- one box
 
-void BoxSearch::placeAtCentre(const Box& box) {
-  for (std::size_t i = 0; i < whole_.joints.size(); ++i)
-    positions_[whole_.joints[i].joint] = 0.5 * (box.lower[i] + box.upper[i]);
+void BoxSearch::placeAtCentre(const JointBox& box) {
+  for (const JointRange& interval : box) positions_[interval.joint] = 0.5 * (interval.lower + interval.upper);
 }
 
-Uncertainty BoxSearch::halfWidths(const Box& box) const {
+Uncertainty BoxSearch::halfWidths(const JointBox& box) const {
   Uncertainty uncertainty(model_.robot);
-  for (std::size_t i = 0; i < whole_.joints.size(); ++i)
-    if (box.lower[i] < box.upper[i])
-      uncertainty.positions[whole_.joints[i].joint] = halfWidth(box.lower[i], box.upper[i]);
+  for (const JointRange& interval : box)
+    if (interval.lower < interval.upper)
+      uncertainty.positions[interval.joint] = halfWidth(interval.lower, interval.upper);
   return uncertainty;
 }
 
@@ -131,34 +105,20 @@ void BoxSearch::tryCorners(const PairProximity& found, BoxMeasures& measures) {
   measure(measures, there);
 }
 
-bool BoxSearch::isInContact(const Box& box, double upper_bound, const BoxMeasures& measures) const {
+bool BoxSearch::isInContact(const JointBox& box, double upper_bound, const BoxMeasures& measures) const {
   double travel = whole_.rounding;
-  for (std::size_t i = 0; i < whole_.joints.size(); ++i)
-    travel += measures.travelOf(whole_.joints[i].joint) * halfWidth(box.lower[i], box.upper[i]);
+  for (const JointRange& interval : box)
+    travel += measures.travelOf(interval.joint) * halfWidth(interval.lower, interval.upper);
   return upper_bound + travel * (1.0 + 64.0 * std::numeric_limits<double>::epsilon()) <= contact();
-}
-
-/// The joint that moves the points of the two the most; -1 if no interval can be halved.
-int BoxSearch::widestOf(const Box& box, const BoxMeasures& measures) const {
-  int widest = -1;
-  double most = -1.0;
-  for (std::size_t i = 0; i < whole_.joints.size(); ++i) {
-    const double middle = 0.5 * (box.lower[i] + box.upper[i]);
-    const double travel = measures.travelOf(whole_.joints[i].joint) * (box.upper[i] - box.lower[i]);
-    if (!(box.lower[i] < middle && middle < box.upper[i]) || !(travel > most)) continue;
-    most = travel;
-    widest = static_cast<int>(i);
-  }
-  return widest;
 }
 
 void BoxSearch::examine(Box box, BoxMeasures& measures) {
   ++proof_.boxes;
-  placeAtCentre(box);
+  placeAtCentre(box.joints);
   PairProximity found;
   const double closest_before = proof_.closest_upper_bound;
   const narrowphase::SignedDistance distance = measure(measures, found);
-  measures.bounds().assume(halfWidths(box));
+  measures.bounds().assume(halfWidths(box.joints));
   const double bound = measures.bounds().of(measures.state(), found, target() + whole_.rounding) - whole_.rounding;
   // Parts of a box are no worse than the box, even if another direction bounds them. NaN counts as no bound.
   box.bound = bound > box.bound ? bound : box.bound;
@@ -167,14 +127,15 @@ void BoxSearch::examine(Box box, BoxMeasures& measures) {
     return;
   }
   const bool knows_travel = measures.findTravel(pair_);
-  if (wantsShares() && knows_travel && isInContact(box, distance.upper_bound, measures)) {
+  if (wantsShares() && knows_travel && isInContact(box.joints, distance.upper_bound, measures)) {
     proof_.in_contact += box.share;
     settled_bound_ = std::min(settled_bound_, box.bound);
     return;
   }
-  box.widest = knows_travel ? widestOf(box, measures) : -1;
+  const auto travel = [&](const JointRange& own) { return measures.travelOf(own.joint) * own.width(); };
+  box.widest = knows_travel ? placeToHalve(box.joints.data(), box.joints.size(), travel) : -1;
   if (distance.upper_bound < closest_before && distance.upper_bound > contact()) tryCorners(found, measures);
-  push(std::move(box));
+  boxes_[{wantsShares() ? -box.share : 0.0, box.bound, proof_.boxes}] = std::move(box);
 }
 
 PairProof BoxSearch::result() const {
@@ -182,7 +143,7 @@ PairProof BoxSearch::result() const {
   proof.lower_bound = settled_bound_;
   proof.undecided = 0.0;
   const Box* worst = nullptr;
-  for (const Box& box : boxes_) {
+  for (const auto& [order, box] : boxes_) {
     proof.lower_bound = std::min(proof.lower_bound, box.bound);
     if (box.bound > contact()) continue;
     proof.undecided += box.share;
@@ -192,8 +153,7 @@ PairProof BoxSearch::result() const {
     proof.outcome = ProofOutcome::Refuted;
   else if (!worst)
     proof.outcome = ProofOutcome::Proven;
-  for (std::size_t i = 0; worst && i < whole_.joints.size(); ++i)
-    proof.worst.push_back({whole_.joints[i].joint, worst->lower[i], worst->upper[i]});
+  if (worst) proof.worst = worst->joints;
   return proof;
 }
 

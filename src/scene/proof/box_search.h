@@ -6,8 +6,9 @@
 #include "proximity_server/scene/query/scene.h"
 #include "scene/proof/pair_box.h"
 
+#include <map>
 #include <memory>
-#include <vector>
+#include <tuple>
 
 namespace proximity_server::scene {
 
@@ -57,36 +58,31 @@ class BoxSearch {
  private:
   /// A part of the box.
   struct Box {
-    std::vector<double> lower, upper;  ///< by joint of the pair
-    double bound;                      ///< [m] a lower bound of the distance
-    double share;                      ///< of the volume of the whole box
-    long number;                       ///< in the order in which they were made
-    int widest;                        ///< the joint along which it is divided; -1: it cannot be divided
+    JointBox joints;
+    double bound;  ///< [m] a lower bound of the distance
+    double share;  ///< of the volume of the whole box
+    int widest;    ///< the place of the joint along which it is divided; -1: it cannot be divided
   };
 
   double contact() const { return question_.contact_distance; }
   bool wantsShares() const { return question_.goal == ProofQuestion::Goal::Shares; }
   double target() const;
-  bool isAfter(const Box& one, const Box& other) const;
-  void push(Box box);
-  Box pop();
   void divide(BoxMeasures& measures);
   void examine(Box box, BoxMeasures& measures);
-  void placeAtCentre(const Box& box);
-  Uncertainty halfWidths(const Box& box) const;
+  void placeAtCentre(const JointBox& box);
+  Uncertainty halfWidths(const JointBox& box) const;
   narrowphase::SignedDistance measure(BoxMeasures& measures, PairProximity& found);
   void tryCorners(const PairProximity& found, BoxMeasures& measures);
-  bool isInContact(const Box& box, double upper_bound, const BoxMeasures& measures) const;
-  int widestOf(const Box& box, const BoxMeasures& measures) const;
+  bool isInContact(const JointBox& box, double upper_bound, const BoxMeasures& measures) const;
 
   const SceneModel& model_;
   const ShapeRefPair pair_;
   const ProofQuestion& question_;
   const PairBox whole_;
-  Positions positions_;     ///< of the state that is examined
-  std::vector<Box> boxes_;  ///< a heap: those that are not settled
-  double settled_bound_;    ///< [m] the smallest of all boxes that are settled
-  long made_ = 0;
+  Positions positions_;  ///< of the state that is examined
+  /// Those that are not settled, in the order in which they are divided.
+  std::map<std::tuple<double, double, long>, Box> boxes_;
+  double settled_bound_;  ///< [m] the smallest of all boxes that are settled
   PairProof proof_;
 };
 

@@ -4,6 +4,7 @@
 #include "proximity_server/scene/certificate/verify.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "scene/certificate/pair_separation.h"
+#include "scene/guaranteed/place_to_halve.h"
 #include "scene/model/numbers.h"
 #include "scene/proof/pair_certificate.h"
 #include "scene/scene_model/given_model.h"
@@ -40,12 +41,13 @@ class CertificateWriter {
         certificate.tree.push_back({-1, 0.0, axes_});
         continue;
       }
-      const JointRange* divided = intervalOf(box, hindrance(box));
-      if (!divided) return std::nullopt;
-      const double middle = 0.5 * (divided->lower + divided->upper);
-      certificate.tree.push_back({divided->joint, middle});
-      open.push_back(withInterval(box, {divided->joint, middle, divided->upper}));
-      open.push_back(withInterval(box, {divided->joint, divided->lower, middle}));
+      const int place = hindrance(box);
+      if (place < 0) return std::nullopt;
+      const JointRange divided = box[static_cast<std::size_t>(place)];
+      const double middle = 0.5 * (divided.lower + divided.upper);
+      certificate.tree.push_back({divided.joint, middle});
+      open.push_back(withInterval(box, {divided.joint, middle, divided.upper}));
+      open.push_back(withInterval(box, {divided.joint, divided.lower, middle}));
     }
     if (flawIn(certificate, proof_.box, model_, question_.objects.get())) return std::nullopt;
     return certificate;
@@ -133,20 +135,13 @@ class CertificateWriter {
     return separation_.along(axis, box, static_cast<int>(a_), static_cast<int>(b_));
   }
 
-  /// The joint whose motion keeps the two from being separated the most; -1 if no interval can be halved.
+  /// The place of the joint whose motion keeps the two from being separated the most; -1 if no interval can be halved.
   int hindrance(const JointBox& box) const {
-    int joint = -1;
-    double most = -kInfinity;
-    for (const JointRange& interval : box) {
+    return placeToHalve(box.data(), box.size(), [&](const JointRange& interval) {
       const double middle = 0.5 * (interval.lower + interval.upper);
-      if (!(interval.lower < middle && middle < interval.upper)) continue;
       const JointBox still = withInterval(box, {interval.joint, middle, middle});
-      const double separated = axes_.empty() ? separation_.fromHalfSpaces(still) : along(axes_.back(), still);
-      if (joint >= 0 && !(separated > most)) continue;
-      most = separated;
-      joint = interval.joint;
-    }
-    return joint;
+      return axes_.empty() ? separation_.fromHalfSpaces(still) : along(axes_.back(), still);
+    });
   }
 
   const SceneModel& model_;
