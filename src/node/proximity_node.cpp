@@ -50,16 +50,18 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
           },
           ObjectLimits(), objectsAtStart(robot->config())),
       object_keeper_(robot->config().objects_file, objects_),
-      monitor_(nh, private_nh, tf_, robot->config(), recorder_),
+      monitor_(nh, private_nh, tf_, tracked_ages_, robot->config(), recorder_),
       diagnostics_(
           nh, tf_, [this] { return monitor_.health(); }, [this] { return this->robot(); },
           [this] { return recorder_.outcome(); }, [this] { return object_keeper_.problem(); }),
       change_stream_(objects_, [](const std::string& reason) {
         ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
-      }) {
+      }),
+      tracked_sources_(nh, tf_, objects_, tracked_ages_) {
   if (service_port_.isSeparate()) runPollThreadInRealTime(robot->config().realtime_priority);
   recorder_.know(objects_.current());
   tf_.watch(*robot);
+  tracked_ages_.follow(*robot);
   monitor_.start(robot);
   model_info_pub_ = private_nh_.advertise<ModelInfo>("model_info", 1, /*latch=*/true);
   objects_pub_ = private_nh_.advertise<ObjectList>("objects", 1, /*latch=*/true);
@@ -76,6 +78,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
                                                [this](const ros::WallTimerEvent&) { publishChangedObjects(); });
   announce(*robot);
   arrivals_spinner_.start();
+  tracked_sources_.follow(*robot);
 }
 
 void ProximityNode::advertiseServices() {
@@ -113,7 +116,7 @@ void ProximityNode::publishObjects() {
   const ObjectStore::CurrentObjects now = objects_.current();
   ObjectList list = objects_.list(now);
   list.header.stamp = ros::Time::now();
-  published_revision_ = now.objects.revision;
+  published_revision_ = now.listed;
   published_robot_ = now.robot;
   object_keeper_.keep();
   publishLatched(objects_pub_, list);
@@ -135,11 +138,13 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
       objects_.follow(loaded, [&] {
         std::atomic_store(&robot_, loaded);
         recorder_.know(objects_.current());
+        tracked_ages_.follow(*loaded);
         monitor_.follow(loaded);
       });
     });
     tf_.watch(*loaded);
     tf_listener_.follow(*loaded);
+    tracked_sources_.follow(*loaded);
     announce(*loaded);
     response.success = true;
     response.message = description(*loaded);

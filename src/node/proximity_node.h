@@ -7,6 +7,8 @@
 #include "node/objects/change_stream.h"
 #include "node/objects/object_keeper.h"
 #include "node/objects/object_store.h"
+#include "node/objects/tracked_ages.h"
+#include "node/objects/tracked_sources.h"
 #include "node/registration.h"
 #include "node/robot/robot.h"
 #include "node/robot/settings_server.h"
@@ -96,6 +98,7 @@ class ProximityNode {
   TfPoses tf_;
   TfListener tf_listener_;
   Recorder recorder_;
+  TrackedAges tracked_ages_;
   ObjectStore objects_;
   ObjectKeeper object_keeper_;
   MonitorLoop monitor_;
@@ -116,6 +119,7 @@ class ProximityNode {
   // other requests.
   RequestQueue changes_{kNicenessOfLongRequests};
   ChangeStream change_stream_;
+  TrackedSources tracked_sources_;
   ros::CallbackQueue arrivals_;
   ros::AsyncSpinner arrivals_spinner_{1, &arrivals_};
   std::unique_ptr<SettingsServer> settings_server_;

@@ -48,6 +48,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   else
     state.set(snapshot.poses);
   assignDefaults(thresholds_, settings);
+  assignTracked(robot_->config().tracked, *monitored_.objects.all, settings, thresholds_);
   const QueryStatus bounded = prepareGuaranteed(snapshot, velocities, settings, frames);
   scene::AssessmentQuestion question{thresholds_, snapshot.stated};
   question.question.tolerance = robot_->config().tolerance;

@@ -31,11 +31,19 @@ const ros::WallDuration kFirstTransformsTimeout(1.0);
 /// [s] Shortest wall time between two warnings about the level INVALID.
 const ros::WallDuration kWarningPeriod(10.0);
 
+/// The snapshot without its poses, so that the level is INVALID with this status.
+PoseSnapshot withoutPoses(PoseSnapshot snapshot, const QueryStatus& status) {
+  std::fill(snapshot.poses.begin(), snapshot.poses.end(), std::nullopt);
+  snapshot.status = status;
+  return snapshot;
+}
+
 }  // namespace
 
 MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
-                         const Config& config, Recorder& recorder)
+                         const TrackedAges& ages, const Config& config, Recorder& recorder)
     : tf_(tf),
+      ages_(ages),
       recorder_(recorder),
       public_nh_(nh),
       nh_(withQueue(private_nh, queue_)),
@@ -122,7 +130,10 @@ void MonitorLoop::useNextObjects() {
 
 const PoseSnapshot& MonitorLoop::lookUp() {
   useNextObjects();
-  return tf_.lookUp(*lookup_);
+  const PoseSnapshot& found = tf_.lookUp(*lookup_);
+  const QueryStatus tracked = ages_.status(ros::Time::now());
+  if (tracked.code == QueryStatus::OK || found.status.code != QueryStatus::OK) return found;
+  return stale_ = withoutPoses(found, tracked);
 }
 
 void MonitorLoop::configure(const MonitorSettings& settings) {
@@ -186,12 +197,10 @@ void MonitorLoop::onKeepAlive() {
 
 /// Returns no poses, because their age is not known.
 PoseSnapshot MonitorLoop::lookUpWithStoppedClock() {
-  PoseSnapshot snapshot = lookUp();
+  const PoseSnapshot& snapshot = lookUp();
   if (snapshot.status.code != QueryStatus::OK) return snapshot;
-  std::fill(snapshot.poses.begin(), snapshot.poses.end(), std::nullopt);
-  snapshot.status.code = QueryStatus::TF_STALE;
-  snapshot.status.message = "the clock stands still: nothing tells how old the transforms are";
-  return snapshot;
+  return withoutPoses(snapshot, statusOf(QueryStatus::TF_STALE,
+                                         "the clock stands still: nothing tells how old the transforms are"));
 }
 
 /// Returns whether a timer or new transforms start a cycle now: not if the monitor is disabled, and not while the clock

@@ -3,6 +3,7 @@
 #include "node/monitor/commanded_trajectories.h"
 #include "node/monitor/markers.h"
 #include "node/monitor/monitor.h"
+#include "node/objects/tracked_ages.h"
 #include "node/record/recorder.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/scene/model/kinematics.h"
@@ -37,13 +38,13 @@ struct MonitorHealth {
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
 /// neither the clock nor the transforms advance, a wall timer publishes nevertheless: the level is then INVALID,
-/// because the age of the poses is unknown. If the level is INVALID, a warning with the reason is logged from time to
+/// because the age of the poses is unknown. So it is while a tracked source is stale. If the level is INVALID, a warning with the reason is logged from time to
 /// time. Thread-safe.
 class MonitorLoop {
  public:
   /// Subscribes to trajectories in the namespace of `nh`, and publishes in that of `private_nh`.
-  MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf, const Config& config,
-              Recorder& recorder);
+  MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf, const TrackedAges& ages,
+              const Config& config, Recorder& recorder);
   ~MonitorLoop();
 
   /// Begins with the present objects of the robot. Before it no other function may be called.
@@ -88,6 +89,7 @@ class MonitorLoop {
   void listenToCommands();
 
   TfPoses& tf_;
+  const TrackedAges& ages_;
   Recorder& recorder_;
   ros::NodeHandle public_nh_;
   CommandedTrajectories commands_;
@@ -110,6 +112,7 @@ class MonitorLoop {
   std::mutex mutex_;  // guards the members from here to the publishers
   Monitor monitor_;
   std::optional<TfLookup> lookup_;           // for the poses of the monitor's robot
+  PoseSnapshot stale_;                       // the poses while a tracked source is stale: none
   MonitorHealth health_{};                   // its `last` is not used, because the monitor has it
   bool has_cycled_ = false;                  // true if a cycle ran since the last keep-alive
   ros::SteadyTime next_warning_;             // the earliest time of the next warning about INVALID

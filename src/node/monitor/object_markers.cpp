@@ -128,6 +128,7 @@ MarkerArray objectMarkers(const Robot& robot, const scene::Objects& objects) {
   const ChangeFrames frames(robot);
   for (const int number : objects.numbers()) {
     const scene::Object& object = *objects.object(number);
+    if (robot.config().findTracked(object.id)) continue;  // it moves with each message, but these are published rarely
     Marker base;
     base.header.frame_id = scene::carrierOf(object, frames);
     base.ns = object.id;

@@ -112,8 +112,15 @@ void requireNames(const scene::ObjectEdit& edit) {
   for (const std::string& link : edit.place.touch_links) requireName("touch_links", link);
 }
 
+/// Refuses the name of a tracked source.
+void requireUntracked(const Robot& robot, const std::string& id) {
+  if (const TrackedSource* const source = robot.config().findTracked(id))
+    scene::refuseField("id", "it is a tracked source: only messages on '" + source->topic + "' change it");
+}
+
 /// Reads a change, and makes the geometry of an object with meshes.
-scene::ObjectEdit editOf(const ObjectChange& change, scene::ObjectOptions& options) {
+scene::ObjectEdit editOf(const Robot& robot, const ObjectChange& change, scene::ObjectOptions& options) {
+  requireUntracked(robot, change.id);
   if (change.operation >= scene::operationFields().size())
     scene::refuseField("operation", std::to_string(change.operation) + " does not exist");
   scene::ObjectEdit edit;
@@ -157,6 +164,12 @@ std::vector<scene::WrittenRule> rulesOf(const std::vector<PairRule>& messages) {
   return rules;
 }
 
+/// Removes all objects but those of tracked sources.
+void removeAll(const std::vector<std::string>& tracked, scene::ObjectEditor& objects) {
+  for (const std::string& id : objects.ids())
+    if (std::find(tracked.begin(), tracked.end(), id) == tracked.end()) objects.apply(removalOf(id));
+}
+
 }  // namespace
 
 scene::ObjectOptions objectOptions(const Robot& robot) {
@@ -170,12 +183,20 @@ scene::ObjectOptions objectOptions(const Robot& robot) {
   return options;
 }
 
+scene::ObjectEdit removalOf(const std::string& id) {
+  scene::ObjectEdit removal;
+  removal.id = id;
+  removal.operation = Operation::Remove;
+  return removal;
+}
+
 ReadChanges readChanges(const Robot& robot, const ObjectChanges& message) {
   scene::ObjectOptions options = objectOptions(robot);
   ReadChanges read;
+  for (const TrackedSource& source : robot.config().tracked) read.tracked.push_back(source.name);
   try {
     for (const ObjectChange& change : message.changes) {
-      const auto read_change = [&] { return editOf(change, options); };
+      const auto read_change = [&] { return editOf(robot, change, options); };
       read.edits.push_back(
           withinEntry("changes", read.edits.size(), [&] { return withinObject(change.id, read_change); }));
     }
@@ -191,9 +212,11 @@ std::string apply(ReadChanges& changes, scene::ObjectEditor& objects) {
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < changes.edits.size(); ++i) {
     const std::string id = changes.edits[i].id;
-    const bool is_removed = changes.edits[i].operation == scene::ObjectEdit::Operation::Remove && id != "*";
-    if (is_removed && !objects.find(id)) missing.push_back(id);
-    const auto apply_change = [&] { objects.apply(std::move(changes.edits[i])); };
+    const bool is_removed = changes.edits[i].operation == scene::ObjectEdit::Operation::Remove;
+    if (is_removed && id != "*" && !objects.find(id)) missing.push_back(id);
+    const auto apply_change = [&] {
+      is_removed && id == "*" ? removeAll(changes.tracked, objects) : objects.apply(std::move(changes.edits[i]));
+    };
     withinEntry("changes", i, [&] { withinObject(id, apply_change); });
   }
   if (missing.empty()) return {};

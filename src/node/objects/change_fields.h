@@ -30,12 +30,16 @@ class ChangeError : public std::invalid_argument {
 /// How objects of a robot are made.
 scene::ObjectOptions objectOptions(const Robot& robot);
 
+/// The operation that removes an object.
+scene::ObjectEdit removalOf(const std::string& id);
+
 /// The changes of a message, read but not yet checked against the present objects. `error` is about the first field that
 /// is wrong; then `edits` has only the changes before it.
 struct ReadChanges {
   std::vector<scene::ObjectEdit> edits;
   std::optional<std::vector<scene::WrittenRule>> rules;
   std::optional<ChangeError> error;
+  std::vector<std::string> tracked;  ///< names of tracked sources, whose objects the removal of all leaves
 };
 
 /// Reads a message, and makes the geometry of all objects with meshes that it adds or replaces. That may take seconds,

@@ -6,11 +6,11 @@ namespace proximity_server::node {
 
 using Eigen::Isometry3d;
 
-FindFrame frameFinder(TfPoses& tf) {
-  return [&tf](const Robot& robot, const std::string& frame) -> Isometry3d {
+FindFrame frameFinder(TfPoses& tf, const ros::Time& stamp, std::optional<double> timeout) {
+  return [&tf, stamp, timeout](const Robot& robot, const std::string& frame) -> Isometry3d {
     const CarrierFrames frames{{frame}, {0}};
-    const PoseSnapshot robot_poses = tf.await(robot, bodiesOf(robot, frames), ros::Time());
-    const FrameSnapshot found = tf.awaitFrames(robot, frames, robot_poses, ros::Time());
+    const PoseSnapshot robot_poses = tf.await(robot, bodiesOf(robot, frames), stamp, timeout);
+    const FrameSnapshot found = tf.awaitFrames(robot, frames, robot_poses, stamp, timeout);
     if (found.poses.front()) return *found.poses.front();
     const QueryStatus& why = robot_poses.status.code == QueryStatus::OK ? found.status : robot_poses.status;
     const bool says_why = why.code != QueryStatus::OK;

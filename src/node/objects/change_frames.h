@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -18,9 +19,9 @@ namespace proximity_server::node {
 /// pose is not known.
 using FindFrame = std::function<Eigen::Isometry3d(const Robot& robot, const std::string& frame)>;
 
-/// Makes a function that finds frames in tf. It waits at most Config::tf_timeout for the robot, and then at most as
-/// long for the frame.
-FindFrame frameFinder(TfPoses& tf);
+/// Makes a function that finds frames in tf, at `stamp`; if that is 0, their latest poses. It waits at most `timeout`
+/// [s] of wall time for the robot, and then at most as long for the frame; nullopt: Config::tf_timeout.
+FindFrame frameFinder(TfPoses& tf, const ros::Time& stamp = {}, std::optional<double> timeout = {});
 
 /// The frames of tf for changes of objects. Each frame is looked up once, also one that has no pose, so that nothing
 /// waits for it twice.

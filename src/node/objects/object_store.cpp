@@ -40,15 +40,21 @@ scene::ObjectEdit fileEntryOf(const ChangeFrames& frames, const scene::Object& o
   return edit;
 }
 
-/// Throws std::invalid_argument if the reference frame has changed and an object is fixed in it.
-void requireSameReference(const scene::Objects& objects, const Robot& before, const Robot& now) {
-  if (before.referenceFrame() == now.referenceFrame()) return;
-  for (const int number : objects.numbers()) {
-    if (std::holds_alternative<scene::Fixed>(objects.object(number)->placement))
-      throw std::invalid_argument("object " + scene::quoted(objects.object(number)->id) +
-                                  ": it stands in the reference frame '" + before.referenceFrame() +
-                                  "', which would be '" + now.referenceFrame() + "': remove it first");
-  }
+bool isTracked(const Robot& robot, const std::string& id) { return robot.config().findTracked(id) != nullptr; }
+
+/// Returns whether a reload keeps an object. Those of tracked sources are taken away with the source, and if the
+/// reference frame has changed.
+/// Failure: throws std::invalid_argument for another object that is fixed in a reference frame which has changed, or has
+///          the id of a new tracked source.
+bool isKept(const scene::Object& object, const Robot& before, const Robot& now) {
+  const bool is_same_reference = before.referenceFrame() == now.referenceFrame();
+  if (isTracked(before, object.id)) return is_same_reference && isTracked(now, object.id);
+  const std::string where = "object " + scene::quoted(object.id) + ": ";
+  if (isTracked(now, object.id)) throw std::invalid_argument(where + "a tracked source has its id: remove it first");
+  if (!is_same_reference && std::holds_alternative<scene::Fixed>(object.placement))
+    throw std::invalid_argument(where + "it stands in the reference frame '" + before.referenceFrame() +
+                                "', which would be '" + now.referenceFrame() + "': remove it first");
+  return true;
 }
 
 ShapeInfo shapeInfo(const std::string& id, std::size_t index, const scene::ObjectShapeInfo& shape) {
@@ -195,7 +201,7 @@ void ObjectStore::applyLocked(const std::vector<const ObjectChanges*>& messages,
 
 /// Gives the edited objects to the robot, with the rules if there are any. Returns false if nothing has changed.
 /// Failure: throws std::invalid_argument if the objects exceed a limit.
-bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision) {
+bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision, By by) {
   const scene::Objects& before = edited.before();
   const std::vector<scene::ObjectChange> changes = sortedDifference(edited);
   if (changes.empty() && !rules) return false;
@@ -211,16 +217,43 @@ bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, 
   const Lock lock(mutex_);
   robot_->objects().set({std::move(next), revision});
   if (rules) rules_ = *rules;
+  if (by == By::Client) listed_ = revision;
   triangles_ = triangles;
   return true;
+}
+
+void ObjectStore::track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source,
+                        const std::vector<Eigen::Vector3d>& points, const std::function<void()>& placed) {
+  scene::ObjectOptions options = objectOptions(*robot);
+  scene::ObjectEdit edit = removalOf(source.name);
+  if (!points.empty()) {
+    edit.operation = scene::ObjectEdit::Operation::Replace;
+    for (const Eigen::Vector3d& point : points)
+      edit.place.pose.translation() += point / static_cast<double>(points.size());
+    scene::requireReach(edit.place.pose);
+    for (const Eigen::Vector3d& point : points)
+      edit.shapes.push_back({narrowphase::Shape(narrowphase::Sphere{source.radius}),
+                             Eigen::Isometry3d(Eigen::Translation3d(point - edit.place.pose.translation()))});
+    edit.geometry = scene::makeObject(source.name, std::move(edit.shapes), scene::Fixed{}, options).geometry;
+  }
+  const Lock only_one(change_mutex_);
+  const TrackedSource* const now = robot_->config().findTracked(source.name);
+  if (robot != robot_ || !now || !(*now == source)) return;
+  const RobotObjects before = robot_->objects().get();
+  ChangeFrames frames(*robot_, find_frame_);
+  scene::ObjectEditor objects(*before.all, frames, options);
+  objects.apply(std::move(edit));
+  if (commit(objects, {}, before.revision + 1, By::TrackedSource)) on_change_(*robot_);
+  placed();
 }
 
 void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace) {
   const Lock only_one(change_mutex_);
   const RobotObjects now = robot_->objects().get();
-  requireSameReference(*now.all, *robot_, *robot);
   std::vector<scene::ObjectChange> additions;
-  for (const int number : now.all->numbers()) additions.emplace_back(scene::AddObject{*now.all->object(number)});
+  for (const int number : now.all->numbers())
+    if (const scene::Object& object = *now.all->object(number); isKept(object, *robot_, *robot))
+      additions.emplace_back(scene::AddObject{object});
   scene::Objects next = withRules(*robot->objects().get().all, rules_).changed(additions);
   robot->objects().set({std::make_shared<const scene::Objects>(std::move(next)), now.revision});
   {
@@ -232,7 +265,7 @@ void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::f
 
 ObjectStore::CurrentObjects ObjectStore::current() const {
   const Lock lock(mutex_);
-  return {robot_, robot_->objects().get(), rules_};
+  return {robot_, robot_->objects().get(), rules_, listed_};
 }
 
 // The message of many objects is long. It is made without the lock, so that no change waits for it.
@@ -240,17 +273,21 @@ ObjectList ObjectStore::list(const CurrentObjects& now) const {
   ObjectList list;
   list.header.frame_id = now.robot->referenceFrame();
   list.node_start = node_start_;
-  list.revision = now.objects.revision;
+  list.revision = now.listed;
   const ChangeFrames frames(*now.robot);
   for (const int number : now.objects.all->numbers())
-    list.objects.push_back(objectInfo(frames, *now.objects.all->object(number)));
+    if (const scene::Object& object = *now.objects.all->object(number); !isTracked(*now.robot, object.id))
+      list.objects.push_back(objectInfo(frames, object));
   for (const scene::WrittenRule& rule : now.rules) list.rules.push_back(messageOf(rule));
   return list;
 }
 
 ObjectStore::Snapshot ObjectStore::snapshot() const {
   const CurrentObjects now = current();
-  return {fileOf(now), now.objects.revision};
+  scene::ObjectFile file = fileOf(now);
+  const auto is_tracked = [&](const scene::ObjectEdit& object) { return isTracked(*now.robot, object.id); };
+  file.objects.erase(std::remove_if(file.objects.begin(), file.objects.end(), is_tracked), file.objects.end());
+  return {std::move(file), now.listed};
 }
 
 scene::ObjectFile ObjectStore::fileOf(const CurrentObjects& now) {
@@ -262,6 +299,6 @@ scene::ObjectFile ObjectStore::fileOf(const CurrentObjects& now) {
   return file;
 }
 
-std::uint64_t ObjectStore::revision() const { return currentRobot()->objects().get().revision; }
+std::uint64_t ObjectStore::revision() const { return current().listed; }
 
 }  // namespace proximity_server::node

@@ -55,10 +55,18 @@ class ObjectStore {
   std::uint64_t applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
                               const Remarked& remarked = {});
 
+  /// Replaces the object of a tracked source by balls around these points [m] in the reference frame of `robot`; without
+  /// points it is removed. Calls `placed` before a reload can take the object away. If a reload has replaced the robot
+  /// or changed the source, nothing is done.
+  /// Failure: throws std::invalid_argument as apply() does.
+  void track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source,
+             const std::vector<Eigen::Vector3d>& points, const std::function<void()>& placed);
+
   /// Gives the objects to a reloaded robot, and then calls `replace`. No change is applied until both are done.
   ///
   /// Failure: throws std::invalid_argument naming an object that the new robot cannot have: its link or its reference
-  ///          frame does not exist any more, or a link has its id. The store then keeps the previous robot.
+  ///          frame does not exist any more, or a link or a tracked source has its id. The store then keeps the previous
+  ///          robot.
   void follow(const std::shared_ptr<const Robot>& robot, const std::function<void()>& replace);
 
   /// The present objects, and the robot that has them.
@@ -66,22 +74,26 @@ class ObjectStore {
     std::shared_ptr<const Robot> robot;
     RobotObjects objects;
     std::vector<scene::WrittenRule> rules;
+    std::uint64_t listed = 0;  ///< see revision()
   };
   CurrentObjects current() const;
 
-  /// The present objects as a message, without a stamp.
+  /// The present objects as a message, without a stamp and without those of tracked sources.
   ObjectList list() const { return list(current()); }
   ObjectList list(const CurrentObjects& now) const;
 
-  /// The content of a file that gives a later start of the node the same objects and rules, and the revision of these.
+  /// The content of a file that gives a later start of the node the same objects and rules, but none of tracked
+  /// sources, and the revision of these.
   struct Snapshot {
     scene::ObjectFile file;
     std::uint64_t revision = 0;
   };
   Snapshot snapshot() const;
-  static scene::ObjectFile fileOf(const CurrentObjects& now);
+  static scene::ObjectFile fileOf(const CurrentObjects& now);  ///< of all objects
 
   std::uint64_t nodeStart() const { return node_start_; }
+
+  /// The revision of the latest change that was not by a tracked source: of what clients change, and of list().
   std::uint64_t revision() const;
 
  private:
@@ -91,7 +103,8 @@ class ObjectStore {
   void applyLocked(const std::vector<const ObjectChanges*>& messages, const Refused& refused, const Remarked& remarked,
                    std::vector<ReadChanges> read);
   std::shared_ptr<const Robot> currentRobot() const;
-  bool commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision);
+  enum class By : unsigned char { Client, TrackedSource };
+  bool commit(const scene::ObjectEditor& edited, const Rules& rules, std::uint64_t revision, By by = By::Client);
 
   const std::uint64_t node_start_;
   const FindFrame find_frame_;
@@ -103,6 +116,7 @@ class ObjectStore {
   mutable std::mutex mutex_;
   std::shared_ptr<const Robot> robot_;
   std::vector<scene::WrittenRule> rules_;
+  std::uint64_t listed_ = 0;    // see revision()
   std::int64_t triangles_ = 0;  // number of triangles of all meshes that were sent
 };
 

@@ -3,6 +3,7 @@
 #include "proximity_server/scene/configuration/robot_config.h"
 
 #include <string>
+#include <tuple>
 #include <vector>
 
 namespace proximity_server::node {
@@ -44,6 +45,29 @@ enum class PoseLatency : unsigned char {
 };
 const char* toString(PoseLatency latency);  ///< "velocity"
 
+/// An entry of the parameter `tracked`: people or things whose points come by a topic. In each scene it is an object with
+/// this name, of one ball around each point.
+struct TrackedSource {
+  enum class Type : unsigned char { PoseArray, PointCloud2 };
+
+  std::string name, topic;
+  Type type = Type::PoseArray;
+  double radius = 0.0;       ///< [m] of each ball
+  double max_age = 0.5;      ///< [s] of the latest message; beyond it the source is stale
+  double speed = 1.6;        ///< [m/s] the fastest that the points move; EN ISO 13855: a person
+  double near_speed = 2.0;   ///< [m/s] the same nearer than 0.5 m
+  double intrusion = 0.0;    ///< [m] how far a part of a person may be before it is seen
+  double uncertainty = 0.0;  ///< [m] how far a point may be off
+
+  bool operator==(const TrackedSource& other) const { return values() == other.values(); }
+
+ private:
+  std::tuple<const std::string&, const std::string&, Type, double, double, double, double, double, double> values()
+      const {
+    return {name, topic, type, radius, max_age, speed, near_speed, intrusion, uncertainty};
+  }
+};
+
 struct Config : scene::RobotConfig {
   /// Sorted by name. If it is empty there is one robot, which robot_description, semantic_description and tf_prefix
   /// describe.
@@ -79,7 +103,12 @@ struct Config : scene::RobotConfig {
   double message_latency = 0.0;  ///< [s] from a cycle of the monitor until its message is used
   scene::JointLimits max_acceleration;
   scene::FileValue base_speed{scene::FileValue::Map()}, object_speed{scene::FileValue::Map()};
+  std::vector<TrackedSource> tracked;
+  scene::FileValue tracked_value{scene::FileValue::List()};  ///< the parameter, of which configFrom() makes `tracked`
   MonitorSettings monitor;
+
+  /// nullptr if no tracked source has this name.
+  const TrackedSource* findTracked(const std::string& source) const;
 };
 
 }  // namespace proximity_server::node

@@ -77,6 +77,55 @@ std::vector<RobotSource> sourcesFrom(const FileValue& value, const ParameterRead
   return sources;
 }
 
+/// Reads an entry of the parameter `tracked`; `name_space` ends with its index.
+TrackedSource trackedSource(const FileValue& value, const std::string& name_space) {
+  ParameterReader reader(value, name_space);
+  TrackedSource source;
+  std::string type;
+  reader.read("topic", source.topic);
+  reader.require(isTopic(source.topic), "topic", "is no name of a topic: '" + source.topic + "'");
+  reader.read("type", type);
+  reader.require(type == "PoseArray" || type == "PointCloud2", "type",
+                 "is '" + type + "', but must be PoseArray or PointCloud2");
+  source.type = type == "PoseArray" ? TrackedSource::Type::PoseArray : TrackedSource::Type::PointCloud2;
+  source.name = source.topic.substr(source.topic.front() == '/' ? 1 : 0);
+  reader.read("name", source.name);
+  reader.require(!source.name.empty() && source.name != "*", "name", "is '" + source.name + "', no name of an object");
+  scene::requireUtf8(source.name);
+  reader.require(reader.isSet("radius"), "radius", "is missing: that of the ball around each point [m]");
+  scene::ParameterRows numbers;
+  const auto add = [&](const char* name, double* field, const scene::Range& range) {
+    numbers(name, field, range, "", Parameter::Change::Reload, "");
+  };
+  add("radius", &source.radius, {1e-3, 10});
+  add("max_age", &source.max_age, {1e-3, 10});
+  add("speed", &source.speed, {0, 100});
+  add("near_speed", &source.near_speed, {0, 100});
+  add("intrusion", &source.intrusion, {0, 10});
+  add("uncertainty", &source.uncertainty, {0, 10});
+  for (const Parameter& number : numbers.rows) reader.read(number);
+  for (const std::string& field : reader.unknown())
+    reader.require(false, field, "is unknown" + scene::didYouMean(field, reader.known()));
+  return source;
+}
+
+std::vector<TrackedSource> trackedFrom(const FileValue& value, const ParameterReader& reader,
+                                       const std::string& name_space) {
+  const auto* const entries = std::get_if<FileValue::List>(&value.content);
+  reader.require(entries, "tracked", "must be a list of {topic: ..., type: ..., radius: ...}");
+  std::vector<TrackedSource> sources;
+  for (const FileValue& entry : *entries) {
+    const std::string place = "tracked[" + std::to_string(sources.size()) + "]";
+    reader.require(std::holds_alternative<FileValue::Map>(entry.content), place,
+                   "must be of the form {topic: /people, type: PoseArray, radius: 0.3}");
+    TrackedSource source = trackedSource(entry, name_space + "/" + place);
+    reader.require(scene::findNamed(sources, source.name) < 0, place + "/name",
+                   "is '" + source.name + "', as that of an entry before it");
+    sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
 PoseLatency poseLatency(const FileValue& value, const ParameterReader& reader) {
   // YAML 1.1 takes off for false.
   const auto* const text = std::get_if<std::string>(&value.content);
@@ -121,9 +170,16 @@ std::vector<RobotSource> robotSources(const Config& config) {
   return {robot};
 }
 
-std::string problemOfInfluenceDistance(const MonitorSettings& settings) {
-  const std::pair<const char*, double> stop_distances[] = {{"stop_distance", settings.stop_distance},
-                                                           {"object_stop_distance", settings.object_stop_distance}};
+const TrackedSource* Config::findTracked(const std::string& source) const {
+  const int found = scene::findNamed(tracked, source);
+  return found < 0 ? nullptr : &tracked[found];
+}
+
+std::string problemOfInfluenceDistance(const MonitorSettings& settings, bool is_tracking) {
+  const std::pair<const char*, double> stop_distances[] = {
+      {"stop_distance", settings.stop_distance},
+      {"object_stop_distance", settings.object_stop_distance},
+      {"tracked_stop_distance", is_tracking ? settings.tracked_stop_distance : 0.0}};
   for (const auto& [name, stop] : stop_distances) {
     if (settings.influence_distance > stop) continue;
     return "influence_distance is " + scene::shortest(settings.influence_distance) + ", not above " + name +
@@ -168,6 +224,7 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
     ROS_WARN_STREAM(reader.place() << name << " is unknown and has no effect"
                                    << scene::didYouMean(name, reader.known()));
   config.robots = sourcesFrom(config.robots_value, reader, name_space);
+  config.tracked = trackedFrom(config.tracked_value, reader, name_space);
   config.pose_latency = poseLatency(config.pose_latency_value, reader);
   config.useMeshCache();
   const std::pair<const char*, const std::string&> paths[] = {{"objects_file", config.objects_file},

@@ -37,6 +37,14 @@ std::vector<Parameter> parameterTable(Config& config) {
       "Absolute path of a file that keeps the objects and their rules for the next start; no other node may use it. "
       "If the file is there, `objects` is not used. A folder that is not there, or a damaged file, which is not "
       "touched, stops the node; a full disk does not. \"\": objects do not outlive the node.");
+  add("tracked", &config.tracked_value, {}, "", kReload,
+      "People and things whose points come by a topic, `[{topic: /people, type: PoseArray, radius: 0.3}]`. See [tracked "
+      "people and things](#tracked-people-and-things). []: none.");
+  add("tracked_warn_distance", &monitor.tracked_warn_distance, {0, 100}, "m", kLive,
+      "The same as `warn_distance` of pairs with a tracked source, also if a link has a distance of its own.");
+  add("tracked_stop_distance", &monitor.tracked_stop_distance, {0, 100}, "m", kLive,
+      "The same as `stop_distance` of pairs with a tracked source. It must be at most `tracked_warn_distance`; for "
+      "`~constraints` it must be below `influence_distance`.");
 
   add.heading = "Transforms.";
   add("max_tf_age", &config.max_tf_age, {1e-3, 1e6}, "s", kReload,

@@ -235,16 +235,27 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       base_speeds_(baseSpeedsOf(model_->robot, config)),
       object_speeds_(scene::frameSpeedsFrom(config.object_speed, "parameter object_speed")),
       constraint_columns_(constraintColumnsOf(model_->robot, config.constraint_joints)),
-      thresholds_(std::make_shared<const scene::LevelThresholds>(
-          config.thresholdsOf(model_->robot, srdfsOf(texts), config.monitor))),
+      thresholds_(std::make_shared<const Thresholds>(
+          Thresholds{config.thresholdsOf(model_->robot, srdfsOf(texts), config.monitor), config.monitor})),
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(model_)) {
   useDefaults(config.monitor);
+  for (const TrackedSource& source : config.tracked)
+    if (model_->robot.findLink(source.name) >= 0)
+      throw std::invalid_argument("parameter tracked: name is " + scene::quoted(source.name) + ", that of a link");
+}
+
+scene::LevelThresholds Robot::thresholdsWith(const scene::Objects& objects) const {
+  const auto now = std::atomic_load(&thresholds_);
+  scene::LevelThresholds thresholds = *now;
+  assignTracked(config_.tracked, objects, now->usual, thresholds);
+  return thresholds;
 }
 
 void Robot::useDefaults(const MonitorSettings& settings) const {
-  const auto next = std::make_shared<scene::LevelThresholds>(*thresholds());
+  const auto next = std::make_shared<Thresholds>(*std::atomic_load(&thresholds_));
   assignDefaults(*next, settings);
+  next->usual = settings;
   const scene::RobotModel& model = robotModel();
   scene::requireOrder(model, *next);
   const auto require = [&](double stop, double by_default, const std::string& who) {
@@ -258,7 +269,7 @@ void Robot::useDefaults(const MonitorSettings& settings) const {
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link)
     require(next->stop.of({{link}, scene::ShapeRef::ofObject(0)}), next->stop.objects,
             model.links[link].name + " and objects");
-  std::atomic_store(&thresholds_, std::shared_ptr<const scene::LevelThresholds>(next));
+  std::atomic_store(&thresholds_, std::shared_ptr<const Thresholds>(next));
 }
 
 int Robot::linkOfFrame(const std::string& frame) const { return findFrame(robotModel(), frames_, frame); }
@@ -271,6 +282,18 @@ std::vector<scene::ShapeRefPair> Robot::pairsOfGroup(const std::string& group) c
   scene::PairFilterOptions filter = config_.filter;
   filter.group = group;
   return scene::Candidates(scene::filterPairs(robotModel(), srdfsOf(texts_), filter)).list();
+}
+
+void assignTracked(const std::vector<TrackedSource>& tracked, const scene::Objects& objects,
+                   const scene::LevelDistances& distances, scene::LevelThresholds& thresholds) {
+  thresholds.stop.forgetObjects();
+  thresholds.warn.forgetObjects();
+  for (const TrackedSource& source : tracked) {
+    const int number = objects.find(source.name);
+    if (number < 0) continue;
+    thresholds.stop.setObject(number, distances.tracked_stop_distance);
+    thresholds.warn.setObject(number, distances.tracked_warn_distance);
+  }
 }
 
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs) {

@@ -108,6 +108,9 @@ class Robot {
   /// The distances at or below which a pair has a level.
   std::shared_ptr<const scene::LevelThresholds> thresholds() const { return std::atomic_load(&thresholds_); }
 
+  /// The same, with those of tracked sources for their objects among these.
+  scene::LevelThresholds thresholdsWith(const scene::Objects& objects) const;
+
   /// Gives all pairs without thresholds of their own those of `settings`.
   /// Failure: throws std::invalid_argument naming a pair if its stop distance is above its warn distance, or if a stop
   ///          distance of its own is not below influence_distance. Then nothing changes.
@@ -143,10 +146,18 @@ class Robot {
   bool is_uncertain_;
   scene::FrameSpeeds base_speeds_, object_speeds_;
   std::vector<int> constraint_columns_;
-  mutable std::shared_ptr<const scene::LevelThresholds> thresholds_;  ///< accessed by std::atomic_load and atomic_store
+  struct Thresholds : scene::LevelThresholds {
+    scene::LevelDistances usual;  ///< those of the settings
+  };
+  mutable std::shared_ptr<const Thresholds> thresholds_;  ///< accessed by std::atomic_load and atomic_store
   std::unique_ptr<ObjectSlot> objects_;
   std::unique_ptr<ScenePool> scenes_;
 };
+
+/// Gives the objects of tracked sources among these the thresholds of `distances`, and no other object any. Allocates
+/// only if there are more of them than ever before.
+void assignTracked(const std::vector<TrackedSource>& tracked, const scene::Objects& objects,
+                   const scene::LevelDistances& distances, scene::LevelThresholds& thresholds);
 
 /// The bodies of all links in `pairs`, each once, in ascending order. Objects are left out.
 std::vector<int> bodiesOf(const scene::RobotModel& robot, const std::vector<scene::ShapeRefPair>& pairs);

@@ -22,11 +22,12 @@ FirstContactResponse emptyFirstContact() {
 
 FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactRequest& request) {
   return answered(emptyFirstContact(), [&](FirstContactResponse& response) {
-    const auto thresholds = robot.thresholds();
-    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, thresholds->stop);
+    scene::LevelThresholds thresholds;  // known with the objects
+    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, thresholds.stop);
     const double budget = timeBudget(robot, request.time_budget);
     positive(request.horizon, "horizon");
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    thresholds = robot.thresholdsWith(pairs.objects());
     const bool are_joints = !request.joints.name.empty();
     const PoseSnapshot start =
         tf.await(robot, are_joints ? withInequalities(robot, pairs.bodies()) : pairs.bodies(), request.stamp);

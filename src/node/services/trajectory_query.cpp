@@ -181,10 +181,11 @@ JointSnapshot awaitTf(const Robot& robot, TfPoses& tf, const RequestedPairs& pai
 
 QueryTrajectoryResponse answer(const Robot& robot, TfPoses& tf, const QueryTrajectoryRequest& request) {
   return answered(emptyQueryTrajectory(), [&](QueryTrajectoryResponse& response) {
-    const auto thresholds = robot.thresholds();
-    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, thresholds->stop);
+    scene::LevelThresholds thresholds;  // known with the objects
+    scene::MotionQuestion question = motionQuestion(request.contact_distance, request.tolerance, thresholds.stop);
     const double budget = timeBudget(robot, request.time_budget);
     const auto pairs = pairsOf(robot, request.a, request.b, filterOf(request.ignore_filter));
+    thresholds = robot.thresholdsWith(pairs.objects());
     WayPoints way = wayPointsOf(robot, request);
     const std::vector<double> tracking_error = trackingErrorOf(robot, way, request);
     const JointSnapshot from_tf = awaitTf(robot, tf, pairs, way, request);

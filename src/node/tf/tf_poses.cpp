@@ -255,9 +255,10 @@ const PoseSnapshot& TfPoses::lookUp(TfLookup& lookup, const ros::Time& stamp) {
   return lookup.pose_snapshot;
 }
 
-PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp) {
+PoseSnapshot TfPoses::await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp,
+                            std::optional<double> timeout) {
   PoseSnapshot snapshot;
-  assignPoses(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp), snapshot);
+  assignPoses(robot, awaitJoints(robot, edgesTo(robot, bodies), stamp, timeout), snapshot);
   return snapshot;
 }
 
@@ -324,9 +325,10 @@ auto TfPoses::await(double timeout, LookUp look_up) {
   }
 }
 
-JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp) {
+JointSnapshot TfPoses::awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp,
+                                   std::optional<double> timeout) {
   TfLookup lookup(robot, edges);
-  return await(robot.config().tf_timeout, [&] { return lookUpJoints(lookup, stamp); });
+  return await(timeout.value_or(robot.config().tf_timeout), [&] { return lookUpJoints(lookup, stamp); });
 }
 
 QueryStatus TfPoses::standingStill(const Robot& robot, const std::vector<int>& robots) {
@@ -375,9 +377,9 @@ FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const CarrierFrames& fra
 }
 
 FrameSnapshot TfPoses::awaitFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
-                                   const ros::Time& stamp) {
+                                   const ros::Time& stamp, std::optional<double> timeout) {
   if (robot_poses.status.code != QueryStatus::OK) return lookUpFrames(robot, frames, robot_poses, stamp);
-  return await(robot.config().tf_timeout, [&] { return lookUpFrames(robot, frames, robot_poses, stamp); });
+  return await(timeout.value_or(robot.config().tf_timeout), [&] { return lookUpFrames(robot, frames, robot_poses, stamp); });
 }
 
 }  // namespace proximity_server::node

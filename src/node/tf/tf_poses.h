@@ -120,8 +120,9 @@ class TfPoses {
   const PoseSnapshot& lookUp(TfLookup& lookup, const ros::Time& stamp = {});
 
   /// The poses of `bodies` and of the bodies that carry them, at `stamp`; if that is 0, at the latest common time.
-  /// Waits for missing transforms, at most Config::tf_timeout of wall time.
-  PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp);
+  /// Waits for missing transforms, at most `timeout` [s] of wall time; nullopt: Config::tf_timeout.
+  PoseSnapshot await(const Robot& robot, const std::vector<int>& bodies, const ros::Time& stamp,
+                     std::optional<double> timeout = {});
 
   /// The poses of frames that belong to the poses of the robot; these were looked up at `stamp`. Never waits.
   ///
@@ -131,16 +132,17 @@ class TfPoses {
   FrameSnapshot lookUpFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
                              const ros::Time& stamp = {});
 
-  /// Does the same as lookUpFrames(), but waits for missing transforms, at most Config::tf_timeout of wall time. It
-  /// does not wait if `robot_poses` has missing transforms itself.
+  /// Does the same as lookUpFrames(), but waits for missing transforms, as await() does. It does not wait if
+  /// `robot_poses` has missing transforms itself.
   FrameSnapshot awaitFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
-                            const ros::Time& stamp);
+                            const ros::Time& stamp, std::optional<double> timeout = {});
 
   // lookUpJoints() and awaitJoints() return transforms of edges instead of poses of bodies. Edges are indices into
   // Robot::tfEdges().
 
   const JointSnapshot& lookUpJoints(TfLookup& lookup, const ros::Time& stamp = {});
-  JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp);
+  JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp,
+                            std::optional<double> timeout = {});
 
   /// An argument of standingStill(): it stands for a reference frame that is not that of a link.
   static constexpr int kReferenceFrame = -1;

@@ -136,7 +136,9 @@ const std::vector<std::string>& parametersOfNode() {
                                                "influence_distance", "damping_gain",
                                                "max_constraints",    "constraint_joints",
                                                "stop_latency",       "max_deceleration",
-                                               "diagnostic_period",  "conditional_pairs"};
+                                               "diagnostic_period",  "conditional_pairs",
+                                               "tracked",            "tracked_warn_distance",
+                                               "tracked_stop_distance"};
   return kNames;
 }
 

@@ -292,6 +292,9 @@ void MovingPairs::addFixedObjects(const Participant& searcher) {
   pair.bodies.follow(poses_, searcher.body, bounds, all.body, of_all, SeenFrom::B);
   pair.deviation = deviationOf(searcher, bounds, all, of_all);
   pair.contact_distance = contactDistanceOf(pair.asked);
+  if (contact_ && contact_->thresholds)  // that of each object counts
+    pair.contact_distance =
+        std::max(pair.contact_distance, contact_->contact_distance + contact_->thresholds->largestOfObjects());
 }
 
 void MovingPairs::addIfChecked(const Participant& searcher, int number) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -11,6 +12,8 @@ void PairDistances::setPair(int link_a, int link_b, double distance) {
 }
 
 void PairDistances::setWithObjects(int link, double distance) { set(own_with_objects_, {link, 0, distance}); }
+
+void PairDistances::setObject(int number, double distance) { set(own_objects_, {number, 0, distance}); }
 
 void PairDistances::set(std::vector<Own>& all, const Own& own) {
   const auto comes_before = [](const Own& p, const Own& q) {
@@ -36,8 +39,17 @@ double PairDistances::ofLinks(int link_a, int link_b) const {
 }
 
 double PairDistances::withObject(const ShapeRefPair& pair) const {
+  const Own *a = find(own_objects_, pair.a.object(), 0), *b = find(own_objects_, pair.b.object(), 0);
+  if (a && b) return std::max(a->distance, b->distance);
+  if (a || b) return a ? a->distance : b->distance;
   const Own* own = find(own_with_objects_, std::max(pair.a.link(), pair.b.link()), 0);  // two objects have none
   return own ? own->distance : objects;
+}
+
+double PairDistances::largestOfObjects() const {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (const Own& own : own_objects_) largest = std::max(largest, own.distance);
+  return largest;
 }
 
 PairDistances::Range PairDistances::range(PairKind kind) const {
@@ -47,27 +59,32 @@ PairDistances::Range PairDistances::range(PairKind kind) const {
   }
   const bool with_object = kind == PairKind::WithObject;
   Range range{with_object ? objects : links, with_object ? objects : links};
-  for (const Own& own : with_object ? own_with_objects_ : own_pairs_)
-    range = {std::min(range.smallest, own.distance), std::max(range.largest, own.distance)};
+  const auto include = [&](const std::vector<Own>& all) {
+    for (const Own& own : all)
+      range = {std::min(range.smallest, own.distance), std::max(range.largest, own.distance)};
+  };
+  include(with_object ? own_with_objects_ : own_pairs_);
+  if (with_object) include(own_objects_);
   return range;
 }
 
 bool PairDistances::areFinite() const {
-  const auto is_finite = [](const Own& own) { return std::isfinite(own.distance); };
-  return std::isfinite(links) && std::isfinite(objects) &&
-         std::all_of(own_pairs_.begin(), own_pairs_.end(), is_finite) &&
-         std::all_of(own_with_objects_.begin(), own_with_objects_.end(), is_finite);
+  const auto are_finite = [](const std::vector<Own>& all) {
+    return std::all_of(all.begin(), all.end(), [](const Own& own) { return std::isfinite(own.distance); });
+  };
+  return std::isfinite(links) && std::isfinite(objects) && are_finite(own_pairs_) && are_finite(own_with_objects_) &&
+         are_finite(own_objects_);
 }
 
 bool PairDistances::areEqual(PairKind kind) const {
   if (kind == PairKind::OfLinks) return own_pairs_.empty();
-  if (kind == PairKind::WithObject) return own_with_objects_.empty();
-  return own_pairs_.empty() && own_with_objects_.empty() && links == objects;
+  if (kind == PairKind::WithObject) return haveEqualObjects();
+  return own_pairs_.empty() && haveEqualObjects() && links == objects;
 }
 
 bool PairDistances::operator==(const PairDistances& other) const {
   return links == other.links && objects == other.objects && own_pairs_ == other.own_pairs_ &&
-         own_with_objects_ == other.own_with_objects_;
+         own_with_objects_ == other.own_with_objects_ && own_objects_ == other.own_objects_;
 }
 
 PairDistances paddingsOf(const PairTable& table) {

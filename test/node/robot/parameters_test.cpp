@@ -210,6 +210,10 @@ XmlRpcValue otherValue(const Parameter& parameter) {
     value[0][1] = "b";
   } else if (parameter.name == "robots") {
     value["left"]["description"] = "a";
+  } else if (parameter.name == "tracked") {
+    value[0]["topic"] = "/people";
+    value[0]["type"] = "PoseArray";
+    value[0]["radius"] = 0.3;
   } else if (parameter.name == "pose_latency") {
     value = "limit";
   } else if (std::holds_alternative<scene::FileValue*>(parameter.field)) {
@@ -295,6 +299,74 @@ TEST(Parameters, TakeBothEndsOfTheirRanges) {
   }
 }
 
+// ---- Tracked sources
+
+XmlRpcValue people() {
+  XmlRpcValue entry;
+  entry["topic"] = "/seen/people";
+  entry["type"] = "PoseArray";
+  entry["radius"] = 0.3;
+  return entry;
+}
+
+TEST(TrackedParameter, HasANameAndNumbersByDefault) {
+  XmlRpcValue list;
+  list[0] = people();
+  list[1] = people();
+  list[1]["name"] = "cart";
+  list[1]["type"] = "PointCloud2";
+  for (const char* number : {"max_age", "speed", "near_speed", "intrusion", "uncertainty"}) list[1][number] = 0.75;
+  const std::vector<TrackedSource> tracked = configWith("tracked", list).tracked;
+  ASSERT_EQ(tracked.size(), 2U);
+  TrackedSource expected;
+  expected.name = "seen/people";
+  expected.topic = "/seen/people";
+  expected.radius = 0.3;
+  EXPECT_EQ(tracked[0], expected);
+  EXPECT_EQ(expected.max_age, 0.5);
+  EXPECT_EQ(expected.speed, 1.6);
+  EXPECT_EQ(expected.near_speed, 2.0);
+  expected.name = "cart";
+  expected.type = TrackedSource::Type::PointCloud2;
+  expected.max_age = expected.speed = expected.near_speed = expected.intrusion = expected.uncertainty = 0.75;
+  EXPECT_EQ(tracked[1], expected);
+}
+
+TEST(TrackedParameter, IsRefusedByEntryAndField) {
+  const auto refusal = [](const auto& spoil) {
+    XmlRpcValue list;
+    list[0] = people();
+    list[1] = people();
+    list[1]["name"] = "cart";
+    spoil(list);
+    return scene::errorOf([&] { configWith("tracked", list); });
+  };
+  const std::string entry = "parameter /node/tracked[1]";
+  EXPECT_EQ(refusal([](XmlRpcValue&) {}), "");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list = 1.0; }),
+            "parameter /node/tracked must be a list of {topic: ..., type: ..., radius: ...}");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1] = "/people"; }),
+            entry + " must be of the form {topic: /people, type: PoseArray, radius: 0.3}");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["topic"] = "no topic"; }),
+            entry + "/topic is no name of a topic: 'no topic'");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["type"] = "LaserScan"; }),
+            entry + "/type is 'LaserScan', but must be PoseArray or PointCloud2");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["radius"] = 0.0; }), entry + "/radius is 0, outside of [0.001, 10]");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["max_age"] = "old"; }), entry + "/max_age must be a number");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["raduis"] = 1.0; }),
+            entry + "/raduis is unknown (did you mean \"radius\"?)");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = ""; }), entry + "/name is '', no name of an object");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "*"; }), entry + "/name is '*', no name of an object");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "seen/people"; }),
+            entry + "/name is 'seen/people', as that of an entry before it");
+  XmlRpcValue without_radius, list;
+  without_radius["topic"] = "/people";
+  without_radius["type"] = "PoseArray";
+  list[0] = without_radius;
+  EXPECT_EQ(scene::errorOf([&] { configWith("tracked", list); }),
+            "parameter /node/tracked[0]/radius is missing: that of the ball around each point [m]");
+}
+
 // ---- dynamic_reconfigure
 
 dynamic_reconfigure::Config defaultsOfReconfigure() {
@@ -340,6 +412,9 @@ TEST(LiveParameters, AreRefusedWithTheReason) {
       refusalOf("object_stop_distance", 0.1),
       "parameter /node/object_stop_distance is 0.1, above object_warn_distance, which is 0.05: the level WARN comes "
       "before STOP");
+  EXPECT_EQ(refusalOf("tracked_stop_distance", 0.6),
+            "parameter /node/tracked_stop_distance is 0.6, above tracked_warn_distance, which is 0.5: the level WARN "
+            "comes before STOP");
 }
 
 }  // namespace proximity_server::node::parameters_test

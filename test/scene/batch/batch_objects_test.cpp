@@ -111,7 +111,7 @@ class NewScene {
   std::vector<PairProximity> all_, known_, sorted_;
 };
 
-LevelThresholds someThresholds(const SceneModel& model, unsigned seed) {
+LevelThresholds someThresholds(const SceneModel& model, const Objects* objects, unsigned seed) {
   Chance chance(seed);
   LevelThresholds thresholds;
   const auto both = [&](const auto& set) {
@@ -122,6 +122,8 @@ LevelThresholds someThresholds(const SceneModel& model, unsigned seed) {
   both([](PairDistances& of, double distance) { of.objects = distance; });
   for (int link = 0; link < static_cast<int>(model.robot.links.size()); ++link)
     if (chance.below(3) == 0) both([&](PairDistances& of, double distance) { of.setWithObjects(link, distance); });
+  for (const int number : objects ? objects->numbers() : std::vector<int>())
+    if (chance.below(10) == 0) both([&](PairDistances& of, double distance) { of.setObject(number, distance); });
   return thresholds;
 }
 
@@ -152,7 +154,7 @@ TEST_P(CellOf, AnswersAreThoseOfANewScene) {
   for (int cell = 0; cell < cells && !HasFatalFailure(); ++cell) {
     const auto seed = static_cast<unsigned>(1000 + cell);
     const auto objects = someCell(model_, seed);
-    const LevelThresholds thresholds = someThresholds(*model_, seed);
+    const LevelThresholds thresholds = someThresholds(*model_, objects.get(), seed);
     const MatrixXd states = statesFor(20, seed);
     const int k = 1 + cell % 20;
     batch.use(objects);
@@ -232,7 +234,7 @@ struct Answers {
   Answers(SceneBatch& batch, const States& states)
       : minima(batch.minimum(states)),
         within(batch.minimumWithin(states, 1e-4)),
-        deciding(batch.deciding(states, someThresholds(batch.model(), 5))),
+        deciding(batch.deciding(states, someThresholds(batch.model(), batch.objects(), 5))),
         closest(batch.closest(states, 3)),
         below(batch.below(states, 0.05)),
         verdicts(batch.anyBelow(states, 0.05)) {}
@@ -283,9 +285,10 @@ TEST_P(CellOf, AnAnswerDependsOnNoOtherStateNorOnTheThreads) {
 TEST_P(CellOf, NothingAllocatesAfterTheFirstBatch) {
   if (kIsSanitized) GTEST_SKIP() << "a sanitizer allocates";
   const MatrixXd states = statesFor(100, 6);
-  const LevelThresholds thresholds = someThresholds(*model_, 6);
+  const auto objects = someCell(model_, 11);
+  const LevelThresholds thresholds = someThresholds(*model_, objects.get(), 6);
   SceneBatch batch(model_);
-  batch.use(someCell(model_, 11));
+  batch.use(objects);
   expectNoAllocationTheSecondTime(batch, states, thresholds);
 }
 

@@ -733,6 +733,7 @@ void expectTheEarliestOfAllPairs(MotionSearch& moving, const Candidates& candida
       thresholds.setPair(pair.a.link(), pair.b.link(), chance.between(0.0, 0.15));
     else if (pair.a.isLink())
       thresholds.setWithObjects(pair.a.link(), chance.between(0.0, 0.15));
+    if (pair.b.isObject() && chance.below(3) == 0) thresholds.setObject(pair.b.object(), chance.between(0.0, 0.15));
   }
   MotionQuestion question;
   question.thresholds = &thresholds;

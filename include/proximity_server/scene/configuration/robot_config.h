@@ -20,6 +20,8 @@ struct LevelDistances {
   double stop_distance = 0.02;
   double object_warn_distance = 0.05;  ///< for pairs with an object
   double object_stop_distance = 0.02;  ///< for pairs with an object
+  double tracked_warn_distance = 0.5;  ///< for pairs with the object of a tracked source, which only the node has
+  double tracked_stop_distance = 0.2;
 };
 
 /// Returns why these distances contradict each other ("stop_distance is ..."), or "" if they do not.

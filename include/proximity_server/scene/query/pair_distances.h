@@ -24,11 +24,21 @@ class PairDistances {
   /// Gives the pairs of a link with objects a distance of their own.
   void setWithObjects(int link, double distance);
 
+  /// Gives all pairs with an object, by its number, a distance of their own. It counts before that of a link. Of two
+  /// objects with distances of their own the larger one counts.
+  void setObject(int number, double distance);
+
+  /// Takes back all distances of setObject(). Keeps the memory for as many.
+  void forgetObjects() { own_objects_.clear(); }
+
   /// The distance of a pair, in either order. A pair of <collision> elements has the distance of their links.
   double of(const ShapeRefPair& pair) const {
-    if (!pair.areLinks()) return own_with_objects_.empty() ? objects : withObject(pair);
+    if (!pair.areLinks()) return haveEqualObjects() ? objects : withObject(pair);
     return own_pairs_.empty() ? links : ofLinks(pair.a.link(), pair.b.link());
   }
+
+  /// The largest distance of setObject(); -infinity if there is none.
+  double largestOfObjects() const;
 
   struct Range {
     double smallest, largest;  ///< [m]
@@ -44,7 +54,7 @@ class PairDistances {
 
  private:
   struct Own {
-    int link_a, link_b;  ///< link_a < link_b; for pairs with objects link_b is 0
+    int link_a, link_b;  ///< link_a < link_b; for pairs with objects link_b is 0, and link_a may be that of an object
     double distance;
     bool operator==(const Own& other) const {
       return link_a == other.link_a && link_b == other.link_b && distance == other.distance;
@@ -55,9 +65,11 @@ class PairDistances {
   static void set(std::vector<Own>& all, const Own& own);
   double ofLinks(int link_a, int link_b) const;
   double withObject(const ShapeRefPair& pair) const;
+  bool haveEqualObjects() const { return own_with_objects_.empty() && own_objects_.empty(); }
 
   std::vector<Own> own_pairs_;         ///< sorted by links
   std::vector<Own> own_with_objects_;  ///< sorted by link
+  std::vector<Own> own_objects_;       ///< sorted by the number of the object, which is link_a
 };
 
 /// The paddings of all pairs, see LinkPair::padding. They are subtracted from the distances.

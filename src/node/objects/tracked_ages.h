@@ -1,0 +1,48 @@
+#pragma once
+
+#include "node/robot/robot.h"
+#include "proximity_server/QueryStatus.h"
+
+#include <ros/time.h>
+
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace proximity_server::node {
+
+/// How old the latest messages of tracked sources are, in ROS time. Thread-safe.
+class TrackedAges {
+ public:
+  /// The sources of a robot. The messages of before count no more if the sources or the reference frame have changed.
+  void follow(const Robot& robot);
+
+  /// Returns why a message with this stamp is not to be used ("it is 2.5 s old"), or "" if it is. A source whose latest
+  /// message is far ahead of the clock begins anew: the clock has jumped back.
+  std::string refusalOf(const std::string& name, const ros::Time& stamp, const ros::Time& now);
+
+  /// A message was used.
+  void accept(const std::string& name, const ros::Time& stamp);
+
+  /// Why the latest message was not used. Without a message before it that is still good (`is_stale`), the source is
+  /// stale at once.
+  void refuse(const std::string& name, const std::string& reason, bool is_stale);
+
+  /// OK, or TF_STALE with the first source that is stale, its topic and how old it is.
+  QueryStatus status(const ros::Time& now) const;
+
+ private:
+  struct Entry {
+    TrackedSource source;
+    std::optional<ros::Time> latest;  ///< the stamp of the latest message that counts
+    std::string problem;              ///< why a later one was not used
+  };
+  Entry* find(const std::string& name);
+
+  mutable std::mutex mutex_;  // guards the members below
+  std::vector<Entry> entries_;
+  std::string reference_frame_;
+};
+
+}  // namespace proximity_server::node
