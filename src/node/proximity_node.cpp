@@ -54,9 +54,11 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       diagnostics_(
           nh, tf_, [this] { return monitor_.health(); }, [this] { return this->robot(); },
           [this] { return recorder_.outcome(); }, [this] { return object_keeper_.problem(); }),
-      change_stream_(objects_, [](const std::string& reason) {
-        ROS_WARN_STREAM_THROTTLE(1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
-      }),
+      change_stream_(objects_,
+                     [](const std::string& reason) {
+                       ROS_WARN_STREAM_THROTTLE(
+                           1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
+                     }),
       tracked_sources_(nh, tf_, objects_, tracked_ages_) {
   if (service_port_.isSeparate()) runPollThreadInRealTime(robot->config().realtime_priority);
   recorder_.know(objects_.current());

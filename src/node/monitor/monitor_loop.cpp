@@ -199,8 +199,8 @@ void MonitorLoop::onKeepAlive() {
 PoseSnapshot MonitorLoop::lookUpWithStoppedClock() {
   const PoseSnapshot& snapshot = lookUp();
   if (snapshot.status.code != QueryStatus::OK) return snapshot;
-  return withoutPoses(snapshot, statusOf(QueryStatus::TF_STALE,
-                                         "the clock stands still: nothing tells how old the transforms are"));
+  return withoutPoses(
+      snapshot, statusOf(QueryStatus::TF_STALE, "the clock stands still: nothing tells how old the transforms are"));
 }
 
 /// Returns whether a timer or new transforms start a cycle now: not if the monitor is disabled, and not while the clock

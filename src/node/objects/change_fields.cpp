@@ -215,7 +215,7 @@ std::string apply(ReadChanges& changes, scene::ObjectEditor& objects) {
     const bool is_removed = changes.edits[i].operation == scene::ObjectEdit::Operation::Remove;
     if (is_removed && id != "*" && !objects.find(id)) missing.push_back(id);
     const auto apply_change = [&] {
-      is_removed && id == "*" ? removeAll(changes.tracked, objects) : objects.apply(std::move(changes.edits[i]));
+      is_removed&& id == "*" ? removeAll(changes.tracked, objects) : objects.apply(std::move(changes.edits[i]));
     };
     withinEntry("changes", i, [&] { withinObject(id, apply_change); });
   }

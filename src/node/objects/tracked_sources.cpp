@@ -17,8 +17,8 @@ namespace proximity_server::node {
 namespace {
 
 void warn(const TrackedSource& source, const std::string& reason) {
-  ROS_WARN_STREAM_THROTTLE(1.0, system::readable("tracked source '" + source.name + "': a message on '" +
-                                                 source.topic + "' is left out: " + reason));
+  ROS_WARN_STREAM_THROTTLE(1.0, system::readable("tracked source '" + source.name + "': a message on '" + source.topic +
+                                                 "' is left out: " + reason));
 }
 
 }  // namespace
@@ -72,8 +72,8 @@ void TrackedSources::place(const TrackedSource& source, const std_msgs::Header& 
   const std::shared_ptr<const Robot> robot = store_.current().robot;
   if (!points.empty()) {
     ChangeFrames frames(*robot, frameFinder(tf_, header.stamp, source.max_age));
-    const Eigen::Isometry3d pose = frames.seenFrom(robot->referenceFrame(), frames.named(header.frame_id),
-                                                   Eigen::Isometry3d::Identity());
+    const Eigen::Isometry3d pose =
+        frames.seenFrom(robot->referenceFrame(), frames.named(header.frame_id), Eigen::Isometry3d::Identity());
     for (Eigen::Vector3d& point : points) point = pose * point;
   }
   store_.track(robot, source, points, [&] { ages_.accept(source.name, header.stamp); });

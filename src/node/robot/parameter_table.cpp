@@ -38,7 +38,8 @@ std::vector<Parameter> parameterTable(Config& config) {
       "If the file is there, `objects` is not used. A folder that is not there, or a damaged file, which is not "
       "touched, stops the node; a full disk does not. \"\": objects do not outlive the node.");
   add("tracked", &config.tracked_value, {}, "", kReload,
-      "People and things whose points come by a topic, `[{topic: /people, type: PoseArray, radius: 0.3}]`. See [tracked "
+      "People and things whose points come by a topic, `[{topic: /people, type: PoseArray, radius: 0.3}]`. See "
+      "[tracked "
       "people and things](#tracked-people-and-things). []: none.");
   add("tracked_warn_distance", &monitor.tracked_warn_distance, {0, 100}, "m", kLive,
       "The same as `warn_distance` of pairs with a tracked source, also if a link has a distance of its own.");

@@ -379,7 +379,8 @@ FrameSnapshot TfPoses::lookUpFrames(const Robot& robot, const CarrierFrames& fra
 FrameSnapshot TfPoses::awaitFrames(const Robot& robot, const CarrierFrames& frames, const PoseSnapshot& robot_poses,
                                    const ros::Time& stamp, std::optional<double> timeout) {
   if (robot_poses.status.code != QueryStatus::OK) return lookUpFrames(robot, frames, robot_poses, stamp);
-  return await(timeout.value_or(robot.config().tf_timeout), [&] { return lookUpFrames(robot, frames, robot_poses, stamp); });
+  return await(timeout.value_or(robot.config().tf_timeout),
+               [&] { return lookUpFrames(robot, frames, robot_poses, stamp); });
 }
 
 }  // namespace proximity_server::node

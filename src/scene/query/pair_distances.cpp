@@ -60,8 +60,7 @@ PairDistances::Range PairDistances::range(PairKind kind) const {
   const bool with_object = kind == PairKind::WithObject;
   Range range{with_object ? objects : links, with_object ? objects : links};
   const auto include = [&](const std::vector<Own>& all) {
-    for (const Own& own : all)
-      range = {std::min(range.smallest, own.distance), std::max(range.largest, own.distance)};
+    for (const Own& own : all) range = {std::min(range.smallest, own.distance), std::max(range.largest, own.distance)};
   };
   include(with_object ? own_with_objects_ : own_pairs_);
   if (with_object) include(own_objects_);

@@ -55,8 +55,8 @@ PointCloud2 cloudOf(const Points& points, const Layout& layout = {}) {
     field.datatype = layout.datatype;
     field.count = 1;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      std::uint8_t* const place = cloud.data.data() + (i / cloud.width) * cloud.row_step +
-                                  (i % cloud.width) * cloud.point_step + field.offset;
+      std::uint8_t* const place =
+          cloud.data.data() + (i / cloud.width) * cloud.row_step + (i % cloud.width) * cloud.point_step + field.offset;
       const double value = points[i][name[0] - 'x'];
       is_float ? write<float>(value, layout.is_bigendian, place) : write<double>(value, layout.is_bigendian, place);
     }
@@ -88,7 +88,9 @@ TEST(TrackedPoints, WithoutAReturnAreLeftOut) {
 }
 
 TEST(TrackedPoints, AreRefusedIfACoordinateIsInfinite) {
-  EXPECT_EQ(errorOf([] { pointsOf(cloudOf({{0, 0, 0}, {0, std::numeric_limits<double>::infinity(), 0}})); }),
+  EXPECT_EQ(errorOf([] {
+              pointsOf(cloudOf({{0, 0, 0}, {0, std::numeric_limits<double>::infinity(), 0}}));
+            }),
             "point 1 is not finite");
 }
 

@@ -167,8 +167,8 @@ TEST_F(TrackedObjects, AreNoObjectsOfClients) {
        {addBall("people"), change(ObjectChange::REMOVE, "people"), moveTo("people", poseAt(9.0, 0.0, 0.0)),
         attach("people", "left"), addBall("cart")}) {
     const std::string id = refused.id;
-    EXPECT_EQ(refusal(refused), "changes[0]: object \"" + id + "\": id: it is a tracked source: only messages on '/seen/" +
-                                    id + "' change it");
+    EXPECT_EQ(refusal(refused), "changes[0]: object \"" + id +
+                                    "\": id: it is a tracked source: only messages on '/seen/" + id + "' change it");
   }
   EXPECT_EQ(refusal(addBall("box")), "");
   EXPECT_EQ(ids(), (Ids{"box", "people"}));
@@ -224,7 +224,9 @@ TEST_F(TrackedObjects, DoNotTakeTheIdOfAnotherObjectAtAReload) {
 }
 
 TEST(TrackedSourceNamedAsALink, IsRefused) {
-  EXPECT_EQ(errorOf([] { robotWith(tracking({"people", "left"})); }),
+  EXPECT_EQ(errorOf([] {
+              robotWith(tracking({"people", "left"}));
+            }),
             "parameter tracked: name is \"left\", that of a link");
 }
 
@@ -273,7 +275,8 @@ TEST_F(MonitorOfPeople, GivesThemToNoOtherObjectThatGetsTheNumber) {
 }
 
 TEST_F(MonitorOfPeople, HasNoRowsIfTheInfluenceDoesNotReachThem) {
-  withAPersonAt(0.3);
+  store_->track(robot_, config_.tracked[0], {{1.1, 0.0, 0.0}}, [] {});  // in the way of the right sphere, 0.3 m off
+  cycleWithPresentObjects();
   const ConstraintRows& rows = monitor_.constraints(snapshot(), settings_);
   EXPECT_EQ(rows.status.message, "influence_distance is 0.1, not above tracked_stop_distance, which is 0.2");
   settings_.influence_distance = 0.4;

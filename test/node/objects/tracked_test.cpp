@@ -108,7 +108,8 @@ TEST_F(Tracked, PersonAnswersToTheNameAndStaysAtAReload) {
     EXPECT_FALSE(response.success);
     EXPECT_NE(response.status.message.find("it is a tracked source"), std::string::npos) << response.status.message;
   }
-  EXPECT_TRUE(call<ApplyObjectsResponse>(kNode + "apply_objects", requestOf({change(ObjectChange::REMOVE, "*")})).success);
+  EXPECT_TRUE(
+      call<ApplyObjectsResponse>(kNode + "apply_objects", requestOf({change(ObjectChange::REMOVE, "*")})).success);
   EXPECT_NEAR(distance().pair.distance, 0.4, 1e-6);
   EXPECT_TRUE(call<std_srvs::TriggerResponse>(kNode + "reload", std_srvs::TriggerRequest()).success);
   EXPECT_NEAR(distance().pair.distance, 0.4, 1e-6);

@@ -351,10 +351,11 @@ TEST(TrackedParameter, IsRefusedByEntryAndField) {
             entry + "/topic is no name of a topic: 'no topic'");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["type"] = "LaserScan"; }),
             entry + "/type is 'LaserScan', but must be PoseArray or PointCloud2");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["radius"] = 0.0; }), entry + "/radius is 0, outside of [0.001, 10]");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["radius"] = 0.0; }),
+            entry + "/radius is 0, outside of [0.001, 10]");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["max_age"] = "old"; }), entry + "/max_age must be a number");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["raduis"] = 1.0; }),
-            entry + "/raduis is unknown (did you mean \"radius\"?)");
+            entry + "/raduis is unknown: did you mean 'radius'?");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = ""; }), entry + "/name is '', no name of an object");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "*"; }), entry + "/name is '*', no name of an object");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "seen/people"; }),
