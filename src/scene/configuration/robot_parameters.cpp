@@ -116,50 +116,18 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
 }
 
 const std::vector<std::string>& parametersOfNode() {
-  static const std::vector<std::string> kNames{"robot_description",
-                                               "semantic_description",
+  static const std::vector<std::string> kNames{
+      "robot_description", "semantic_description",
 
-                                               "tf_prefix",
-                                               "robots",
-                                               "max_tf_age",
-                                               "max_tf_skew",
-                                               "tf_timeout",
-                                               "max_batch",
-                                               "max_request_time",
-                                               "motion_time_budget",
-                                               "objects_file",
-                                               "record_seconds",
-                                               "record_directory",
-                                               "record_on",
-                                               "record_count",
-                                               "record_memory",
-                                               "realtime_priority",
-                                               "rate",
-                                               "threshold",
-                                               "hysteresis",
-                                               "max_reported_pairs",
-                                               "markers",
-                                               "lookahead",
-                                               "trajectories",
-                                               "tracking_error",
-                                               "tracking_velocity_error",
-                                               "gradients",
-                                               "pose_latency",
-                                               "message_latency",
-                                               "max_acceleration",
-                                               "base_speed",
-                                               "object_speed",
-                                               "influence_distance",
-                                               "damping_gain",
-                                               "max_constraints",
-                                               "constraint_joints",
-                                               "stop_latency",
-                                               "max_deceleration",
-                                               "diagnostic_period",
-                                               "conditional_pairs",
-                                               "tracked",
-                                               "tracked_warn_distance",
-                                               "tracked_stop_distance"};
+      "tf_prefix", "robots", "max_tf_age", "max_tf_skew", "tf_timeout", "max_batch", "max_request_time",
+      "motion_time_budget", "objects_file", "record_seconds", "record_directory", "record_on", "record_count",
+      "record_memory", "realtime_priority", "rate", "threshold", "hysteresis", "max_reported_pairs", "markers",
+      "lookahead", "trajectories", "tracking_error", "tracking_velocity_error", "gradients", "pose_latency",
+      "message_latency", "max_acceleration", "base_speed", "object_speed", "influence_distance", "damping_gain",
+      "max_constraints", "constraint_joints", "stop_latency", "max_deceleration", "diagnostic_period",
+      "conditional_pairs",
+      // tracked sources
+      "tracked", "tracked_warn_distance", "tracked_stop_distance"};
   return kNames;
 }
 
