@@ -63,9 +63,9 @@ void TrackedAges::refuse(const std::string& name, const std::string& reason, boo
 QueryStatus TrackedAges::status(const ros::Time& now) const {
   const Lock lock(mutex_);
   for (const auto& [source, latest, problem] : entries_) {
-    std::string text = "tracked source '" + source.name + "' on '" + source.topic + "': ";
     const double age = latest ? elapsed(*latest, now) : 0.0;
     if (latest && std::abs(age) <= source.max_age) continue;
+    std::string text = "tracked source '" + source.name + "' on '" + source.topic + "': ";
     if (latest && age > 0.0)
       text += "its latest message is " + textOf(age) + " old, max_age is " + textOf(source.max_age);
     else if (latest)
