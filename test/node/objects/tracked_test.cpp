@@ -10,8 +10,11 @@
 #include <sensor_msgs/PointCloud2.h>
 #include <std_srvs/Trigger.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 // A person walks towards a robot, whose node knows only what a topic says. The robot is that of gantry.urdf, with its
@@ -120,6 +123,21 @@ TEST_F(Tracked, PersonAnswersToTheNameAndStaysAtAReload) {
   const auto list = Inbox<ObjectList>(nh_, kNode + "objects").next();
   ASSERT_TRUE(list);
   EXPECT_TRUE(list->objects.empty());
+}
+
+TEST_F(Tracked, PersonIsInARecordAndItsReplay) {
+  const std::pair<double, std::uint8_t> steps[] = {{0.4, Clearance::WARN}, {0.15, Clearance::STOP}};
+  for (const auto& [distance, level] : steps) {
+    walkTo(distance);
+    ASSERT_TRUE(withLevel(level));
+  }
+  ticker_.stop();
+  ASSERT_TRUE(withLevel(Clearance::INVALID));
+  const auto saved = call<std_srvs::TriggerResponse>(kNode + "save_record", std_srvs::TriggerRequest());
+  ASSERT_TRUE(saved.success) << saved.message;
+  const std::string replay = std::filesystem::path(NODE_EXECUTABLE).parent_path() / "replay";
+  EXPECT_EQ(std::system((replay + " --replay " + saved.message).c_str()), 0);
+  std::filesystem::remove_all("/tmp/proximity_tracked");
 }
 
 TEST_F(Tracked, PointsOfACloudHaveTheNameOfTheirTopic) {
