@@ -87,21 +87,24 @@ TEST_F(CubeAndBall, FixedObjectIsMetWhenTheGapIsCovered) {
   EXPECT_FALSE(contact(motion(2.9)).contact);
 }
 
-// There are so many objects that they are in a tree. Two links are in contact at 0 m, a link and an object at 0.5 m:
-// the cube meets the wall when it has gone 2.5 m.
+// There are so many objects that they are in a tree. Two links are in contact at 0 m, a link and an object, or the wall
+// alone, at 0.5 m: the cube meets the wall when it has gone 2.5 m.
 TEST_F(CubeAndBall, FixedObjectsAreMetAtTheirOwnContactDistance) {
   std::vector<ObjectChange> changes;
   for (int i = 0; i < 100; ++i) changes.push_back(AddObject{cube(std::to_string(i), Fixed{at(0, 50 + 2 * i, 0)})});
   changes.push_back(AddObject{cube("wall", Fixed{at(4, 0, 0)})});
   objects_ = std::make_shared<const Objects>(objects_->changed(changes));
   scene_.use(objects_);
-  const PairDistances thresholds(0.0, 0.5);
-  MotionQuestion question;
-  question.thresholds = &thresholds;
-  const RobotTimeOfContact found = contact(motion(2.8), question);
-  ASSERT_TRUE(found.contact);
-  EXPECT_NEAR(found.t_contact, 2.5 / 2.8, 1e-6);
-  EXPECT_EQ(nameOfB(found.pair), "wall");
+  PairDistances of_the_wall(0.0, 0.0);
+  of_the_wall.setObject(objects_->find("wall"), 0.5);
+  for (const PairDistances& thresholds : {PairDistances(0.0, 0.5), of_the_wall}) {
+    MotionQuestion question;
+    question.thresholds = &thresholds;
+    const RobotTimeOfContact found = contact(motion(2.8), question);
+    ASSERT_TRUE(found.contact);
+    EXPECT_NEAR(found.t_contact, 2.5 / 2.8, 1e-6);
+    EXPECT_EQ(nameOfB(found.pair), "wall");
+  }
 }
 
 TEST_F(CubeAndBall, MinimumIsThatOfTheObjectBesideTheWay) {
