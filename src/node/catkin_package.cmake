@@ -39,6 +39,7 @@ add_message_files(FILES
   RayHit.msg
   Record.msg
   QueryStatus.msg
+  Separation.msg
   ShapeInfo.msg
   ShapeKind.msg
   ShapeRef.msg

@@ -15,7 +15,7 @@ using narrowphase::Status;
 
 constexpr double kRoundedUp = 1.0 + 8.0 * std::numeric_limits<double>::epsilon();
 constexpr double kMarginTolerance = 1e-4;  // [m]
-constexpr int kMostHalvings = 10;          // 2^-10 < kScaleTolerance
+constexpr int kMostScales = 12;
 
 void requireLegal(const Tracked& who, const Objects& objects) {
   const Object* object = objects.object(who.object);
@@ -150,22 +150,26 @@ class Approach {
   /// one that is asked for, and the smaller of the two is safe.
   void setScale() {
     double safe = 0.0, high = 1.0;
-    double middle = high;
-    for (int i = 0; i <= kMostHalvings && high - safe > kScaleTolerance; ++i) {
-      const VelocityScale found = scaleFor(middle);
+    double tried = 1.0, tried_before = 1.0, found_before = 1.0;
+    for (int i = 0; i < kMostScales && high - safe > kScaleTolerance; ++i) {
+      const VelocityScale found = scaleFor(tried);
       found_.status = std::max(found_.status, found.status);
       if (found.status == Status::Unknown) {
         found_ = {};
         return;
       }
-      safe = std::max(safe, std::min(middle, found.scale));
-      high = std::max(safe, std::min(high, std::max(middle, found.scale)));
+      safe = std::max(safe, std::min(tried, found.scale));
+      high = std::max(safe, std::min(high, std::max(tried, found.scale)));
       const bool is_left_open = found.status != Status::Converged && found.scale == 0.0;  // touches a closed mesh
       if (is_left_open || deadline_.hasPassed()) {
         found_.status = std::max(found_.status, Status::IterationLimit);
         break;
       }
-      middle = 0.5 * (safe + high);
+      const double slope = i > 0 ? (found.scale - found_before) / (tried - tried_before) : 0.0;
+      tried_before = tried;
+      found_before = found.scale;
+      tried += (found.scale - tried) / (1.0 - slope);  // where the secant gives itself
+      if (i > 0 && !(tried > safe && tried < high)) tried = 0.5 * (safe + high);
     }
     found_.scale = safe;
   }

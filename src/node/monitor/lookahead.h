@@ -1,8 +1,8 @@
 #pragma once
 
 #include "node/monitor/commanded_trajectories.h"
-#include "node/monitor/joint_velocities.h"
 #include "node/robot/robot.h"
+#include "node/tf/joint_velocities.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Lookahead.h"
 #include "proximity_server/scene/motion/motion_search.h"

@@ -178,6 +178,26 @@ MarkerArray pieceMarkers(const Robot& robot) {
   return array;
 }
 
+void addTracked(const Robot& robot, const scene::Objects& objects, MarkerArray& array) {
+  int id = 0;
+  for (const TrackedSource& source : robot.config().tracked) {
+    Marker balls;
+    balls.header = array.markers.front().header;
+    balls.lifetime = array.markers.front().lifetime;
+    balls.ns = "tracked";
+    balls.id = id++;
+    balls.type = Marker::SPHERE_LIST;
+    balls.pose.orientation.w = 1.0;
+    balls.color = colour(1.0f, 0.6f, 0.1f, 0.5f);
+    setSize(balls, Vector3d::Constant(2.0 * source.radius));
+    if (const scene::Object* object = objects.object(objects.find(source.name)))
+      for (const scene::Piece& piece : scene::piecesOf(*object))
+        balls.points.push_back(
+            point((std::get<scene::Fixed>(object->placement).world_T_object * piece.body_T_piece).translation()));
+    append(std::move(balls), array);
+  }
+}
+
 ClearanceMarkers::ClearanceMarkers(const scene::RobotModel& robot) : box_(robot) {
   const AlignedBox3d at_zero = box_.at(scene::forwardKinematics(robot, std::vector<double>(robot.joints.size(), 0.0)));
   latest_box_ = at_zero.isEmpty() ? AlignedBox3d(Vector3d::Zero()) : at_zero;

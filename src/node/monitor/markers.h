@@ -68,6 +68,9 @@ class ClearanceMarkers {
   double text_height_;              ///< [m]
 };
 
+/// Adds the balls of each tracked source, as "tracked", to what ClearanceMarkers::draw() has drawn.
+void addTracked(const Robot& robot, const scene::Objects& objects, visualization_msgs::MarkerArray& array);
+
 geometry_msgs::Point point(const Eigen::Vector3d& vector);
 void setSize(visualization_msgs::Marker& marker, const Eigen::Vector3d& size);
 

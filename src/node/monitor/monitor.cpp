@@ -129,4 +129,15 @@ StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const Velocit
                       velocities, joints(), thresholds_.stop, snapshot.age, settings, guaranteed());
 }
 
+Separation Monitor::separation(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                               const MonitorSettings& settings, const FrameSnapshot& frames,
+                               const std::vector<std::optional<double>>& ages) {
+  Separation message = unknownSeparation(latest().status);
+  if (assessment_.level)
+    message = separationOf(*robot_, *scenes_, {scenes_->state, snapshot.stated, monitored_.frames, frames.may_move},
+                           velocities, joints(), snapshot.age, ages, settings, guaranteed());
+  message.header = latest().header;
+  return message;
+}
+
 }  // namespace proximity_server::node

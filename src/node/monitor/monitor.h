@@ -2,11 +2,12 @@
 
 #include "node/answers/clearance_message.h"
 #include "node/monitor/constraints.h"
-#include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/monitor/monitored_objects.h"
+#include "node/monitor/separation.h"
 #include "node/monitor/velocity_scale.h"
 #include "node/robot/robot.h"
+#include "node/tf/joint_velocities.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Clearance.h"
 #include "proximity_server/scene/answers/assessment.h"
@@ -52,6 +53,11 @@ class Monitor {
   /// The scale of the velocities in the latest cycle, whose arguments have to be given again, see StoppingScales.
   StoppingScale velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                               const MonitorSettings& settings, const FrameSnapshot& frames = {});
+
+  /// The separation from tracked sources in the latest cycle, whose arguments have to be given again, see separationOf().
+  Separation separation(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                        const MonitorSettings& settings, const FrameSnapshot& frames,
+                        const std::vector<std::optional<double>>& ages);
 
   /// The inequality that the poses of the latest cycle break most; nullopt if they break none, or poses are missing.
   const std::optional<scene::BrokenInequality>& broken() const { return assessment_.broken; }

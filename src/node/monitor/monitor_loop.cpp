@@ -8,6 +8,7 @@
 #include <ros/console.h>
 #include <ros/single_subscriber_publisher.h>
 #include <std_msgs/Float64.h>
+#include <std_msgs/Int64.h>
 
 #include <algorithm>
 #include <functional>
@@ -54,6 +55,9 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   clearance_pub_ = nh_.advertise<Clearance>("clearance", 1);
   constraints_pub_ = nh_.advertise<ConstraintRows>("constraints", 1);
   velocity_scale_pub_ = nh_.advertise<std_msgs::Float64>("collision_velocity_scale", 1);
+  separation_pub_ = nh_.advertise<Separation>("separation", 1);
+  separation_scale_pub_ = nh_.advertise<std_msgs::Float64>("separation_scale", 1);
+  separation_override_pub_ = nh_.advertise<std_msgs::Int64>("separation_override", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   simulated_timer_ = nh_.createTimer(
@@ -233,9 +237,9 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   has_cycled_ = true;
   const FrameSnapshot frames = tf_.lookUpFrames(*monitor_.robot(), monitor_.frames(), snapshot);
   // Asked once: a subscriber that comes during the cycle waits for the next one, which looks the velocities up.
-  const bool is_scaled = velocity_scale_pub_.getNumSubscribers() > 0;
-  const bool needs_velocities =
-      is_scaled || health_.settings.lookahead > 0.0 || monitor_.robot()->config().pose_latency != PoseLatency::Off;
+  const bool is_scaled = velocity_scale_pub_.getNumSubscribers() > 0, is_separated = isSeparated();
+  const bool needs_velocities = is_scaled || is_separated || health_.settings.lookahead > 0.0 ||
+                                monitor_.robot()->config().pose_latency != PoseLatency::Off;
   const VelocitySnapshot velocities = needs_velocities ? lookUpVelocities() : VelocitySnapshot();
   const Clearance& clearance =
       monitor_.cycle(snapshot, velocities, health_.settings, frames, lookUpCommands(snapshot, velocities));
@@ -246,6 +250,7 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
   if (constraints_pub_.getNumSubscribers() > 0)
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
   if (is_scaled) publishVelocityScale(snapshot, velocities, frames);
+  if (is_separated) publishSeparation(snapshot, velocities, frames);
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
   health_.slowest_cycle = std::max(health_.slowest_cycle, ros::Duration((ros::SteadyTime::now() - begin).toSec()));
 }
@@ -279,6 +284,27 @@ void MonitorLoop::publishVelocityScale(const PoseSnapshot& snapshot, const Veloc
   velocity_scale_pub_.publish(message);
 }
 
+bool MonitorLoop::isSeparated() const {
+  return separation_pub_.getNumSubscribers() + separation_scale_pub_.getNumSubscribers() +
+             separation_override_pub_.getNumSubscribers() >
+         0;
+}
+
+void MonitorLoop::publishSeparation(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
+                                    const FrameSnapshot& frames) {
+  const Separation found =
+      monitor_.separation(snapshot, velocities, health_.settings, frames, ages_.all(ros::Time::now()));
+  if (found.status.code != QueryStatus::OK)
+    ROS_WARN_STREAM_THROTTLE(10.0, "~separation_scale is 0: " << found.status.message);
+  separation_pub_.publish(found);
+  std_msgs::Float64 scale;
+  scale.data = found.scale;
+  separation_scale_pub_.publish(scale);
+  std_msgs::Int64 percent;
+  percent.data = static_cast<std::int64_t>(100.0 * found.scale);  // rounded down
+  separation_override_pub_.publish(percent);
+}
+
 void MonitorLoop::listenToCommands() {
   health_.settings.lookahead > 0.0 ? commands_.listen(public_nh_, monitor_.robot()) : commands_.stopListening();
 }
@@ -297,7 +323,9 @@ CommandedMotion MonitorLoop::lookUpCommands(const PoseSnapshot& snapshot, const 
 
 void MonitorLoop::publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses) {
   if (!markers_) markers_.emplace(monitor_.robot()->robotModel());
-  markers_pub_.publish(markers_->draw(clearance, poses, health_.settings));
+  visualization_msgs::MarkerArray array = markers_->draw(clearance, poses, health_.settings);
+  addTracked(*monitor_.robot(), *monitor_.robot()->objects().get().all, array);
+  markers_pub_.publish(array);
 }
 
 visualization_msgs::MarkerArray MonitorLoop::pieces() const { return pieceMarkers(*monitor_.robot()); }

@@ -34,7 +34,7 @@ struct MonitorHealth {
 };
 
 /// Runs a Monitor in threads of its own, and publishes its results on ~clearance. It also publishes on ~constraints,
-/// ~collision_velocity_scale and ~markers while these have subscribers.
+/// ~collision_velocity_scale, ~separation with its scale and override, and ~markers while these have subscribers.
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
 /// neither the clock nor the transforms advance, a wall timer publishes nevertheless: the level is then INVALID,
@@ -72,6 +72,8 @@ class MonitorLoop {
   void cycleOfTimer();
   void cycle();
   void publish(const PoseSnapshot& snapshot);
+  void publishSeparation(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities, const FrameSnapshot& frames);
+  bool isSeparated() const;
   void publishVelocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                             const FrameSnapshot& frames);
   void publishMarkers(const Clearance& clearance, const scene::BodyPoses& poses);
@@ -124,6 +126,7 @@ class MonitorLoop {
   ros::Publisher clearance_pub_;
   ros::Publisher constraints_pub_;
   ros::Publisher velocity_scale_pub_;
+  ros::Publisher separation_pub_, separation_scale_pub_, separation_override_pub_;
   ros::Publisher markers_pub_;
   ros::Timer simulated_timer_;  // used with a simulated clock
   ros::WallTimer keep_alive_;

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
+#include "node/tf/joint_velocities.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/objects/objects.h"

@@ -2,7 +2,6 @@
 
 #include "node/answers/motions.h"
 #include "node/robot/query_status.h"
-#include "proximity_server/scene/velocity_scale.h"
 
 #include <algorithm>
 #include <limits>
@@ -34,30 +33,13 @@ double stopLatency(const ros::Duration& age, const MonitorSettings& settings) {
   return settings.stop_latency + std::max(0.0, age.toSec());
 }
 
-/// The latency and decelerations for scene::velocityScale(). With `pose_latency` the uncertainty contains the motion
-/// during the age of the poses. A joint without a deceleration gets infinity: it does not move, or it is a mimic joint
-/// and stops with its leader.
-scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings) {
-  scene::Braking braking;
-  braking.latency =
-      robot.config().pose_latency == PoseLatency::Off ? stopLatency(age, settings) : settings.stop_latency;
-  for (const std::optional<double>& deceleration : robot.maxDecelerations())
-    braking.deceleration.push_back(deceleration.value_or(std::numeric_limits<double>::infinity()));
-  return braking;
-}
-
 /// Searches for the scale. The decelerations of all joints that move must be known.
 StoppingScale searchScale(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
                           const VelocitySnapshot& velocities, const scene::PairDistances& stop,
                           const ros::Duration& age, const MonitorSettings& settings,
                           scene::GuaranteedDistances* guaranteed) {
   const scene::Braking braking = brakingOf(robot, age, settings);
-  scene::MovingState state{velocities.velocities, start.stated,
-                           objectFramesAtStart(robot, start.frames, start.state.frames())};
-  if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
-  if (guaranteed)
-    state.largest_loss = guaranteed->largestLoss(
-        scenes.state, scene::stoppingTravel(robot.robotModel(), velocities.velocities, braking));
+  const scene::MovingState state = movingState(robot, scenes, start, velocities, age, braking, guaranteed);
   const scene::VelocityScale found = scene::velocityScale(scenes.motions(), scenes.scene, scenes.state, state, braking,
                                                           stop, searchDeadline(settings));
   StoppingScale result;
@@ -76,9 +58,7 @@ StoppingScale stoppingScale(const Robot& robot, PosedScenes& scenes, const Looka
                             const scene::PairDistances& stop, const ros::Duration& age, const MonitorSettings& settings,
                             scene::GuaranteedDistances* guaranteed) {
   StoppingScale result;
-  // A missing deceleration is reported first, because it is permanent, while missing velocities may still arrive.
-  result.status = decelerationStatus(robot, joints);
-  if (result.status.code == QueryStatus::OK) result.status = velocities.status;
+  result.status = stopStatus(robot, joints, velocities);
   if (result.status.code != QueryStatus::OK) return result;
 
   try {
@@ -96,6 +76,33 @@ bool areSame(const std::vector<std::optional<Eigen::Isometry3d>>& p,
 }
 
 }  // namespace
+
+QueryStatus stopStatus(const Robot& robot, const std::vector<int>& joints, const VelocitySnapshot& velocities) {
+  // A missing deceleration is reported first, because it is permanent, while missing velocities may still arrive.
+  const QueryStatus status = decelerationStatus(robot, joints);
+  return status.code == QueryStatus::OK ? velocities.status : status;
+}
+
+scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings) {
+  scene::Braking braking;
+  braking.latency =
+      robot.config().pose_latency == PoseLatency::Off ? stopLatency(age, settings) : settings.stop_latency;
+  for (const std::optional<double>& deceleration : robot.maxDecelerations())
+    braking.deceleration.push_back(deceleration.value_or(std::numeric_limits<double>::infinity()));
+  return braking;
+}
+
+scene::MovingState movingState(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                               const VelocitySnapshot& velocities, const ros::Duration& age,
+                               const scene::Braking& braking, scene::GuaranteedDistances* guaranteed) {
+  scene::MovingState state{velocities.velocities, start.stated,
+                           objectFramesAtStart(robot, start.frames, start.state.frames())};
+  if (robot.config().pose_latency != PoseLatency::Off) state.age = std::max(0.0, age.toSec());
+  if (guaranteed)
+    state.largest_loss = guaranteed->largestLoss(
+        scenes.state, scene::stoppingTravel(robot.robotModel(), velocities.velocities, braking));
+  return state;
+}
 
 bool StoppingScales::differInLatencyOnly(const Input& p, const Input& q) {
   return p.stop == q.stop && p.objects == q.objects && p.velocities == q.velocities && p.stated == q.stated &&

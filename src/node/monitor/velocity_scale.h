@@ -1,11 +1,12 @@
 #pragma once
 
-#include "node/monitor/joint_velocities.h"
 #include "node/monitor/lookahead.h"
 #include "node/robot/robot.h"
+#include "node/tf/joint_velocities.h"
 #include "proximity_server/QueryStatus.h"
 #include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/query/pair_distances.h"
+#include "proximity_server/scene/velocity_scale.h"
 
 #include <ros/duration.h>
 
@@ -13,6 +14,19 @@
 #include <vector>
 
 namespace proximity_server::node {
+
+/// OK if all is known that a stop of the robot needs: the decelerations of `joints`, and the velocities.
+QueryStatus stopStatus(const Robot& robot, const std::vector<int>& joints, const VelocitySnapshot& velocities);
+
+/// The latency and decelerations for scene::velocityScale(). `age` is that of the poses. With `pose_latency` the
+/// uncertainty contains the motion during the age of the poses. A joint without a deceleration gets infinity: it does not
+/// move, or it is a mimic joint and stops with its leader.
+scene::Braking brakingOf(const Robot& robot, const ros::Duration& age, const MonitorSettings& settings);
+
+/// How the robot moves from the state of `scenes`; the arguments are those of StoppingScales::find().
+scene::MovingState movingState(const Robot& robot, PosedScenes& scenes, const LookaheadStart& start,
+                               const VelocitySnapshot& velocities, const ros::Duration& age,
+                               const scene::Braking& braking, scene::GuaranteedDistances* guaranteed);
 
 /// The factor of the velocities with which the robot can still stop in time.
 struct StoppingScale {

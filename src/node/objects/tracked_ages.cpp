@@ -78,6 +78,14 @@ QueryStatus TrackedAges::status(const ros::Time& now) const {
   return {};
 }
 
+std::vector<std::optional<double>> TrackedAges::all(const ros::Time& now) const {
+  const Lock lock(mutex_);
+  std::vector<std::optional<double>> ages;
+  for (const Entry& entry : entries_)
+    ages.push_back(entry.latest ? std::optional(elapsed(*entry.latest, now)) : std::nullopt);
+  return ages;
+}
+
 TrackedAges::Entry* TrackedAges::find(const std::string& name) {
   const auto is_it = [&](const Entry& entry) { return entry.source.name == name; };
   const auto found = std::find_if(entries_.begin(), entries_.end(), is_it);

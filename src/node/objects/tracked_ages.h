@@ -32,6 +32,9 @@ class TrackedAges {
   /// OK, or TF_STALE with the first source that is stale, its topic and how old it is.
   QueryStatus status(const ros::Time& now) const;
 
+  /// [s] The ages of the latest messages that count, in the order of Config::tracked; nullopt: there is none.
+  std::vector<std::optional<double>> all(const ros::Time& now) const;
+
  private:
   struct Entry {
     TrackedSource source;

@@ -104,6 +104,8 @@ TrackedSource trackedSource(const FileValue& value, const std::string& name_spac
   add("intrusion", &source.intrusion, {0, 10});
   add("uncertainty", &source.uncertainty, {0, 10});
   for (const Parameter& number : numbers.rows) reader.read(number);
+  if (!reader.isSet("near_speed")) source.near_speed = 1.25 * source.speed;
+  reader.require(source.near_speed >= source.speed, "near_speed", "must not be below speed");
   for (const std::string& field : reader.unknown())
     reader.require(false, field, "is unknown" + scene::didYouMean(field, reader.known()));
   return source;

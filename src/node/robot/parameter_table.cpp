@@ -173,10 +173,12 @@ std::vector<Parameter> parameterTable(Config& config) {
       "there: "
       "their columns are 0, and pairs whose distance only they change have no row. `[]`: all.");
   add("stop_latency", &monitor.stop_latency, {0, 60}, "s", kLive,
-      "For `~collision_velocity_scale`: until the robot begins to brake, after the cycle has its poses. Add up the "
+      "For `~collision_velocity_scale` and `~separation`: until the robot begins to brake, after the cycle has its "
+      "poses. Add up the "
       "computation, the period of the controller, and all transport. The age of the poses is added by the node.");
   add("max_deceleration", &config.max_deceleration, {1e-3, 1e6}, "rad/s² or m/s²", kReload,
-      "For `~collision_velocity_scale`: how hard the joints can brake, one number for all joints, or one for each: "
+      "For `~collision_velocity_scale` and `~separation`: how hard the joints can brake, one number for all joints, or "
+      "one for each: "
       "`{elbow: 5.0, slide: 2.0}`. While a joint that moves a checked pair has none, the scale is 0.");
   return add.rows;
 }

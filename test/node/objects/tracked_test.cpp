@@ -2,12 +2,16 @@
 #include <proximity_server/Clearance.h>
 #include <proximity_server/MinimumDistance.h>
 #include <proximity_server/ObjectList.h>
+#include <proximity_server/Separation.h>
 #include "node/answers.h"
 #include "node/gantry.h"
+#include "node/joint_states.h"
 #include "node/object_messages.h"
 
 #include <geometry_msgs/PoseArray.h>
 #include <sensor_msgs/PointCloud2.h>
+#include <std_msgs/Float64.h>
+#include <std_msgs/Int64.h>
 #include <std_srvs/Trigger.h>
 
 #include <cstdlib>
@@ -83,6 +87,36 @@ TEST_F(Tracked, PersonIsInTheLevelFromFarToNearAndInvalidWhenNobodyTells) {
       << stale->status.message;
   walkTo(0.0, 0);
   ASSERT_TRUE(withLevel(Clearance::CLEAR)) << "nobody is there";
+}
+
+TEST_F(Tracked, SeparationSlowsTheRobotAndStopsItWhenNobodyTells) {
+  JointStates joint_states;
+  joint_states.hold({{"x_axis", 0.0}, {"y_axis", 1.0}, {"lift", 0.0}});  // towards the person
+  Inbox<Separation> separations(nh_, kNode + "separation");
+  Inbox<std_msgs::Float64> scales(nh_, kNode + "separation_scale");
+  Inbox<std_msgs::Int64> overrides(nh_, kNode + "separation_override");
+  walkTo(20.0);
+  const auto far = separations.next([](const Separation& message) { return message.source == "person"; });
+  ASSERT_TRUE(far);
+  EXPECT_EQ(far->status.code, QueryStatus::OK) << far->status.message;
+  EXPECT_EQ(far->scale, 1.0);
+  EXPECT_GT(far->margin, 10.0);
+  EXPECT_TRUE(overrides.next([](const std_msgs::Int64& percent) { return percent.data == 100; }));
+  walkTo(0.9);
+  const auto near =
+      separations.next([](const Separation& message) { return message.scale > 0.0 && message.scale < 1.0; });
+  ASSERT_TRUE(near);
+  EXPECT_EQ(near->shape.link, "ball");
+  EXPECT_NEAR(near->distance, 0.9, 1e-6);
+  EXPECT_NEAR(near->robot_speed, 1.0, 1e-6);
+  EXPECT_LT(near->margin, 0.0);
+  EXPECT_TRUE(overrides.next([](const std_msgs::Int64& percent) { return percent.data > 0 && percent.data < 100; }));
+  ticker_.stop();
+  EXPECT_TRUE(separations.next([](const Separation& message) {
+    return message.scale == 0.0 && message.status.message.find("tracked source 'person'") != std::string::npos;
+  }));
+  EXPECT_TRUE(scales.next([](const std_msgs::Float64& scale) { return scale.data == 0.0; }));
+  EXPECT_TRUE(overrides.next([](const std_msgs::Int64& percent) { return percent.data == 0; }));
 }
 
 TEST_F(Tracked, MessageThatCannotBeUsedIsNamed) {

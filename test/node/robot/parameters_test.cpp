@@ -330,6 +330,8 @@ TEST(TrackedParameter, HasANameAndNumbersByDefault) {
   expected.type = TrackedSource::Type::PointCloud2;
   expected.max_age = expected.speed = expected.near_speed = expected.intrusion = expected.uncertainty = 0.75;
   EXPECT_EQ(tracked[1], expected);
+  list[0]["speed"] = 4.0;
+  EXPECT_EQ(configWith("tracked", list).tracked[0].near_speed, 5.0);
 }
 
 TEST(TrackedParameter, IsRefusedByEntryAndField) {
@@ -356,6 +358,8 @@ TEST(TrackedParameter, IsRefusedByEntryAndField) {
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["max_age"] = "old"; }), entry + "/max_age must be a number");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["raduis"] = 1.0; }),
             entry + "/raduis is unknown: did you mean 'radius'?");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["near_speed"] = 1.0; }),
+            entry + "/near_speed must not be below speed");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = ""; }), entry + "/name is '', no name of an object");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "*"; }), entry + "/name is '*', no name of an object");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "seen/people"; }),

@@ -1,4 +1,4 @@
-#include "node/monitor/joint_velocities.h"
+#include "node/tf/joint_velocities.h"
 
 #include <cmath>
 #include <limits>
