@@ -547,7 +547,7 @@ BLOCKS = (
     (">>> ", Document.python_session),
     ("<launch>", Document.file_of_test),
     ("objects:", Document.file_of_objects),
-    (("pair_stop_distance:", "joint_uncertainty:", "joint_inequalities:"), Document.parameters),
+    (("pair_stop_distance:", "joint_uncertainty:", "joint_inequalities:", "tracked:"), Document.parameters),
     ("- -347 deg", Document.inequalities_of_icub),
     ("rostest ", Document.rostest),
     ("cmake -S ", Document.commands),
