@@ -15,6 +15,7 @@ using narrowphase::Status;
 
 constexpr double kRoundedUp = 1.0 + 8.0 * std::numeric_limits<double>::epsilon();
 constexpr double kMarginTolerance = 1e-4;  // [m]
+constexpr double kClearApproach = 0.05;    // [m/s]
 constexpr int kMostScales = 12;
 
 void requireLegal(const Tracked& who, const Objects& objects) {
@@ -115,7 +116,7 @@ class Approach {
     if (is_known) found_.pair = scene_.proximity(start_, found_.pair.asked);
     if (closest) found_.pair = *closest;
     found_.distance = found_.pair.result.lower_bound;
-    found_.robot_speed = approachSpeed();
+    found_.robot_speed = approachSpeed(found_.pair);
     found_.human_way = humanWay(1.0);
     const double time = std::max(0.0, who_.older + braking_.latency + found_.stopping_time);
     found_.human_speed = found_.human_way < who_.near_speed * time ? who_.speed : who_.near_speed;
@@ -126,10 +127,10 @@ class Approach {
     found_.margin = found_.distance - found_.protective_distance;
   }
 
-  /// [m/s] How fast the robot comes nearer to the person now.
-  double approachSpeed() const {
+  /// [m/s] How fast the two come nearer now.
+  double approachSpeed(const PairProximity& pair) const {
     std::vector<double> row;
-    gradient(start_, found_.pair, row);
+    gradient(start_, pair, row);
     if (row.empty()) return 0.0;
     double rate = 0.0;
     for (std::size_t joint = 0; joint < state_.velocities.size(); ++joint) {
@@ -146,9 +147,21 @@ class Approach {
     return velocityScale(pairs_, moving_, scene_, start_, state_, braking_, distances, deadline_);
   }
 
+  /// True if a link approaches that is nearer already than the way of the person in the latency alone: no scale above 0 is
+  /// small enough then.
+  bool isTooLate() {
+    Question question;
+    question.threshold = allowances() + humanWay(0.0);
+    const auto approaches = [&](const PairProximity& pair) { return approachSpeed(pair) > kClearApproach; };
+    const std::vector<PairProximity>& near = scene_.below(start_, pairs_, question);
+    return std::any_of(near.begin(), near.end(), approaches);
+  }
+
   /// The scale falls as the time grows for which it is safe. So between a scale and the one that is found for it lies the
   /// one that is asked for, and the smaller of the two is safe.
   void setScale() {
+    found_.scale = 0.0;
+    if (isTooLate()) return;
     double safe = 0.0, high = 1.0;
     double tried = 1.0, tried_before = 1.0, found_before = 1.0;
     for (int i = 0; i < kMostScales && high - safe > kScaleTolerance; ++i) {
