@@ -96,15 +96,16 @@ TEST_F(Tracked, SeparationSlowsTheRobotAndStopsItWhenNobodyTells) {
   Inbox<std_msgs::Float64> scales(nh_, kNode + "separation_scale");
   Inbox<std_msgs::Int64> overrides(nh_, kNode + "separation_override");
   walkTo(20.0);
-  const auto far = separations.next([](const Separation& message) { return message.source == "person"; });
+  const auto far =
+      separations.next([](const Separation& message) { return message.complete && message.distance > 10.0; });
   ASSERT_TRUE(far);
-  EXPECT_EQ(far->status.code, QueryStatus::OK) << far->status.message;
+  EXPECT_EQ(far->source, "person");
   EXPECT_EQ(far->scale, 1.0);
   EXPECT_GT(far->margin, 10.0);
   EXPECT_TRUE(overrides.next([](const std_msgs::Int64& percent) { return percent.data == 100; }));
   walkTo(0.9);
-  const auto near =
-      separations.next([](const Separation& message) { return message.scale > 0.0 && message.scale < 1.0; });
+  const auto near = separations.next(
+      [](const Separation& message) { return message.complete && message.scale > 0.0 && message.scale < 1.0; });
   ASSERT_TRUE(near);
   EXPECT_EQ(near->shape.link, "ball");
   EXPECT_NEAR(near->distance, 0.9, 1e-6);
