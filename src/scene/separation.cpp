@@ -15,7 +15,6 @@ using narrowphase::Status;
 
 constexpr double kRoundedUp = 1.0 + 8.0 * std::numeric_limits<double>::epsilon();
 constexpr double kMarginTolerance = 1e-4;  // [m]
-constexpr double kClearApproach = 0.05;    // [m/s]
 constexpr int kMostScales = 12;
 
 void requireLegal(const Tracked& who, const Objects& objects) {
@@ -104,9 +103,14 @@ class Approach {
 
   double allowances() const { return who_.intrusion + who_.uncertainty + state_.largest_loss; }
 
-  /// [m] The way of the person until the robot stands from a scale of its velocities.
+  /// [s] The time of the person until the robot stands from a scale of its velocities.
+  double humanTime(double scale) const {
+    return std::max(0.0, who_.older + braking_.latency + scale * found_.stopping_time);
+  }
+
+  /// [m] Its way in this time.
   double humanWay(double scale) const {
-    const double time = std::max(0.0, who_.older + braking_.latency + scale * found_.stopping_time);
+    const double time = humanTime(scale);
     return kRoundedUp * std::min(who_.near_speed * time, std::max(0.0, kNearPerson - allowances()) + who_.speed * time);
   }
 
@@ -118,8 +122,7 @@ class Approach {
     found_.distance = found_.pair.result.lower_bound;
     found_.robot_speed = approachSpeed(found_.pair);
     found_.human_way = humanWay(1.0);
-    const double time = std::max(0.0, who_.older + braking_.latency + found_.stopping_time);
-    found_.human_speed = found_.human_way < who_.near_speed * time ? who_.speed : who_.near_speed;
+    found_.human_speed = found_.human_way < who_.near_speed * humanTime(1.0) ? who_.speed : who_.near_speed;
     const double way = std::max(0.0, found_.distance - nearest_);
     found_.reaction_way = std::min(way, found_.robot_speed * braking_.latency);
     found_.stopping_way = way - found_.reaction_way;
@@ -147,12 +150,14 @@ class Approach {
     return velocityScale(pairs_, moving_, scene_, start_, state_, braking_, distances, deadline_);
   }
 
-  /// True if a link approaches that is nearer already than the way of the person in the latency alone: no scale above 0 is
-  /// small enough then.
+  /// True if a link approaches that is nearer already than the way of the person in the latency alone: in a stop from
+  /// kScaleTolerance of the velocities it comes nearer by more than the retreat tolerance.
   bool isTooLate() {
     Question question;
     question.threshold = allowances() + humanWay(0.0);
-    const auto approaches = [&](const PairProximity& pair) { return approachSpeed(pair) > kClearApproach; };
+    // [s] of the unscaled velocities, see velocityScale()
+    const double length = kScaleTolerance * (braking_.latency + 0.5 * kScaleTolerance * found_.stopping_time);
+    const auto approaches = [&](const PairProximity& pair) { return approachSpeed(pair) * length > kRetreatTolerance; };
     const std::vector<PairProximity>& near = scene_.below(start_, pairs_, question);
     return std::any_of(near.begin(), near.end(), approaches);
   }

@@ -45,7 +45,7 @@ class Cell : public StoppingCell {
   }
 
  private:
-  /// What is known of a link and a person during a stop.
+  /// The distances of a link from a person during a stop.
   struct Pair {
     const Tracked* who;
     double start, nearest;  ///< [m] from where the person was seen

@@ -25,6 +25,8 @@ constexpr double kNearPerson = 0.5;  ///< [m]
 
 /// Compares the distance of a person with the protective separation distance S = S_h + S_r + S_s + C + Z_d + Z_r.
 struct Separation {
+  static constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
+
   /// Converged: all that follows is known. IterationLimit and Degenerate: the margin and the scale are smaller than they
   /// could be. Unknown: a pose or a velocity is missing; the scale is 0.
   narrowphase::Status status = narrowphase::Status::Unknown;
@@ -32,17 +34,17 @@ struct Separation {
   PairProximity pair{};  ///< the person and the link or held object that comes nearest to it, now
   // Terms of `pair`:
   double distance = std::numeric_limits<double>::infinity();  ///< [m] d: lower bound now
-  double human_speed = 0.0;                                   ///< [m/s] v_h: assumed, towards the robot
-  double robot_speed = 0.0;                                   ///< [m/s] v_r: towards the person now; 0: moves away
-  double reaction_time = 0.0;                                 ///< [s] T_r: until the robot begins to brake
-  double stopping_time = 0.0;                                 ///< [s] T_s: of braking from the full velocities
-  double human_way = 0.0;                                     ///< [m] S_h: of the person until the robot stands
-  double reaction_way = 0.0;         ///< [m] S_r: v_r T_r, but not more than the robot comes nearer in all
-  double stopping_way = 0.0;         ///< [m] S_s: by which the robot comes nearer besides
-  double intrusion = 0.0;            ///< [m] C
-  double sensor_uncertainty = 0.0;   ///< [m] Z_d
-  double robot_uncertainty = 0.0;    ///< [m] Z_r, see MovingState::largest_loss
-  double protective_distance = 0.0;  ///< [m] S
+  double human_speed = kNotKnown;                             ///< [m/s] v_h: assumed, towards the robot
+  double robot_speed = kNotKnown;                             ///< [m/s] v_r: towards the person now; 0: moves away
+  double reaction_time = kNotKnown;                           ///< [s] T_r: until the robot begins to brake
+  double stopping_time = kNotKnown;                           ///< [s] T_s: of braking from the full velocities
+  double human_way = kNotKnown;                               ///< [m] S_h: of the person until the robot stands
+  double reaction_way = kNotKnown;         ///< [m] S_r: v_r T_r, but not more than the robot comes nearer in all
+  double stopping_way = kNotKnown;         ///< [m] S_s: by which the robot comes nearer besides
+  double intrusion = kNotKnown;            ///< [m] C
+  double sensor_uncertainty = kNotKnown;   ///< [m] Z_d
+  double robot_uncertainty = kNotKnown;    ///< [m] Z_r, see MovingState::largest_loss
+  double protective_distance = kNotKnown;  ///< [m] S
   double margin = std::numeric_limits<double>::infinity();  ///< [m] d - S
   double scale = 0.0;  ///< of the velocities, in [0, 1]: with it S is kept from all persons; rounded down
 };

@@ -38,7 +38,8 @@ struct MonitorHealth {
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
 /// neither the clock nor the transforms advance, a wall timer publishes nevertheless: the level is then INVALID,
-/// because the age of the poses is unknown. So it is while a tracked source is stale. If the level is INVALID, a warning with the reason is logged from time to
+/// because the age of the poses is unknown. So it is while a tracked source is stale. If the level is INVALID, a
+/// warning with the reason is logged from time to
 /// time. Thread-safe.
 class MonitorLoop {
  public:

@@ -12,8 +12,11 @@ namespace proximity_server::node {
 namespace {
 
 /// The sources that see somebody. Their index in Config::tracked goes into `numbers`.
-std::vector<scene::Tracked> seenBy(const Robot& robot, const scene::Objects& objects, const ros::Duration& age,
-                                   const std::vector<std::optional<double>>& ages, std::vector<std::size_t>& numbers) {
+/// `latency` [s] is the time from now until the robot begins to brake, and `braking` has what of the age of the poses is
+/// added to it: persons move during all of their own age.
+std::vector<scene::Tracked> seenBy(const Robot& robot, const scene::Objects& objects, const scene::Braking& braking,
+                                   double latency, const std::vector<std::optional<double>>& ages,
+                                   std::vector<std::size_t>& numbers) {
   std::vector<scene::Tracked> seen;
   const std::vector<TrackedSource>& sources = robot.config().tracked;
   for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -21,8 +24,8 @@ std::vector<scene::Tracked> seenBy(const Robot& robot, const scene::Objects& obj
     const int number = objects.find(source.name);
     if (number < 0) continue;
     numbers.push_back(i);
-    seen.push_back(
-        {number, source.speed, source.near_speed, *ages[i] - age.toSec(), source.intrusion, source.uncertainty});
+    const double older = *ages[i] + latency - braking.latency;
+    seen.push_back({number, source.speed, source.near_speed, older, source.intrusion, source.uncertainty});
   }
   return seen;
 }
@@ -49,8 +52,8 @@ Separation find(const Robot& robot, PosedScenes& scenes, const LookaheadStart& s
                 scene::GuaranteedDistances* guaranteed) {
   const scene::Objects& objects = *scenes.state.objects();
   std::vector<std::size_t> numbers;
-  const std::vector<scene::Tracked> seen = seenBy(robot, objects, age, ages, numbers);
   const scene::Braking braking = brakingOf(robot, age, settings);
+  const std::vector<scene::Tracked> seen = seenBy(robot, objects, braking, settings.stop_latency, ages, numbers);
   const scene::MovingState state = movingState(robot, scenes, start, velocities, age, braking, guaranteed);
   const scene::Separation found =
       scene::separation(scenes.motions(), scenes.scene, scenes.state, state, braking, seen, searchDeadline(settings));
@@ -74,14 +77,8 @@ Separation find(const Robot& robot, PosedScenes& scenes, const LookaheadStart& s
 Separation unknownSeparation(const QueryStatus& status) {
   Separation message;
   message.status = status;
-  scene::Separation unknown;
-  for (double* term :
-       {&unknown.margin, &unknown.distance, &unknown.protective_distance, &unknown.human_speed, &unknown.robot_speed,
-        &unknown.reaction_time, &unknown.stopping_time, &unknown.human_way, &unknown.reaction_way,
-        &unknown.stopping_way, &unknown.intrusion, &unknown.sensor_uncertainty, &unknown.robot_uncertainty})
-    *term = kNaN;
-  assignTerms(message, unknown);
-  message.person_age = kNaN;
+  assignTerms(message, {});
+  message.margin = message.distance = message.person_age = kNaN;
   clear(message.shape);
   return message;
 }

@@ -69,6 +69,18 @@ TEST_F(SlidersAndPeople, HasTheTermsOfTheFormula) {
   EXPECT_TRUE(found.complete);
 }
 
+// With pose_latency the age of the poses is in the uncertainty of the robot. The person has moved in it all the same.
+TEST_F(SlidersAndPeople, PersonMovesDuringTheWholeAgeOfItsMessage) {
+  config_.pose_latency = PoseLatency::Limit;
+  follow("");
+  add(ballAt(standingAt(2.5, 0.0, 0.0), "people"));
+  const Separation found = ask(0.0, {0.25});
+  EXPECT_EQ(found.status.code, QueryStatus::OK) << found.status.message;
+  EXPECT_NEAR(found.reaction_time, 0.1, 1e-12);
+  EXPECT_NEAR(found.human_way, 2.0 * (0.25 + 0.1), 1e-9);
+  EXPECT_GT(found.robot_uncertainty, 0.0);
+}
+
 TEST_F(SlidersAndPeople, AreFreeWhereNobodyIs) {
   const Separation found = ask(1.0, {0.0});
   EXPECT_EQ(found.status.code, QueryStatus::OK) << found.status.message;
