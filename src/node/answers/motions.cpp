@@ -26,17 +26,18 @@ scene::PairProximity inFrame(const Eigen::Isometry3d& frame_T_poses, scene::Pair
   return pair;
 }
 
-/// The first known pose of a root link, which no joint moves.
-const Eigen::Isometry3d& rootOf(const Robot& robot, const scene::BodyPoses& poses) {
-  const std::vector<int> roots = robot.robotModel().roots();
-  const auto hit = std::find_if(roots.begin(), roots.end(), [&](int root) { return poses[root].has_value(); });
-  return poses[hit == roots.end() ? roots.front() : *hit].value();
+/// The first known pose of a root link, which no joint moves; nullopt if none is known.
+const std::optional<Eigen::Isometry3d>& rootOf(const Robot& robot, const scene::BodyPoses& poses) {
+  static const std::optional<Eigen::Isometry3d> kNone;
+  for (std::size_t body = 0; body < poses.size(); ++body)
+    if (poses[body] && robot.robotModel().bodies[body].parent < 0) return poses[body];
+  return kNone;
 }
 
 /// The reference frame in a motion of joints, which is in the frame of the root link of rootOf(). All roots rest.
 scene::RobotMotion::Segment worldOf(const Robot& robot, const scene::BodyPoses& poses) {
   using Motion = scene::RobotMotion;
-  if (robot.referenceLink() < 0) return Motion::atRest(rootOf(robot, poses).inverse());
+  if (robot.referenceLink() < 0) return Motion::atRest(rootOf(robot, poses).value().inverse());
   const scene::Link& link = robot.robotModel().links[robot.referenceLink()];
   return Motion::atRest(link.body_T_link, link.body == 0 ? -1 : link.body);
 }
@@ -48,20 +49,23 @@ scene::RobotMotion::Segment segmentOf(const Robot& robot, int index) {
 }
 
 std::string brokenText(const scene::RobotModel& robot, const scene::BodyPoses& start, const JointValues& stated,
-                       const scene::LimitedMotion& limited) {
+                       const scene::MotionLimits& limits, double duration) {
   for (const scene::JointInequality& inequality : robot.inequalities) {
     const std::optional<double> excess = excessAt(robot, inequality, start, stated);
     if (excess && *excess > inequality.tolerance()) return inequality.brokenText(*excess) + " at the start";
   }
-  if (!limited.broken) return {};
-  return "'" + robot.inequalities[limited.broken->inequality].text + "' is broken from " +
-         system::secondsText(limited.motion.timeAt(limited.broken->time)) + " on";
+  if (!limits.broken) return {};
+  return "'" + robot.inequalities[limits.broken->inequality].text + "' is broken from " +
+         system::secondsText(duration * limits.broken->time) + " on";
 }
 
 }  // namespace
 
-scene::BodyPoses inRoot(const Robot& robot, const scene::BodyPoses& poses) {
-  return inFrame(rootOf(robot, poses).inverse(), poses);
+bool knowsRoot(const Robot& robot, const scene::BodyPoses& poses) { return rootOf(robot, poses).has_value(); }
+
+scene::BodyPoses inRoot(const Robot& robot, scene::BodyPoses poses) {
+  const Eigen::Isometry3d root_T_poses = rootOf(robot, poses).value().inverse();
+  return inFrame(root_T_poses, std::move(poses));
 }
 
 std::vector<scene::RobotMotion::Segment> framesOfObjects(const Robot& robot, const CarrierFrames& frames,
@@ -97,13 +101,13 @@ scene::LimitedMotion motionWithinLimits(const Robot& robot, const scene::BodyPos
 }
 
 std::string limitsText(const scene::RobotModel& robot, const scene::BodyPoses& start, const JointValues& stated,
-                       const scene::LimitedMotion& limited) {
-  return joined(brokenText(robot, start, stated, limited), assumedText(robot, limited));
+                       const scene::MotionLimits& limits, double duration) {
+  return joined(brokenText(robot, start, stated, limits, duration), assumedText(robot, limits));
 }
 
-std::string assumedText(const scene::RobotModel& robot, const scene::LimitedMotion& limited) {
+std::string assumedText(const scene::RobotModel& robot, const scene::MotionLimits& limits) {
   std::string text;
-  for (const int joint : limited.assumed) text += (text.empty() ? "'" : ", '") + robot.joints[joint].name + "'";
+  for (const int joint : limits.assumed) text += (text.empty() ? "'" : ", '") + robot.joints[joint].name + "'";
   return text.empty() ? text : "nothing tells the turn of " + text + ": each is taken to stop as late as a turn allows";
 }
 

@@ -19,8 +19,11 @@
 
 namespace proximity_server::node {
 
+/// Whether the pose of a root link is known; all functions below need one.
+bool knowsRoot(const Robot& robot, const scene::BodyPoses& poses);
+
 /// The poses, in the reference frame, transformed into that of the first root link with a known pose.
-scene::BodyPoses inRoot(const Robot& robot, const scene::BodyPoses& poses);
+scene::BodyPoses inRoot(const Robot& robot, scene::BodyPoses poses);
 
 /// The motions of the frames of moving objects, which are at these poses in the reference frame at the start. A frame of
 /// a link moves with the link. All others rest in the reference frame, because nothing tells their velocity.
@@ -42,25 +45,25 @@ scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const C
 scene::LimitedMotion motionWithinLimits(const Robot& robot, const scene::BodyPoses& poses,
                                         const std::vector<double>& travel, const JointValues& stated, double duration);
 
-/// Tells which inequality is broken at the start, or else by the motion, and when; and the turns that are assumed. "" for
-/// none.
+/// Tells which inequality is broken at the start, or else by a motion of `duration` [s], and when; and the turns that are
+/// assumed. "" for none.
 std::string limitsText(const scene::RobotModel& robot, const scene::BodyPoses& start, const JointValues& stated,
-                       const scene::LimitedMotion& limited);
+                       const scene::MotionLimits& limits, double duration);
 
 /// Tells the turns that are assumed only.
-std::string assumedText(const scene::RobotModel& robot, const scene::LimitedMotion& limited);
+std::string assumedText(const scene::RobotModel& robot, const scene::MotionLimits& limits);
 
 /// Joins two texts, of which either may be empty.
 std::string joined(const std::string& a, const std::string& b);
 
-/// Writes into a message which joints stop at a limit, and when.
+/// Writes into a message which joints stop at a limit during a motion of `duration` [s], and when.
 template <class Message>
-void assignStops(Message& message, const Robot& robot, const scene::LimitedMotion& limited) {
+void assignStops(Message& message, const Robot& robot, const scene::MotionLimits& limits, double duration) {
   message.joints_at_limit.clear();
   message.limit_times.clear();
-  for (const scene::JointStop& stop : limited.stops) {
+  for (const scene::JointStop& stop : limits.stops) {
     message.joints_at_limit.push_back(robot.robotModel().joints[stop.joint].name);
-    message.limit_times.push_back(limited.motion.timeAt(stop.time));
+    message.limit_times.push_back(duration * stop.time);
   }
 }
 

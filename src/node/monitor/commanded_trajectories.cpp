@@ -5,6 +5,7 @@
 #include "proximity_server/QueryTrajectoryRequest.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/model/posed_position.h"
+#include "system/number_text.h"
 
 #include <ros/console.h>
 
@@ -65,14 +66,6 @@ int knownJoint(const std::vector<int>& joints, const JointValues& positions, std
     if (positions[*joint] && index-- == 0) return *joint;
 }
 
-/// The segment of a time, and this time on the segment: before 0 or after 1 if it belongs to none.
-std::pair<const scene::SplineSegment*, double> placeOf(const CommandedSplines& splines, double time) {
-  const auto is_later = [](double t, const scene::SplineSegment& segment) { return t < segment.begin(); };
-  const auto next = std::upper_bound(splines.segments.begin() + 1, splines.segments.end(), time, is_later);
-  const scene::SplineSegment& segment = *std::prev(next);
-  return {&segment, (time - segment.begin()) / (segment.end() - segment.begin())};
-}
-
 bool hasPoints(const CommandedSplines& splines) { return splines.exact_from < kNever; }
 
 /// How far the splines of a command may be off until its first point, as they go on from the state at its begin, which
@@ -125,36 +118,6 @@ WayPoints wayPointsOf(const Robot& robot, int member, trajectory_msgs::JointTraj
 }
 
 }  // namespace
-
-scene::TrajectoryPoint CommandedSplines::stateAt(double time) const {
-  const auto [segment, place] = placeOf(*this, time);
-  scene::TrajectoryPoint state = segment->stateAt(std::clamp(place, 0.0, 1.0));
-  state.time = time;
-  if (place >= 0.0 && place <= 1.0) return state;
-  std::fill(state.velocities.begin(), state.velocities.end(), 0.0);
-  std::fill(state.accelerations.begin(), state.accelerations.end(), 0.0);
-  return state;
-}
-
-double CommandedSplines::positionAt(int joint, double time) const {
-  const auto [segment, place] = placeOf(*this, time);
-  return segment->positionAt(joint, std::clamp(place, 0.0, 1.0));
-}
-
-double CommandedSplines::largestSpeed(int joint, double from, double to) const {
-  double largest = 0.0;
-  for (const scene::SplineSegment& segment : segments)
-    if (segment.begin() <= to && segment.end() >= from) largest = std::max(largest, segment.largestSpeed(joint));
-  return largest;
-}
-
-scene::SplineSegment CommandedSplines::between(double from, double to) const {
-  const scene::SplineSegment& segment = *placeOf(*this, 0.5 * (from + to)).first;
-  const auto place = [&](double time) {
-    return std::clamp((time - segment.begin()) / (segment.end() - segment.begin()), 0.0, 1.0);
-  };
-  return segment.between(place(from), place(to));
-}
 
 // --- commands
 
@@ -270,13 +233,18 @@ void CommandedTrajectories::await(Command command, const ros::Time& stamp, const
 
 // --- the motion
 
-CommandedMotion CommandedTrajectories::lookUp(const std::vector<int>& joints, const PoseSnapshot& poses,
-                                              const VelocitySnapshot& velocities, const ros::Time& now) {
+const CommandedMotion& CommandedTrajectories::lookUp(const std::vector<int>& joints, const PoseSnapshot& poses,
+                                                     const VelocitySnapshot& velocities, const ros::Time& now) {
   const Lock lock(mutex_);
+  motion_.positions.clear();
+  motion_.text.clear();
   if (now < last_now_) forget();
   last_now_ = now;
   const bool is_known = poses.status.code == QueryStatus::OK && velocities.status.code == QueryStatus::OK;
-  if ((waiting_.empty() && driven_.empty()) || !is_known) return {};
+  if ((waiting_.empty() && driven_.empty()) || !is_known) {
+    motion_.followed.clear();
+    return motion_;
+  }
 
   positions_.assign(velocities.velocities.size(), std::nullopt);
   for (const int joint : joints) positions_[joint] = positionOf(robot_->robotModel(), poses, joint);
@@ -287,7 +255,8 @@ CommandedMotion CommandedTrajectories::lookUp(const std::vector<int>& joints, co
   const auto has_begun = [&](const Command& command) { return command.begin <= present.now; };
   waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_begun), waiting_.end());
   forgetDriven(present);
-  return motionFrom(present);
+  findMotion(present);
+  return motion_;
 }
 
 /// Forgets what is over, and what was replaced by a command that the robot has agreed with since, or has left.
@@ -399,7 +368,10 @@ CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& co
   const double reach = command.begin_error + old.begin_error;
   const double until = command.points.empty() ? command.begin + reach : command.begin;
   const double earliest = command.received - SplineDelays::kLargest - robot_->config().max_tf_age;
-  CommandedSplines splines{command.topic, {}, {}, command.begin_error, kNever, {}};
+  CommandedSplines splines;
+  splines.topic = command.topic;
+  splines.begin_error = command.begin_error;
+  splines.exact_from = kNever;
   for (const scene::SplineSegment& segment : old.segments) {
     if (segment.end() < earliest || segment.begin() > until - kResolutionOfTime) continue;
     const double part = (until - segment.begin()) / (segment.end() - segment.begin());
@@ -439,7 +411,10 @@ CommandedTrajectories::Driven CommandedTrajectories::continued(const Command& co
 CommandedTrajectories::Driven CommandedTrajectories::begun(const Command& command, std::vector<int> joints,
                                                            const Present& present) const {
   const double begin = std::max(command.begin, present.time);
-  CommandedSplines splines{command.topic, {}, {}, command.begin_error, begin, {}};
+  CommandedSplines splines;
+  splines.topic = command.topic;
+  splines.begin_error = command.begin_error;
+  splines.exact_from = begin;
   scene::TrajectoryPoint start = presentState(command, present, begin);
   if (present.time < begin - kResolutionOfTime)
     splines.segments.emplace_back(robot_->robotModel(), presentState(command, present, present.time), start);
@@ -549,23 +524,24 @@ std::string CommandedTrajectories::textOfStray(const Driven& driven) const {
   return text.str();
 }
 
-CommandedMotion CommandedTrajectories::motionFrom(const Present& present) const {
-  CommandedMotion motion;
+void CommandedTrajectories::findMotion(const Present& present) {
   std::string strays;
+  std::size_t followed = 0;
   for (const Driven& driven : driven_) {
     if (isOver(driven, present)) continue;
-    if (motion.positions.empty()) {
+    if (motion_.positions.empty()) {
       for (const std::optional<double>& position : present.positions)
-        motion.positions.push_back(position.value_or(0.0));
-      motion.tracking_error.assign(present.positions.size(), 0.0);
+        motion_.positions.push_back(position.value_or(0.0));
+      motion_.tracking_error.assign(present.positions.size(), 0.0);
     }
-    if (driven.delays.fits())
-      follow(driven, present, motion);
-    else if (hasPoints(*driven.splines) && !fitsBeside(driven, [](const Driven&) { return true; }))
+    if (driven.delays.fits()) {
+      if (followed == motion_.followed.size()) motion_.followed.emplace_back();
+      followed += follow(driven, present, motion_.followed[followed]);
+    } else if (hasPoints(*driven.splines) && !fitsBeside(driven, [](const Driven&) { return true; }))
       strays += (strays.empty() ? "" : "; ") + textOfStray(driven);
   }
-  motion.text += (motion.text.empty() || strays.empty() ? "" : "; ") + strays;
-  return motion;
+  motion_.followed.resize(followed);
+  if (!strays.empty()) motion_.text += (motion_.text.empty() ? "" : "; ") + strays;
 }
 
 /// Returns whether a joint is on other splines, too, that are as asked.
@@ -576,43 +552,47 @@ bool CommandedTrajectories::fitsBeside(const Driven& driven, const Test& isAsked
   });
 }
 
-/// Adds the joints that may follow splines, and which splines these are. Earlier ones of the same joints are those that
-/// count if a command was refused; if these are over, the joints rest.
-void CommandedTrajectories::follow(const Driven& driven, const Present& present, CommandedMotion& motion) const {
-  using Certainty = FollowedSplines::Certainty;
+/// Finds the joints that may follow splines, and which splines these are. Earlier ones of the same joints are those that
+/// count if a command was refused; if these are over, the joints rest. Returns whether there is such a joint.
+bool CommandedTrajectories::follow(const Driven& driven, const Present& present, scene::FollowedSplines& followed) {
+  using Certainty = scene::FollowedSplines::Certainty;
   const SplineDelays& delays = driven.delays;
   const auto isLater = [&](const Driven& other) { return &other > &driven && !isOver(other, present); };
   const auto isEarlier = [&](const Driven& other) { return &other < &driven && !isOver(other, present); };
   const auto rests = [&](const Driven& other) { return &other < &driven && isOver(other, present); };
-  FollowedSplines followed{driven.splines,
-                           {},
-                           present.time - delays.best(),
-                           delays.most() - delays.best(),
-                           delays.best() - delays.least(),
-                           isSure(driven, present) && !fitsBeside(driven, isLater) && !fitsBeside(driven, rests)
-                               ? Certainty::Followed
-                               : Certainty::PerhapsFollowed};
+  const bool is_sure = isSure(driven, present) && !fitsBeside(driven, isLater) && !fitsBeside(driven, rests);
+  followed.splines = driven.splines;
+  followed.joints.clear();
+  followed.time = present.time - delays.best();
+  followed.behind = delays.most() - delays.best();
+  followed.ahead = delays.best() - delays.least();
+  followed.certainty = is_sure ? Certainty::Followed : Certainty::PerhapsFollowed;
   for (const int joint : driven.joints) {
     if (!present.positions[joint]) continue;
     followed.joints.push_back(joint);
     const double position = driven.splines->positionAt(joint, followed.time);
-    motion.positions[joint] = position + offBy(joint, *present.positions[joint], position);
-    motion.tracking_error[joint] = allowed(joint);
+    motion_.positions[joint] = position + offBy(joint, *present.positions[joint], position);
+    motion_.tracking_error[joint] = allowed(joint);
   }
-  if (followed.joints.empty()) return;
-  motion.followed.push_back(followed);
+  if (followed.joints.empty()) return false;
   const auto hides = [&](const Driven& other) { return isLater(other) && hasPoints(*other.splines); };
-  if (!hasPoints(*driven.splines) || fitsBeside(driven, hides)) return;
-  std::ostringstream text;
-  text << std::setprecision(3) << (motion.text.empty() ? "along the trajectory of " : " and of ")
-       << driven.splines->topic << (fitsBeside(driven, isEarlier) ? " or the one before it" : "")
-       << (followed.certainty == Certainty::PerhapsFollowed ? " or with the velocities" : "") << ", with a delay of "
-       << delays.best() << " s";
+  if (!hasPoints(*driven.splines) || fitsBeside(driven, hides)) return true;
+  std::string& text = motion_.text;
+  text += text.empty() ? "along the trajectory of " : " and of ";
+  text += driven.splines->topic;
+  if (fitsBeside(driven, isEarlier)) text += " or the one before it";
+  if (!is_sure) text += " or with the velocities";
+  text += ", with a delay of ";
+  system::appendRounded(text, delays.best(), 3);
+  text += " s";
   const auto& beyond = driven.splines->beyond;
   const auto next = std::find_if(beyond.begin(), beyond.end(),
                                  [&](const CommandedSplines::Excess& excess) { return excess.time >= followed.time; });
-  if (next != beyond.end()) text << ", where in " << next->time - followed.time << " s " << next->text;
-  motion.text += text.str();
+  if (next == beyond.end()) return true;
+  text += ", where in ";
+  system::appendRounded(text, next->time - followed.time, 3);
+  text += " s " + next->text;
+  return true;
 }
 
 }  // namespace proximity_server::node

@@ -4,7 +4,7 @@
 #include "node/tf/joint_frames.h"
 #include "node/tf/joint_velocities.h"
 #include "node/tf/tf_poses.h"
-#include "proximity_server/scene/motion/joint_spline.h"
+#include "proximity_server/scene/answers/commanded_motion.h"
 #include "proximity_server/scene/motion/spline_delays.h"
 
 #include <ros/node_handle.h>
@@ -20,48 +20,21 @@
 
 namespace proximity_server::node {
 
-/// The splines of one command of a controller, in the order of their times [s].
-struct CommandedSplines {
+/// The splines of one command of a controller.
+struct CommandedSplines : scene::JointSplines {
   std::string topic;
-  std::vector<scene::SplineSegment> segments;  ///< each begins when the one before ends, or later
+  /// [s] The controller may have begun by so much earlier or later than the splines.
+  double begin_error = 0.0;
   /// A commanded joint beyond its limit, where it is the farthest beyond in a segment.
   struct Excess {
     double time;       ///< [s]
     std::string text;  ///< "joint 'elbow' goes to 2.4, and its upper limit is 2.1"
   };
-  std::vector<Excess> beyond;
-  /// [s] The controller may have begun by so much earlier or later than the splines.
-  double begin_error = 0.0;
-  double exact_from = 0.0;             ///< [s] the first point of the command; infinity: it has none, and ends a motion
-  std::vector<double> inexact_before;  ///< [rad] or [m] of all joints: how far the splines may be off until then
-
-  /// Before the first segment, between two and after the last, the joints rest.
-  scene::TrajectoryPoint stateAt(double time) const;
-  double positionAt(int joint, double time) const;
-  /// The motion between two times, if no segment begins or ends between them.
-  scene::SplineSegment between(double from, double to) const;
-  /// [rad/s] or [m/s] The largest speed between two times.
-  double largestSpeed(int joint, double from, double to) const;
-  /// [rad] or [m] How far they may be off at a time, and from then on.
-  double inexactAt(int joint, double time) const { return time < exact_from ? inexact_before[joint] : 0.0; }
+  std::vector<Excess> beyond{};
 };
 
-/// Joints that follow splines, or may do so.
-struct FollowedSplines {
-  std::shared_ptr<const CommandedSplines> splines;
-  std::vector<int> joints;  ///< indices into RobotModel::joints
-  double time;              ///< [s] that of the splines at the stamp of the poses, with the delay that fits best
-  double behind, ahead;     ///< [s] the time of the splines is not before `time` - `behind` or after `time` + `ahead`
-  /// Followed: unless an earlier one of the same joints is. PerhapsFollowed: or else the joints keep their velocities.
-  enum class Certainty { Followed, PerhapsFollowed } certainty;
-};
-
-/// The motion of the joints that follow commands, from the time of the poses on.
-struct CommandedMotion {
-  std::vector<FollowedSplines> followed;  ///< by age; empty: every joint keeps its velocity
-  scene::Positions positions;             ///< [rad] or [m] of all joints at the stamp; 0 if a position is not known
-  std::vector<double> tracking_error;     ///< [rad] or [m] of all joints
-  std::string text;                       ///< for which motion the answer is, or why the commands are not used
+struct CommandedMotion : scene::CommandedMotion {
+  std::string text;  ///< for which motion the answer is, or why the commands are not used
 };
 
 /// Listens to the trajectories that controllers get, see Config::trajectories, and makes of them the splines that
@@ -99,9 +72,11 @@ class CommandedTrajectories {
   /// Takes a command. Returns why it is refused, as by the controller, which keeps the one before; "" if it is not.
   std::string take(const std::string& topic, const trajectory_msgs::JointTrajectory& message, const ros::Time& now);
 
-  /// The motion of those of `joints` that follow commands; of none while a pose or velocity is not known.
-  CommandedMotion lookUp(const std::vector<int>& joints, const PoseSnapshot& poses, const VelocitySnapshot& velocities,
-                         const ros::Time& now);
+  /// The motion of those of `joints` that follow commands; of none while a pose or velocity is not known. It is valid
+  /// until the next call, and only one thread may ask. While the same joints follow the same commands, nothing is
+  /// allocated.
+  const CommandedMotion& lookUp(const std::vector<int>& joints, const PoseSnapshot& poses,
+                                const VelocitySnapshot& velocities, const ros::Time& now);
 
  private:
   using Points = std::vector<scene::TrajectoryPoint>;
@@ -158,10 +133,10 @@ class CommandedTrajectories {
   double allowed(int joint) const;
   std::string textOfStray(const Driven& driven) const;
   void findBeyond(const std::vector<int>& joints, CommandedSplines& splines) const;
-  CommandedMotion motionFrom(const Present& present) const;
+  void findMotion(const Present& present);
   template <class Test>
   bool fitsBeside(const Driven& driven, const Test& isAsked) const;
-  void follow(const Driven& driven, const Present& present, CommandedMotion& motion) const;
+  bool follow(const Driven& driven, const Present& present, scene::FollowedSplines& followed);
 
   std::mutex mutex_;  // guards the members from here to the subscribers
   std::shared_ptr<const Robot> robot_;
@@ -174,6 +149,7 @@ class CommandedTrajectories {
   std::vector<Driven> driven_;   // of two with the same joint the later one has replaced the other
   JointValues positions_;        // of the last cycle; kept, as measured_, for their memory
   std::vector<scene::MeasuredJoint> measured_;
+  CommandedMotion motion_;  // of the last cycle
   std::map<std::string, std::vector<ros::Subscriber>>
       subscribers_;  // destroyed first, because their callbacks use the others
 };

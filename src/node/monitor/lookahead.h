@@ -5,7 +5,7 @@
 #include "node/tf/joint_velocities.h"
 #include "node/tf/tf_poses.h"
 #include "proximity_server/Lookahead.h"
-#include "proximity_server/scene/motion/motion_search.h"
+#include "proximity_server/scene/answers/lookahead.h"
 #include "proximity_server/scene/state/state.h"
 
 #include <chrono>
@@ -32,12 +32,14 @@ double searchTime(const MonitorSettings& settings);
 /// The deadline of a search that begins now.
 std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& settings);
 
-/// Searches for the first contact of the checked pairs, if joints follow the splines of commands, all others keep their
-/// velocities, and moving objects rest. A contact of a pair is at its stop distance. The answer is proven for all
-/// motions within the tracking errors of the followers. If tf may move an object, the message of the status says that it
-/// is taken to rest. The search ends at searchDeadline().
-Lookahead contactAhead(const CommandedMotion& commanded, const Robot& robot, scene::MotionSearch& scene,
-                       const LookaheadStart& start, const VelocitySnapshot& velocities,
-                       const scene::PairDistances& stop, const MonitorSettings& settings);
+/// Writes the question about a lookahead from these poses on, of which knowsRoot() is true; moving objects rest. The
+/// arguments must live until it is answered.
+void ask(scene::LookaheadQuestion& question, const Robot& robot, scene::MotionSearch& search,
+         const LookaheadStart& start, const VelocitySnapshot& velocities, const CommandedMotion& commanded,
+         const MonitorSettings& settings);
+
+/// Writes the answer into a message, which keeps its memory. If tf may move an object, the message of the status says that it is taken to rest.
+void assign(Lookahead& message, const scene::ContactAhead& ahead, const Robot& robot, const LookaheadStart& start,
+            const CommandedMotion& commanded, const MonitorSettings& settings);
 
 }  // namespace proximity_server::node

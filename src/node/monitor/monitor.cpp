@@ -1,5 +1,6 @@
 #include "node/monitor/monitor.h"
 
+#include "node/answers/motions.h"
 #include "node/monitor/pose_age.h"
 #include "node/robot/query_status.h"
 #include "system/durations.h"
@@ -58,11 +59,20 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   question.guaranteed = guaranteed();
   question.is_bounded = bounded.code == QueryStatus::OK;
   question.wants_gradients = settings.gradients;
+  const LookaheadStart start_ahead{state, snapshot.stated, monitored_.frames, frames.may_move};
+  if (settings.lookahead > 0.0 && velocities.status.code == QueryStatus::OK && knowsRoot(*robot_, snapshot.poses)) {
+    ask(lookahead_.question(), *robot_, scenes_->motions(), start_ahead, velocities, commanded, settings);
+    question.lookahead = &lookahead_;
+  }
   scene::assess(scenes_->scene, state, question, assessment_);
 
   Clearance& message = message_.write({snapshot, frames, settings, state, assessment_, bounded, question.guaranteed});
-  message.lookahead =
-      lookAhead({state, snapshot.stated, monitored_.frames, frames.may_move}, velocities, settings, commanded);
+  if (assessment_.ahead) {
+    assign(message.lookahead, *assessment_.ahead, *robot_, start_ahead, commanded, settings);
+  } else {
+    message.lookahead = noLookahead(settings);
+    if (settings.lookahead > 0.0) message.lookahead.status = assessment_.level ? velocities.status : message.status;
+  }
   message.computation_time = ros::Duration(std::chrono::duration<double>(Clock::now() - start).count());
   return message;
 }
@@ -105,21 +115,6 @@ const ConstraintRows& Monitor::constraints(const PoseSnapshot& snapshot, const M
                                guaranteed(),
                                monitored_.longest_name},
                               settings);
-}
-
-Lookahead Monitor::lookAhead(const LookaheadStart& start, const VelocitySnapshot& velocities,
-                             const MonitorSettings& settings, const CommandedMotion& commanded) {
-  Lookahead found = noLookahead(settings);
-  if (settings.lookahead == 0.0) return found;
-  if (!assessment_.level) {
-    found.status = latest().status;
-    return found;
-  }
-  found = contactAhead(commanded, *robot_, scenes_->motions(), start, velocities, thresholds_.stop, settings);
-  if (found.status.code != QueryStatus::OK || commanded.text.empty()) return found;
-  if (!found.status.message.empty()) found.status.message += "; ";
-  found.status.message += commanded.text;
-  return found;
 }
 
 StoppingScale Monitor::velocityScale(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,

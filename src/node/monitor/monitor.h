@@ -40,8 +40,9 @@ class Monitor {
   const std::vector<int>& roots() const { return monitored_.motion_sources.roots; }
 
   /// Computes the clearance at these poses, and the lookahead with these velocities or along what was commanded.
-  /// `frames` are the poses of frames(); without them these poses are unknown. Never waits. The result is valid until the next cycle. Without a
-  /// lookahead, memory is allocated only in the first few cycles of a robot, and after max_reported_pairs has grown.
+  /// `frames` are the poses of frames(); without them these poses are unknown. Never waits. The result is valid until the
+  /// next cycle. Memory is allocated only in the first few cycles of a robot, after max_reported_pairs has grown, and for
+  /// a lookahead as scene::Lookahead says.
   const Clearance& cycle(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                          const MonitorSettings& settings, const FrameSnapshot& frames = {},
                          const CommandedMotion& commanded = {});
@@ -76,8 +77,6 @@ class Monitor {
   QueryStatus prepareGuaranteed(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                 const MonitorSettings& settings, const FrameSnapshot& frames);
   scene::GuaranteeLimits limits(const MonitorSettings& settings) const;
-  Lookahead lookAhead(const LookaheadStart& start, const VelocitySnapshot& velocities, const MonitorSettings& settings,
-                      const CommandedMotion& commanded);
 
   /// nullptr if the robot is not uncertain.
   scene::GuaranteedDistances* guaranteed() const { return robot_->isUncertain() ? &scenes_->guaranteed() : nullptr; }
@@ -89,6 +88,7 @@ class Monitor {
   scene::Uncertainty aged_;                        ///< that of the robot, with the motion since the poses
   scene::LevelThresholds thresholds_;              ///< those of the robot, with the defaults of the latest settings
   scene::Assessment assessment_;                   ///< of the latest cycle
+  scene::Lookahead lookahead_;                     ///< its memory
   ClearanceMessage message_;                       ///< about it
   std::optional<Constraints> constraints_;         ///< for this robot; made when they are first needed
   StoppingScales scales_;

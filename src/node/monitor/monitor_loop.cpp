@@ -316,8 +316,9 @@ VelocitySnapshot MonitorLoop::lookUpVelocities() {
   return velocities;
 }
 
-CommandedMotion MonitorLoop::lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities) {
-  if (health_.settings.lookahead == 0.0) return {};
+const CommandedMotion& MonitorLoop::lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities) {
+  static const CommandedMotion kNone;
+  if (health_.settings.lookahead == 0.0) return kNone;
   return commands_.lookUp(monitor_.joints(), snapshot, velocities, ros::Time::now());
 }
 

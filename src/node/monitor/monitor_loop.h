@@ -88,7 +88,7 @@ class MonitorLoop {
   const PoseSnapshot& lookUp();
   void useNextObjects();
   VelocitySnapshot lookUpVelocities();
-  CommandedMotion lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities);
+  const CommandedMotion& lookUpCommands(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities);
   void listenToCommands();
 
   TfPoses& tf_;

@@ -39,7 +39,7 @@ FirstContactResponse answer(const Robot& robot, TfPoses& tf, const FirstContactR
     require(frames.status);
     const RequestedMotion requested = motionOf(robot, start, asked_frames, frames.poses, request);
     const scene::Motion& motion = requested.limited.motion;
-    assignStops(response, robot, requested.limited);
+    assignStops(response, robot, requested.limited, request.horizon);
 
     const RobotAndObjects model(robot.robotModel(), &pairs.objects());
     const ScenePool::Lease scenes = pairs.borrowScenes();

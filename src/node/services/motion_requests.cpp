@@ -114,7 +114,7 @@ RequestedMotion motionOfJoints(const Robot& robot, const PoseSnapshot& start, co
   }
   try {
     scene::LimitedMotion limited = motionWithinLimits(robot, start.poses, travel, stated, request.horizon);
-    std::string text = limitsText(robot.robotModel(), start.poses, stated, limited);
+    std::string text = limitsText(robot.robotModel(), start.poses, stated, limited, request.horizon);
     return {std::move(limited), std::move(text)};
   } catch (const std::invalid_argument& error) {  // a stated position is too far beyond the limits of its joint
     refuse(std::string("joints: ") + error.what());
@@ -150,7 +150,7 @@ RequestedMotion motionOf(const Robot& robot, const PoseSnapshot& start, const Ca
   if (request.links.empty() && !are_joints) refuse("nothing moves: name links with twists, or joints");
   if (!request.links.empty() && are_joints) refuse("name links with twists, or joints, not both");
   RequestedMotion motion = are_joints ? motionOfJoints(robot, start, request)
-                                      : RequestedMotion{{motionOfTwists(robot, start.poses, request), {}, {}}, {}};
+                                      : RequestedMotion{{{}, motionOfTwists(robot, start.poses, request)}, {}};
   motion.limited.motion.carryObjects(
       are_joints ? objectFramesInRoot(robot, start.poses, frames, poses_of_frames)
                  : scene::RobotMotion::ObjectFrames{{-1, true, {}}, framesOfObjects(robot, frames, poses_of_frames)});

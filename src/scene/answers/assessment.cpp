@@ -25,6 +25,7 @@ class Assessor {
       pair->pair = none.pair;
     found_.level.reset();
     found_.reached = false;
+    found_.ahead = nullptr;
     findBroken();
     list();
     const PairProximity* minimum =
@@ -34,6 +35,8 @@ class Assessor {
       decide(PairProximity(*minimum));
     else
       found_.of_links.level = found_.with_object.level = std::nullopt;
+    if (asked_.lookahead && found_.level)
+      found_.ahead = &asked_.lookahead->find(scene_.candidates(), asked_.thresholds.stop);
   }
 
  private:

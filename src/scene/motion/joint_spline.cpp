@@ -41,6 +41,15 @@ struct Ends {
 
 Ends linear(double from, double to) { return {from, to, to - from, to - from, 0.0, 0.0}; }
 
+std::array<double, 6> controlValues(const Ends& ends) {
+  return {ends.from,
+          ends.from + ends.velocity_from / 5.0,
+          ends.from + 2.0 * ends.velocity_from / 5.0 + ends.acceleration_from / 20.0,
+          ends.to - 2.0 * ends.velocity_to / 5.0 + ends.acceleration_to / 20.0,
+          ends.to - ends.velocity_to / 5.0,
+          ends.to};
+}
+
 Ends cubic(double from, double to, double velocity_from, double velocity_to) {
   const double way = to - from;
   return {from,
@@ -85,10 +94,7 @@ SplineSegment::SplineSegment(const RobotModel& robot, const TrajectoryPoint& fro
       ends.acceleration_from = duration * duration * from.accelerations[i];
       ends.acceleration_to = duration * duration * to.accelerations[i];
     }
-    joints_.push_back({ends.from, ends.from + ends.velocity_from / 5.0,
-                       ends.from + 2.0 * ends.velocity_from / 5.0 + ends.acceleration_from / 20.0,
-                       ends.to - 2.0 * ends.velocity_to / 5.0 + ends.acceleration_to / 20.0,
-                       ends.to - ends.velocity_to / 5.0, ends.to});
+    joints_.push_back(controlValues(ends));
     for (const double value : joints_.back())
       if (!std::isfinite(value - ends.from))
         throw std::invalid_argument(placeOf(to) + ": joint '" + robot.joints[i].name + "' is too fast or too far away");
@@ -119,8 +125,13 @@ double SplineSegment::valueAt(const ControlValues& values, double time) {
 
 Positions SplineSegment::at(double time) const {
   Positions positions;
-  for (const ControlValues& values : joints_) positions.push_back(valueAt(values, time));
+  at(time, positions);
   return positions;
+}
+
+void SplineSegment::at(double time, Positions& positions) const {
+  positions.clear();
+  for (const ControlValues& values : joints_) positions.push_back(valueAt(values, time));
 }
 
 double SplineSegment::largestSpeed(int joint) const {
@@ -149,8 +160,17 @@ TrajectoryPoint SplineSegment::stateAt(double time) const {
   return state;
 }
 
-void SplineSegment::follow(const SplineSegment& other, const std::vector<int>& joints) {
-  for (const int joint : joints) joints_[joint] = other.joints_[joint];
+void SplineSegment::rest(double begin, double end, const Positions& positions) {
+  begin_ = begin;
+  end_ = end;
+  joints_.resize(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) joints_[i].fill(positions[i]);
+}
+
+void SplineSegment::goStraight(int joint, double from, double to) { joints_[joint] = controlValues(linear(from, to)); }
+
+void SplineSegment::copy(int joint, const SplineSegment& other, double from, double to) {
+  joints_[joint] = part(other.joints_[joint], from, to);
 }
 
 SplineSegment SplineSegment::between(double from, double to) const {

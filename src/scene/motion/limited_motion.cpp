@@ -8,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 namespace proximity_server::scene {
@@ -50,10 +51,10 @@ void requireNearLimits(const RobotModel& model, const std::vector<double>& trave
   }
 }
 
-/// Adds the joints whose turn is assumed to `assumed`.
-std::vector<JointStop> stopsOf(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
-                               const std::vector<std::optional<double>>& stated, std::vector<int>& assumed) {
-  std::vector<JointStop> stops;
+void findStops(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
+               const std::vector<std::optional<double>>& stated, MotionLimits& limits) {
+  limits.stops.clear();
+  limits.assumed.clear();
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const Joint& joint = model.joints[i];
     if (joint.mimic || travel[i] == 0.0) continue;
@@ -61,11 +62,12 @@ std::vector<JointStop> stopsOf(const RobotModel& model, const BodyPoses& start, 
     if (!position) continue;
     const std::optional<double> own = stated.empty() ? std::nullopt : stated[i];
     const StopTime stop = stopTime(*position, {joint.lower, joint.upper}, own, travel[i]);
-    if (stop.time < 1.0) stops.push_back({static_cast<int>(i), stop.time});
-    if (stop.is_assumed) assumed.push_back(static_cast<int>(i));
+    if (stop.time < 1.0) limits.stops.push_back({static_cast<int>(i), stop.time});
+    if (stop.is_assumed) limits.assumed.push_back(static_cast<int>(i));
   }
-  std::stable_sort(stops.begin(), stops.end(), [](const JointStop& p, const JointStop& q) { return p.time < q.time; });
-  return stops;
+  std::sort(limits.stops.begin(), limits.stops.end(), [](const JointStop& p, const JointStop& q) {
+    return std::tie(p.time, p.joint) < std::tie(q.time, q.joint);
+  });
 }
 
 /// The time at which the excess of an inequality is above what it may be: 0 at most, or what it is at the start and a
@@ -102,47 +104,48 @@ std::optional<InequalityBreak> firstBreak(const RobotModel& model, const BodyPos
   return first;
 }
 
-/// Returns 0, the different times of the stops, and 1.
-std::vector<double> borders(const std::vector<JointStop>& stops) {
-  std::vector<double> times{0.0};
-  for (const JointStop& stop : stops) {
-    if (stop.time > times.back()) times.push_back(stop.time);
-  }
-  times.push_back(1.0);
-  return times;
-}
-
-std::vector<double> travelDuring(double begin, double end, const std::vector<JointStop>& stops,
-                                 std::vector<double> travel) {
-  for (double& joint : travel) joint *= end - begin;
-  for (const JointStop& stop : stops) {
-    if (stop.time <= begin) travel[stop.joint] = 0.0;
-  }
-  return travel;
-}
-
 }  // namespace
 
-LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
-                                 const std::vector<std::optional<double>>& stated) {
-  const RobotMotion unlimited = RobotMotion::ofTravel(model, start, travel);
+void findLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
+                const std::vector<std::optional<double>>& stated, MotionLimits& limits) {
   if (!stated.empty() && stated.size() != model.joints.size())
     throw std::invalid_argument("there are " + std::to_string(stated.size()) + " stated positions for " +
                                 std::to_string(model.joints.size()) + " joints");
   requireNearLimits(model, travel, stated);
-  std::vector<int> assumed;
-  std::vector<JointStop> stops = stopsOf(model, start, travel, stated, assumed);
-  const std::optional<InequalityBreak> broken = firstBreak(model, start, travel, stops, stated);
-  if (stops.empty()) return {unlimited, {}, broken, std::move(assumed)};
-  const std::vector<double> times = borders(stops);
+  findStops(model, start, travel, stated, limits);
+  limits.broken = firstBreak(model, start, travel, limits.stops, stated);
+}
+
+double nextStop(const std::vector<JointStop>& stops, double begin) {
+  const auto next = std::find_if(stops.begin(), stops.end(), [&](const JointStop& stop) { return stop.time > begin; });
+  return next == stops.end() ? 1.0 : next->time;
+}
+
+void restrictTravel(double begin, double end, const std::vector<JointStop>& stops, std::vector<double>& travel) {
+  for (double& joint : travel) joint *= end - begin;
+  for (const JointStop& stop : stops) {
+    if (stop.time <= begin) travel[stop.joint] = 0.0;
+  }
+}
+
+LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
+                                 const std::vector<std::optional<double>>& stated) {
+  RobotMotion unlimited = RobotMotion::ofTravel(model, start, travel);
+  MotionLimits limits;
+  findLimits(model, start, travel, stated, limits);
+  if (limits.stops.empty()) return {std::move(limits), std::move(unlimited)};
   std::vector<Motion::Piece> pieces;
   BodyPoses poses = start;
-  for (std::size_t i = 0; i + 1 < times.size(); ++i) {
-    const std::vector<double> during = travelDuring(times[i], times[i + 1], stops, travel);
-    pieces.push_back({times[i], times[i + 1], RobotMotion::ofTravel(model, poses, during)});
-    poses = pieces.back().robot.at(1.0);
+  double end = 0.0;
+  while (end < 1.0) {
+    const double begin = end;
+    end = nextStop(limits.stops, begin);
+    std::vector<double> during = travel;
+    restrictTravel(begin, end, limits.stops, during);
+    pieces.push_back({begin, end, RobotMotion::ofTravel(model, poses, during)});
+    pieces.back().robot.at(1.0, poses);
   }
-  return {Motion(std::move(pieces)), std::move(stops), broken, std::move(assumed)};
+  return {std::move(limits), Motion(std::move(pieces))};
 }
 
 }  // namespace proximity_server::scene

@@ -122,7 +122,7 @@ void Motion::carryObjects(const RobotMotion::ObjectFrames& frames) {
     RobotMotion::ObjectFrames part{during(piece.begin, piece.end, frames.world), {}};
     for (const RobotMotion::Segment& frame : frames.moving)
       part.moving.push_back(during(piece.begin, piece.end, frame));
-    piece.robot.carryObjects(std::move(part));
+    piece.robot.carryObjects(part);
   }
 }
 

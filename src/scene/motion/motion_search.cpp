@@ -32,6 +32,7 @@ void add(const MotionCounts& more, MotionCounts& counts) {
 /// A straight motion with the deviations from it, and what they are made of: working memory of SplineSearch.
 struct Straight {
   SplineSegment::Chord chord;
+  Positions at;
   std::vector<double> before, travel, most;
   std::vector<double> nowhere;  ///< 0 for each joint
   RobotMotion motion;
@@ -85,6 +86,7 @@ class SplineSearch {
   const Straight& alongChord(const std::vector<double>& tube);
   const Straight& along(double begin, double end);
   const Straight& atRest(const Positions& state, const std::vector<double>& tube);
+  const Straight& atTime(double time);
   MotionQuestion within(double tolerance) const;
   void considerState(double time, const Pairs& pairs);
   void considerClosest(double time);
@@ -132,6 +134,11 @@ const Straight& SplineSearch::along(double begin, double end) {
   return alongChord(tube_);
 }
 
+const Straight& SplineSearch::atTime(double time) {
+  segment_.at(time, straight_.at);
+  return atRest(straight_.at, tube_);
+}
+
 const Straight& SplineSearch::atRest(const Positions& state, const std::vector<double>& tube) {
   straight_.chord.from = straight_.chord.to = state;
   straight_.chord.deviation.assign(state.size(), 0.0);
@@ -148,7 +155,7 @@ MotionQuestion SplineSearch::within(double tolerance) const {
 
 /// Takes the guaranteed distance of one state of the spline, if it is smaller than that of all before.
 void SplineSearch::considerState(double time, const Pairs& pairs) {
-  const Straight& rest = atRest(segment_.at(time), tube_);
+  const Straight& rest = atTime(time);
   const RobotMinimum here =
       search_.minimumBelow(best_.upper_bound, pairs, rest.motion, rest.deviations, within(0.25 * question_.tolerance));
   add(here.counts, best_.counts);
@@ -161,7 +168,7 @@ void SplineSearch::considerState(double time, const Pairs& pairs) {
 
 /// Takes the guaranteed distance of the pair that is closest at one state of the spline.
 void SplineSearch::considerClosest(double time) {
-  const Straight& rest = atRest(segment_.at(time), tube_);
+  const Straight& rest = atTime(time);
   const std::optional<PairProximity> closest = search_.closestAtStart(pairs_, rest.motion, question_.deadline);
   if (!closest) return considerState(time, pairs_);
   considerState(time, std::vector<ShapeRefPair>{closest->asked});
@@ -296,7 +303,7 @@ MotionQuestion SplineSearch::nearly() const {
 
 /// True if the state of the spline at one time, or of the tube there, cannot be told from one in contact.
 bool SplineSearch::touches(double time, RobotTimeOfContact& contact) {
-  const Straight& rest = atRest(segment_.at(time), tube_);
+  const Straight& rest = atTime(time);
   const RobotTimeOfContact here = search_.timeOfContact(pairs_, rest.motion, rest.deviations, nearly());
   add(here.counts, contact.counts);
   contact.status = here.status;
@@ -382,15 +389,6 @@ MotionCounts together(const MotionCounts& p, const MotionCounts& q) {
   return counts;
 }
 
-/// Joins the answers of successive pieces. `before` found no contact. What it left open stays open.
-RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfContact next) {
-  next.counts = together(before.counts, next.counts);
-  if (before.status == narrowphase::Status::Converged) return next;
-  next.t_free = before.t_free;
-  next.status = lessComplete(before.status, next.status);
-  return next;
-}
-
 RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
   RobotMinimum closer = next.upper_bound < before.upper_bound ? next : before;
   closer.lower_bound = std::min(before.lower_bound, next.lower_bound);
@@ -400,6 +398,14 @@ RobotMinimum followedBy(const RobotMinimum& before, const RobotMinimum& next) {
 }
 
 }  // namespace
+
+RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfContact next) {
+  next.counts = together(before.counts, next.counts);
+  if (before.status == narrowphase::Status::Converged) return next;
+  next.t_free = before.t_free;
+  next.status = lessComplete(before.status, next.status);
+  return next;
+}
 
 struct MotionSearch::Memory {
   StraightSearch search;

@@ -30,18 +30,19 @@ void append(const narrowphase::ScrewMotion& screw, narrowphase::MotionChain& cha
     chain.back() = screw.isRest() ? chain.back() * screw.start : chain.back().start * screw;
 }
 
-/// The motions of the frames at both ends of a way, seen from the frame after its first `half` steps. Neither chain is
-/// empty.
-struct Chains {
-  narrowphase::MotionChain &a, &b;
-};
-void follow(const PosesInTime& poses, const Way& way, std::size_t half, const Chains& chains) {
-  chains.a.clear();
-  chains.b.clear();
-  for (std::size_t i = half; i-- > 0;) append(motionOf(poses, way, i).inverse(), chains.a);
-  for (std::size_t i = half; i < way.size(); ++i) append(motionOf(poses, way, i), chains.b);
-  if (chains.a.empty()) chains.a.emplace_back();
-  if (chains.b.empty()) chains.b.emplace_back();
+/// Sets a chain, which is never empty, to the motion of the frame at the begin of a way, seen from the frame after its
+/// first `half` steps.
+void setToBegin(const PosesInTime& poses, const Way& way, std::size_t half, narrowphase::MotionChain& chain) {
+  chain.clear();
+  for (std::size_t i = half; i-- > 0;) append(motionOf(poses, way, i).inverse(), chain);
+  if (chain.empty()) chain.emplace_back();
+}
+
+/// The same of the frame at its end.
+void setToEnd(const PosesInTime& poses, const Way& way, std::size_t half, narrowphase::MotionChain& chain) {
+  chain.clear();
+  for (std::size_t i = half; i < way.size(); ++i) append(motionOf(poses, way, i), chain);
+  if (chain.empty()) chain.emplace_back();
 }
 
 /// The smallest distance of the origin from the points of a segment.
@@ -136,21 +137,18 @@ void MovingBodies::follow(const PosesInTime& poses, int body_a, const Bounds& a,
   if (seen_from == SeenFrom::Middle)
     for (std::size_t seen = 0; half < way.size() && seen < moving / 2; ++half) seen += !isRest(poses, way.frame(half));
 
-  scene::follow(poses, way, half, {chain_a_, chain_b_});
   if (seen_from == SeenFrom::Middle && moving == 1) {
     // Only one joint moves, and either body may be seen as the moving one. The body whose centre is nearer to the axis
     // moves less.
-    narrowphase::MotionChain other_a, other_b;
-    scene::follow(poses, way, way.size(), {other_a, other_b});
     const auto accelerated = [](const narrowphase::MotionChain& chain, const Bounds& of) {
       return motionBound(chain, of.centre, of.radius, 0.0, 0.0).acceleration;
     };
-    if (accelerated(other_a, a) < accelerated(chain_b_, b)) {
-      half = way.size();
-      chain_a_ = std::move(other_a);
-      chain_b_ = std::move(other_b);
-    }
+    setToBegin(poses, way, way.size(), chain_a_);
+    setToEnd(poses, way, half, chain_b_);
+    if (accelerated(chain_a_, a) < accelerated(chain_b_, b)) half = way.size();
   }
+  setToBegin(poses, way, half, chain_a_);
+  setToEnd(poses, way, half, chain_b_);
   const auto after = [&](std::size_t step) {
     return step < way.left.size() ? poses.segment(way.left[step]).parent : way.frame(step);
   };
@@ -177,11 +175,6 @@ double MovingBodies::roundingAt(double time, PosesInTime& poses) const {
 /// than its start plus its linear velocity; roundedLengths() counts each of these at least once.
 double MovingBodies::reach() const {
   return std::max(narrowphase::roundedLengths(chain_a_, a_.reach), narrowphase::roundedLengths(chain_b_, b_.reach));
-}
-
-narrowphase::MotionChain MovingBodies::fixedTo(narrowphase::MotionChain chain, const Isometry3d& pose) {
-  chain.back() = chain.back() * pose;
-  return chain;
 }
 
 MovingBodies::Interval::Interval(int its_number) : number(its_number) {

@@ -108,9 +108,9 @@ class MovingBodies {
   /// False if a pose is missing.
   bool isKnown() const { return is_known_; }
 
-  /// The motion of a frame that is fixed to a body.
-  narrowphase::MotionChain chainOfA(const Eigen::Isometry3d& a_T_frame) const { return fixedTo(chain_a_, a_T_frame); }
-  narrowphase::MotionChain chainOfB(const Eigen::Isometry3d& b_T_frame) const { return fixedTo(chain_b_, b_T_frame); }
+  /// The motions of a body; never empty.
+  const narrowphase::MotionChain& chainOfA() const { return chain_a_; }
+  const narrowphase::MotionChain& chainOfB() const { return chain_b_; }
 
   /// The body from which they are seen; -1: the frame of the poses.
   int middle() const { return middle_; }
@@ -167,13 +167,12 @@ class MovingBodies {
     double rounding;  ///< [m] of a distance
   };
 
-  static narrowphase::MotionChain fixedTo(narrowphase::MotionChain chain, const Eigen::Isometry3d& pose);
   const IntervalMotion& motionIn(const Interval& interval, PosesInTime& poses);
 
   int body_a_ = -1, body_b_ = -1;
   bool is_known_ = false;
   int middle_ = -1;
-  narrowphase::MotionChain chain_a_, chain_b_;  ///< screws at rest are merged; never empty
+  narrowphase::MotionChain chain_a_, chain_b_;  ///< screws at rest are merged
   Bounds a_, b_;
   /// [m] The sum of the distances from frame to frame; 0 if all of these are bodies of the robot.
   double path_length_ = 0.0;

@@ -65,10 +65,16 @@ void requireCarrier(const RobotMotion::Segment& segment, std::size_t bodies, con
 }  // namespace
 
 RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel) {
+  RobotMotion motion;
+  motion.setTravel(model, start, travel);
+  return motion;
+}
+
+void RobotMotion::setTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel) {
   require({start.size(), "poses"}, {model.bodies.size(), "bodies"});
   require({travel.size(), "travels"}, {model.joints.size(), "movable joints"});
-  RobotMotion motion;
-  motion.model_ = &model;
+  model_ = &model;
+  segments_.clear();
   for (std::size_t i = 0; i < start.size(); ++i) {
     const Body& body = model.bodies[i];
     Segment segment;
@@ -81,9 +87,8 @@ RobotMotion RobotMotion::ofTravel(const RobotModel& model, const BodyPoses& star
       segment.motion.start = parent->inverse() * *pose;
       if (body.joint >= 0) segment.motion = jointScrew(model.joints[body.joint], own_travel, segment.motion.start);
     }
-    motion.segments_.push_back(segment);
+    segments_.push_back(segment);
   }
-  return motion;
 }
 
 RobotMotion RobotMotion::between(const RobotModel& model, const std::vector<double>& from,
@@ -155,11 +160,11 @@ RobotMotion::Segment RobotMotion::withTwist(const std::optional<Isometry3d>& wor
   return segment;
 }
 
-void RobotMotion::carryObjects(ObjectFrames frames) {
+void RobotMotion::carryObjects(const ObjectFrames& frames) {
   requireCarrier(frames.world, segments_.size(), "the world");
   for (std::size_t i = 0; i < frames.moving.size(); ++i)
     requireCarrier(frames.moving[i], segments_.size(), "frame " + std::to_string(i) + " of the objects");
-  object_frames_ = std::move(frames);
+  object_frames_ = frames;
 }
 
 RobotMotion::State RobotMotion::inWorld(double time) const {

@@ -240,6 +240,16 @@ void StraightSearch::splitFixedObjects(const IntervalVisit& visit, double limit)
   }
 }
 
+/// Sets the chains to the motions of two pieces.
+void StraightSearch::follow(const PairInMotion& moving, const Piece& a, const Piece& b) {
+  const auto fix = [](const narrowphase::MotionChain& body, const Piece& piece, narrowphase::MotionChain& chain) {
+    chain = body;
+    chain.back() = chain.back() * piece.body_T_piece;
+  };
+  fix(moving.bodies.chainOfA(), a, chain_a_);
+  fix(moving.bodies.chainOfB(), b, chain_b_);
+}
+
 narrowphase::TimeOfContact StraightSearch::timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question,
                                                            double latest) {
   const PairInMotion& moving = movingPairOf(visit);
@@ -250,8 +260,8 @@ narrowphase::TimeOfContact StraightSearch::timeOfContactOf(const IntervalVisit& 
   options.begin = visit.interval.begin;
   options.end = std::min(visit.interval.end, latest);
   options.is_over = [&] { return question.deadline.hasPassed(); };
-  return narrowphase::timeOfContact(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
-                                    moving.bodies.chainOfB(b.body_T_piece), options);
+  follow(moving, a, b);
+  return narrowphase::timeOfContact(a.shape, chain_a_, b.shape, chain_b_, options);
 }
 
 narrowphase::MinimumOverMotion StraightSearch::minimumOf(const IntervalVisit& visit, const MotionQuestion& question,
@@ -264,8 +274,8 @@ narrowphase::MinimumOverMotion StraightSearch::minimumOf(const IntervalVisit& vi
   options.end = visit.interval.end;
   options.stop_above =
       upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.allowance() + moving.error;
-  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, moving.bodies.chainOfA(a.body_T_piece), b.shape,
-                                                           moving.bodies.chainOfB(b.body_T_piece), options);
+  follow(moving, a, b);
+  narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, chain_a_, b.shape, chain_b_, options);
   minimum.lower_bound -= moving.allowance() + moving.error;
   minimum.upper_bound -= moving.allowance() - moving.error;
   return minimum;

@@ -134,6 +134,7 @@ class StraightSearch {
   bool considerStates(const Pairs& pairs, const Deadline& deadline, RobotMinimum& answer);
   double roundingAtStart();
   PairProximity inPosesFrame(const PairProximity& in_world, double time);
+  void follow(const PairInMotion& moving, const Piece& a, const Piece& b);
   narrowphase::TimeOfContact timeOfContactOf(const IntervalVisit& visit, const MotionQuestion& question, double latest);
   void measure(const IntervalVisit& visit, const MotionQuestion& question, TimeOfContactBounds& bounds,
                RobotTimeOfContact& answer);
@@ -149,7 +150,8 @@ class StraightSearch {
   bool found_pieces_ = false;  ///< true if the last pair was measured by two of several pieces
   bool are_open_pairs_known_ = false;
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
-  std::vector<IntervalVisit> settled_nodes_;  ///< those of the tree of fixed objects that enter() left out
+  std::vector<IntervalVisit> settled_nodes_;    ///< those of the tree of fixed objects that enter() left out
+  narrowphase::MotionChain chain_a_, chain_b_;  ///< of two pieces; kept for their memory
   Order order_ = Order::Nearest;
   Heap<IntervalVisit> queue_;
 };

@@ -1,6 +1,7 @@
 // The lookahead along the splines of controllers, on the sliders.
 #include "node/monitor/commanded_trajectories.h"
 
+#include "allocations.h"
 #include "node/monitor/slider_robot.h"
 #include "node/robot/load_config.h"
 #include "proximity_server/scene/files/file_value.h"
@@ -77,10 +78,14 @@ class Commanded : public MonitorOfSliders {
     VelocitySnapshot moving;
     moving.velocities.assign(velocities.begin(), velocities.end());
     moving.stamps.assign(3, poses.stamp);
-    const CommandedMotion motion = commands_.lookUp(monitor_.joints(), poses, moving, at(std::max(time, now)));
-    return monitor_.cycle(poses, moving, settings_, {}, motion).lookahead;
+    const long before = allocations();
+    const CommandedMotion& motion = commands_.lookUp(monitor_.joints(), poses, moving, at(std::max(time, now)));
+    const Clearance& clearance = monitor_.cycle(poses, moving, settings_, {}, motion);
+    allocated_ = allocations() - before;
+    return clearance.lookahead;
   }
 
+  long allocated_ = 0;  ///< in the last cycle
   CommandedTrajectories commands_;
 };
 
@@ -122,6 +127,20 @@ TEST_F(Commanded, SeesTheContactOfASplineThatOvershootsItsPoints) {
   use(kSliders);
   command(0.0, "/arm", trajectoryOf("to_middle", {{1.0, -0.7}, {2.0, -0.7}}));
   EXPECT_EQ(ahead(0.0, {-1.0, 0.0, 0.5}).state, Lookahead::FREE);
+}
+
+TEST_F(Commanded, AllocatesNothingWhileTheSameJointsFollow) {
+  std::vector<Knot> knots;  // to and fro, each second the same
+  for (int i = 1; i <= 10; ++i) knots.push_back({0.5 * i, i % 2 == 0 ? 0.0 : 0.1, 0.0});
+  command(0.0, "/arm", trajectoryOf("to_middle", knots));
+  for (int i = 0; i < 60; ++i) {
+    const double time = 0.05 * i;
+    const Lookahead lookahead =
+        ahead(time, {-1.0, positionIn(knots, time), 0.5}, {0.0, i == 0 ? 0.0 : velocityIn(knots, time), 0.0});
+    if (i < 30) continue;
+    EXPECT_EQ(lookahead.state, Lookahead::FREE) << lookahead.status.message;
+    EXPECT_EQ(allocated_, 0) << time << ": " << lookahead.status.message;
+  }
 }
 
 // The spline goes to -12 between its points, which are within the limits of 9.

@@ -355,14 +355,14 @@ class FollowedTrajectories : public MonitorOfSliders {
 
   /// Whether the last states agree with splines as UNCERTAINTY.md says: for 0.1 s, those since the last command with one
   /// delay, and those before it with one.
-  bool agrees(const FollowedSplines& followed) const {
+  bool agrees(const scene::FollowedSplines& followed) const {
     const double command = commanded_[followed.joints.front() < 2 ? 0 : 1];
     return agrees(followed, -std::numeric_limits<double>::infinity(), command) &&
            agrees(followed, command, std::numeric_limits<double>::infinity());
   }
   /// Those between two times. The delay is relative to the best one. What the splines and their velocities change in a
   /// cell of SplineDelays is left over.
-  bool agrees(const FollowedSplines& followed, double from, double to) const {
+  bool agrees(const scene::FollowedSplines& followed, double from, double to) const {
     for (double delay = -0.12; delay < 0.12 + 1e-6; delay += 0.001) {
       const auto isNear = [&](const Measured& measured) {
         if (measured.time < from || measured.time >= to) return true;
@@ -423,8 +423,8 @@ class FollowedTrajectories : public MonitorOfSliders {
   /// Whether a controller that is not followed looks as if it were, and whether only such a one does.
   bool isTakenForFollowed() {
     bool is_taken = false;
-    for (const FollowedSplines& followed : motion_.followed) {
-      if (followed.certainty != FollowedSplines::Certainty::Followed) continue;
+    for (const scene::FollowedSplines& followed : motion_.followed) {
+      if (followed.certainty != scene::FollowedSplines::Certainty::Followed) continue;
       const Controller& controller = controllers_[followed.joints.front() < 2 ? 0 : 1];
       if (controller.mode == Controller::Mode::Follows && !(controller.is_other && isAnotherMotion(followed))) continue;
       is_taken = true;
@@ -438,8 +438,8 @@ class FollowedTrajectories : public MonitorOfSliders {
   }
 
   /// Whether splines that count alone are not those of the controller.
-  bool isAnotherMotion(const FollowedSplines& followed) const {
-    const auto hasJoint = [](const FollowedSplines& splines, int joint) {
+  bool isAnotherMotion(const scene::FollowedSplines& followed) const {
+    const auto hasJoint = [](const scene::FollowedSplines& splines, int joint) {
       return std::find(splines.joints.begin(), splines.joints.end(), joint) != splines.joints.end();
     };
     std::vector<Controller> controllers = controllers_;
@@ -476,9 +476,9 @@ class FollowedTrajectories : public MonitorOfSliders {
       text << "\n"
            << controllers_[command.controller].topic << " gets a command at " << command.heard << ", the node at "
            << command.received;
-    for (const FollowedSplines& followed : motion_.followed) {
-      text << "\nsplines of " << followed.splines->topic
-           << (followed.certainty == FollowedSplines::Certainty::Followed ? "" : " perhaps") << ", time "
+    for (const scene::FollowedSplines& followed : motion_.followed) {
+      text << "\nsplines of joint " << followed.joints.front()
+           << (followed.certainty == scene::FollowedSplines::Certainty::Followed ? "" : " perhaps") << ", time "
            << followed.time << " - " << followed.behind << " + " << followed.ahead << ", first point at "
            << followed.splines->exact_from;
       for (const int joint : followed.joints)
@@ -528,9 +528,10 @@ TEST_F(FollowedTrajectories, IsNotFreeBeforeAContactOfWhatControllersDo) {
       free += lookahead.state == Lookahead::FREE;
       contacts += lookahead.state == Lookahead::CONTACT;
       along += !motion_.followed.empty();
-      certain += std::any_of(motion_.followed.begin(), motion_.followed.end(), [](const FollowedSplines& followed) {
-        return followed.certainty == FollowedSplines::Certainty::Followed;
-      });
+      certain +=
+          std::any_of(motion_.followed.begin(), motion_.followed.end(), [](const scene::FollowedSplines& followed) {
+            return followed.certainty == scene::FollowedSplines::Certainty::Followed;
+          });
       strays += motion_.text.find("off the trajectory") != std::string::npos;
       if (isTakenForFollowed()) {
         ++taken;

@@ -105,13 +105,20 @@ TEST(SplineSegment, TellsItsStateInSeconds) {
   }
 }
 
-TEST(SplineSegment, FollowsAnotherOneWithSomeJoints) {
-  const RobotModel robot = robotOf(urdfOf(link("a") + link("b") + link("c") + hinge("first", "a", "b", "0 0 1") +
-                                          hinge("second", "b", "c", "0 0 1")));
-  SplineSegment segment(robot, {0.0, {0.0, 1.0}}, {1.0, {1.0, 2.0}});
-  segment.follow(SplineSegment(robot, {0.0, {5.0, 6.0}}, {1.0, {5.0, 7.0}}), {1});
-  EXPECT_EQ(segment.at(0.0), (Positions{0.0, 6.0}));
-  EXPECT_EQ(segment.at(1.0), (Positions{1.0, 7.0}));
+TEST(SplineSegment, IsMadeAnewJointByJoint) {
+  const RobotModel robot =
+      robotOf(urdfOf(link("a") + link("b") + link("c") + link("d") + hinge("first", "a", "b", "0 0 1") +
+                     hinge("second", "b", "c", "0 0 1") + hinge("third", "c", "d", "0 0 1")));
+  const SplineSegment other(robot, {0.0, {5.0, 6.0, 0.0}, {0.0, 0.0, 0.0}}, {2.0, {5.0, 7.0, 0.0}, {0.0, 0.0, 0.0}});
+  SplineSegment segment;
+  segment.rest(3.0, 4.0, {1.0, 2.0, 3.0});
+  segment.goStraight(0, 1.0, 2.0);
+  segment.copy(1, other, 0.25, 1.0);
+  EXPECT_EQ(segment.timeAt(0.5), 3.5);
+  EXPECT_EQ(segment.at(0.0), (Positions{1.0, other.positionAt(1, 0.25), 3.0}));
+  EXPECT_EQ(segment.at(0.5), (Positions{1.5, segment.positionAt(1, 0.5), 3.0}));
+  EXPECT_NEAR(segment.positionAt(1, 0.5), other.positionAt(1, 0.625), 1e-15);
+  EXPECT_EQ(segment.at(1.0), (Positions{2.0, 7.0, 3.0}));
 }
 
 SplineSegment::Chord chordOf(const SplineSegment& segment, double begin, double end) {

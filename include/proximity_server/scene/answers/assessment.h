@@ -1,6 +1,7 @@
 #pragma once
 
 #include "proximity_server/scene/answers/deciding_pair.h"
+#include "proximity_server/scene/answers/lookahead.h"
 #include "proximity_server/scene/guaranteed/guaranteed_distances.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/model/joint_inequality.h"
@@ -43,6 +44,7 @@ struct AssessmentQuestion {
   GuaranteedDistances* guaranteed = nullptr;         ///< nullptr: the state is known exactly
   bool is_bounded = true;        ///< false: nothing bounds where the true state is; nothing is guaranteed, and no level
   bool wants_gradients = false;  ///< of all pairs
+  Lookahead* lookahead = nullptr;  ///< nullptr: none; it has its own question, about this state
 };
 
 /// All that is known about a state of a robot with its objects: numbers and references, no names.
@@ -64,11 +66,12 @@ struct Assessment {
   AssessedPair deciding;  ///< the pair that sets `level`; its gradient is asked for, too, unless the level is Clear
   bool reached = false;   ///< a state that may be the true one is certainly at Warn or Stop
   std::optional<BrokenInequality> broken{};  ///< the one with the largest excess divided by its tolerance
+  const ContactAhead* ahead = nullptr;       ///< in AssessmentQuestion::lookahead; nullptr: no lookahead, or no level
 };
 
 /// Assesses a state. There is no level if a checked pair is Unknown, see Assessment::counts, if no pair is checked, or
 /// if the question is not bounded. With the same `assessment` nothing is allocated after the first few states, unless
-/// `most_listed` grows.
+/// `most_listed` grows; see Lookahead for its part.
 void assess(Scene& scene, const State& state, const AssessmentQuestion& asked, Assessment& assessment);
 
 }  // namespace proximity_server::scene

@@ -51,12 +51,17 @@ class SplineSegment {
   ///          positions, velocities or accelerations, and numbers that are not finite or too far apart.
   SplineSegment(const RobotModel& robot, const TrajectoryPoint& from, const TrajectoryPoint& to);
 
+  /// Without joints; for rest().
+  SplineSegment() = default;
+
   double begin() const { return begin_; }  ///< [s]
   double end() const { return end_; }      ///< [s]
   /// [s] That of a place in [0, 1]; at 1 the end to the last bit.
   double timeAt(double place) const { return place < 1.0 ? begin_ + place * (end_ - begin_) : end_; }
+  double placeAt(double time) const { return (time - begin_) / (end_ - begin_); }
 
   Positions at(double time) const;
+  void at(double time, Positions& positions) const;
 
   /// That of one joint.
   double positionAt(int joint, double time) const { return valueAt(joints_[joint], time); }
@@ -67,8 +72,12 @@ class SplineSegment {
   /// Positions, velocities and accelerations, with the time in seconds.
   TrajectoryPoint stateAt(double time) const;
 
-  /// Takes the motion of these joints from a segment over the same time.
-  void follow(const SplineSegment& other, const std::vector<int>& joints);
+  // To make a segment anew in its memory, joint by joint.
+  /// All joints rest, from one time [s] to another.
+  void rest(double begin, double end, const Positions& positions);
+  void goStraight(int joint, double from, double to);
+  /// Takes the motion of a joint from a part of another segment, which is between two places on it.
+  void copy(int joint, const SplineSegment& other, double from, double to);
 
   /// The motion between two times, over a time [0, 1] of its own.
   SplineSegment between(double from, double to) const;
@@ -107,7 +116,7 @@ class SplineSegment {
   static double valueAt(const ControlValues& values, double time);
   static double timeOfHighest(const ControlValues& values);
 
-  double begin_, end_;
+  double begin_ = 0.0, end_ = 1.0;
   std::vector<ControlValues> joints_;
 };
 

@@ -21,12 +21,15 @@ struct InequalityBreak {
   double time;
 };
 
-struct LimitedMotion {
-  Motion motion;
-  std::vector<JointStop> stops;           ///< in the order of their times
-  std::optional<InequalityBreak> broken;  ///< the first one; an inequality is left out if a pose of it is missing
+struct MotionLimits {
+  std::vector<JointStop> stops{};           ///< in the order of their times
+  std::optional<InequalityBreak> broken{};  ///< the first one; an inequality is left out if a pose of it is missing
   /// The joints that would stop earlier on another turn that their limits allow: their position is not stated.
-  std::vector<int> assumed = {};
+  std::vector<int> assumed{};
+};
+
+struct LimitedMotion : MotionLimits {
+  Motion motion;
 };
 
 /// Moves every joint at constant velocity until it reaches a limit, where it rests from then on.
@@ -47,5 +50,17 @@ struct LimitedMotion {
 ///          limits.
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated = {});
+
+// What motionWithinLimits() is made of, for motions whose pieces are made one by one.
+
+/// The limits of a motion. Failure: throws as motionWithinLimits() does, but for the travel.
+void findLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
+                const std::vector<std::optional<double>>& stated, MotionLimits& limits);
+
+/// The parameter of the first stop after `begin`; 1 if there is none.
+double nextStop(const std::vector<JointStop>& stops, double begin);
+
+/// Makes of the travel without limits that between two parameters, if no joint stops between them.
+void restrictTravel(double begin, double end, const std::vector<JointStop>& stops, std::vector<double>& travel);
 
 }  // namespace proximity_server::scene

@@ -61,6 +61,10 @@ class Motion {
 
   const std::vector<Piece>& pieces() const { return pieces_; }
 
+  /// The first piece, to be made anew in its memory. It is the only one of a motion that stands for one piece at a time,
+  /// whose parameters then need not be 0 and 1.
+  Piece& onlyPiece() { return pieces_.front(); }
+
   /// Sets the interval of time [s] for which the parameter stands; at first it is from 0 to 1.
   void setTime(double begin, double end);
   /// [s] Rounded, but never outside of the interval.

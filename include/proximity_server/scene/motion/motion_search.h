@@ -10,6 +10,9 @@
 
 namespace proximity_server::scene {
 
+/// Joins the answers of successive pieces. `before` found no contact. What it left open stays open.
+RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfContact next);
+
 /// Finds the first contact of a robot with its objects during a motion, and the smallest distance; with the working
 /// memory of one caller. Not thread-safe.
 ///

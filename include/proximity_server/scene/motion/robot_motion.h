@@ -25,6 +25,9 @@ class RobotMotion {
   /// Throws std::invalid_argument for a wrong number of poses or joints, and for a travel that is not finite.
   static RobotMotion ofTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel);
 
+  /// Becomes that motion, and keeps its memory and the frames of objects.
+  void setTravel(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel);
+
   /// A motion that is linear in joint space, from one state to another, see forwardKinematics.
   static RobotMotion between(const RobotModel& model, const std::vector<double>& from, const std::vector<double>& to);
 
@@ -66,7 +69,7 @@ class RobotMotion {
   static Segment withTwist(const std::optional<Eigen::Isometry3d>& world_T_frame, const Twist& twist);
 
   /// Throws std::invalid_argument for a parent that is not a body, and for a velocity or pose that is not finite.
-  void carryObjects(ObjectFrames frames);
+  void carryObjects(const ObjectFrames& frames);
   const ObjectFrames& objectFrames() const { return object_frames_; }
 
   /// The poses at one time in the world, as Scene::update() takes them: those of the bodies, and those of
