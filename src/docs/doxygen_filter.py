@@ -23,7 +23,7 @@ SECTIONS = {
                  "src/node/*/README.md"],
     "Tools": ["src/tools/README.md", "src/tools/*/README.md", "test/node/clearancetest/README.md"],
     "Libraries": ["include/README.md", "src/python/README.md"],
-    "Inside": ["src/README.md", "src/GLOSSARY.md", "src/narrowphase/README.md"],
+    "Inside": ["src/README.md", "src/GLOSSARY.md", "src/narrowphase/README.md", "src/narrowphase/BOUNDS.md"],
     "Tests and benchmarks": ["test/README.md", "test/*/README.md", "test/*/TABLES.md"],
 }
 TOP = pathlib.Path("README.md")

@@ -43,7 +43,7 @@ std::vector<TrajectoryPoint> drivenFrom(const RobotModel& robot, TrajectoryPoint
 /// Source: Farouki, The Bernstein Polynomial Basis: A Centennial Retrospective, Computer Aided Geometric Design 29, 2012.
 class SplineSegment {
  public:
-  /// The sum of the controller's six terms is at most 860 times the largest control value; each of them has an error of
+  /// The sum of the controller's six terms is at most 863 times the largest control value; each of them has an error of
   /// less than 16 eps.
   static constexpr double kRounding = 0x1p-38;
 
