@@ -108,6 +108,9 @@ struct WarmStart {
 /// It is for programs that follow single pairs in overlap, step by step. It is kept outside of WarmStart, as it takes
 /// 3 kB, and most pairs never overlap: neither the scene nor MovingPair has any. It belongs to the caller, must outlive
 /// the queries, and must not be shared by threads.
+/// Evidence: with 16 of them in a scene, its minimum took 14 % fewer instructions (median; from 37 % fewer to 0.2 %
+/// more) on Panda, UR5 and PR2 in contact, in steps of 1 ms, and up to 0.4 % more without contact. But depths got other
+/// last digits, and of equally deep directions another one: ten recorded answers changed.
 class WarmPolytope {
  public:
   static constexpr int kMaxVertices = 96, kMaxFaces = 2 * kMaxVertices - 4;  ///< a larger polytope is not kept
