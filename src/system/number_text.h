@@ -9,6 +9,10 @@
 namespace proximity_server::system {
 
 // Numbers as texts, the same ones in every locale.
+//
+// They come from <charconv>, or where that has none for double (libstdc++ 10 of Debian 11), from printf() and strtod().
+// A shortest text then takes 2 to 9 us. double-conversion writes the same digits of 900,000 numbers in 0.2 to 3 us, which
+// is not worth a dependency that only Debian 11 needs; nlohmann-json misses the shortest text of 124 in 300,000.
 
 /// The number that the whole of a text is, without blanks and without a plus sign before it; nullopt if the text is
 /// anything else, such as a hexadecimal number, or if no number of this type is near it.

@@ -37,6 +37,9 @@ void runPipeline(const PipelineSteps<const std::size_t>& steps, std::size_t bloc
 /// number bounds the memory.
 /// Failure: throws the error of a step; if several blocks fail, that of the first one in their order. The blocks before
 ///          it are written, no other block is, and no more are read. Throws std::runtime_error if threads are refused.
+///
+/// Own code, because TBB cannot do with fewer threads than it asks for. A wrapper around its parallel_pipeline() passes
+/// pipeline_test, but with RLIMIT_NPROC = 1 TBB 2020 (Debian 11) ends the process, and oneTBB 2021 (Debian 12) throws.
 template <typename Block>
 void runPipeline(const PipelineSteps<Block>& steps, const PipelineThreads& threads) {
   std::vector<Block> blocks(static_cast<std::size_t>(threads.count) * static_cast<std::size_t>(threads.blocks));

