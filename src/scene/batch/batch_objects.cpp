@@ -4,7 +4,6 @@
 #include "scene/model/numbers.h"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -35,14 +34,11 @@ double distanceFromBox(const Vector3d& point, const Bounds& box) {
 double distanceFromPieces(const Vector3d& point, const std::vector<Volume>& volumes, const Volume& here, double of_box,
                           double most) {
   if (here.isLeaf() || of_box >= most) return of_box;
-  std::array<const Volume*, 2> parts{&volumes[here.parts[0]], &volumes[here.parts[1]]};
-  std::array<double, 2> boxes{distanceFromBox(point, parts[0]->bounds), distanceFromBox(point, parts[1]->bounds)};
-  if (boxes[1] < boxes[0]) {
-    std::swap(parts[0], parts[1]);
-    std::swap(boxes[0], boxes[1]);
-  }
-  const double of_first = distanceFromPieces(point, volumes, *parts[0], boxes[0], most);
-  return std::min(of_first, distanceFromPieces(point, volumes, *parts[1], boxes[1], std::min(most, of_first)));
+  double distance = kInfinity;
+  const auto boxOf = [&](int part) { return distanceFromBox(point, volumes[part].bounds); };
+  for (const auto& [of_part, part] : smallerFirst(here.parts, boxOf))
+    distance = std::min(distance, distanceFromPieces(point, volumes, volumes[part], of_part, std::min(most, distance)));
+  return distance;
 }
 
 }  // namespace

@@ -69,40 +69,25 @@ const NearObjects::Cell* NearObjects::cellAt(const Vector3d& point) {
 void NearObjects::fill(Cell& cell) {
   known_.clear();
   for (const int fixed_object : batch_->objects->unbounded) offer(cell, fixed_object);
-  if (!batch_->objects->tree.empty()) search(cell, 0);
-  cell.of_others = (1.0 - kPoseRounding) * farthestKnown();
-  std::sort_heap(known_.begin(), known_.end());
-  for (const auto& [distance, fixed_object] : known_)
-    cell.nearest[static_cast<std::size_t>(cell.count++)] = {fixed_object, roundedDown(distance)};
-}
-
-/// Offers the objects below a node, those of the nearer part first.
-void NearObjects::search(const Cell& cell, int node) {
-  const BoxTree& tree = batch_->objects->tree;
-  if (tree[node].isLeaf()) {
-    if (!tree[node].box.isEmpty()) offer(cell, tree[node].item);
-    return;
-  }
-  std::array<std::pair<double, int>, 2> parts;
-  for (std::size_t i = 0; i < 2; ++i)
-    parts[i] = {tree[tree[node].parts[i]].box.squaredExteriorDistance(cell.middle), tree[node].parts[i]};
-  if (parts[1].first < parts[0].first) std::swap(parts[0], parts[1]);
-  for (const auto& [squared_distance, part] : parts) {
-    // The distance of a node is not negative, so it tells nothing about objects around the middle.
+  const auto limit = [&] {
+    // The distance of a box is not negative, so it tells nothing about objects around the middle.
     const double farthest = std::max(0.0, farthestKnown());
-    if (squared_distance <= (1.0 + kPoseRounding) * farthest * farthest) search(cell, part);
-  }
+    return (1.0 + kPoseRounding) * farthest * farthest;
+  };
+  batch_->objects->tree.visitNearest(
+      [&](const Eigen::AlignedBox3d& box) { return box.squaredExteriorDistance(cell.middle); }, limit,
+      [&](int fixed_object) { offer(cell, fixed_object); });
+  cell.of_others = (1.0 - kPoseRounding) * farthestKnown();
+  for (const auto& [distance, fixed_object] : known_.sorted())
+    cell.nearest[static_cast<std::size_t>(cell.count++)] = {fixed_object, roundedDown(distance)};
 }
 
 /// Keeps an object if it is one of the nearest.
 void NearObjects::offer(const Cell& cell, int fixed_object) {
   const double distance = batch_->objects->distanceFrom(cell.middle, fixed_object, farthestKnown());
   if (!(distance < farthestKnown())) return;
-  known_.emplace_back(distance, fixed_object);
-  std::push_heap(known_.begin(), known_.end());
-  if (known_.size() <= kKnown) return;
-  std::pop_heap(known_.begin(), known_.end());
-  known_.pop_back();
+  known_.push({distance, fixed_object});
+  if (known_.size() > kKnown) known_.pop();
 }
 
 // --- one state
@@ -136,18 +121,14 @@ const std::vector<Visit>& NearObjects::within(double limit, int state, ExactStat
 /// Adds the pairs of one that is carried with fixed objects, by the hierarchy of the objects.
 void NearObjects::addFixed(int carried, double limit) {
   const BatchObjects& objects = *batch_->objects;
-  const double reach = std::max(0.0, limit + radii_[carried]);  // the distance of a node is not negative
+  const double reach = std::max(0.0, limit + radii_[carried]);  // the distance of a box is not negative
   for (const int fixed_object : objects.unbounded) add(carried, fixed_object, limit);
-  nodes_.assign(objects.tree.empty() ? 0 : 1, 0);
-  while (!nodes_.empty()) {
-    const BoxTree::Node& node = objects.tree[nodes_.back()];
-    nodes_.pop_back();
-    if (node.box.isEmpty() || (1.0 - kPoseRounding) * node.box.exteriorDistance(centres_[carried]) > reach) continue;
-    if (node.isLeaf())
-      add(carried, node.item, limit);
-    else
-      nodes_.insert(nodes_.end(), node.parts.begin(), node.parts.end());
-  }
+  objects.tree.visitNearest(
+      [&](const Eigen::AlignedBox3d& box) { return (1.0 - kPoseRounding) * box.exteriorDistance(centres_[carried]); },
+      [&] { return reach; },
+      [&](int fixed_object) {
+        if (!objects.fixed[fixed_object]->box.isEmpty()) add(carried, fixed_object, limit);
+      });
 }
 
 void NearObjects::add(int carried, int fixed_object, double limit) {

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/query/pair_distances.h"
 #include "scene/batch/exact_state.h"
+#include "scene/bounds/heap.h"
 #include "scene/lanes/lane_bounds.h"
 
 #include <Eigen/Geometry>
@@ -62,9 +63,8 @@ class NearObjects {
   void takeCentres(int state, ExactState& exact);
   const Cell* cellAt(const Eigen::Vector3d& point);
   void fill(Cell& cell);
-  void search(const Cell& cell, int node);
   void offer(const Cell& cell, int fixed_object);
-  double farthestKnown() const { return known_.size() < kKnown ? horizon_ : known_.front().first; }
+  double farthestKnown() const { return known_.size() < kKnown ? horizon_ : known_.first().first; }
   void addFixed(int carried, double limit);
   void add(int carried, int fixed_object, double limit);
   void add(int number, double distance, double limit);
@@ -79,8 +79,7 @@ class NearObjects {
   std::vector<Places> places_;            ///< of the centres in the states of the block
   std::vector<Eigen::Vector3d> centres_;  ///< in the current state
   std::vector<double> radii_;             ///< [m] of the spheres, with the errors of the centres
-  std::vector<int> nodes_;
-  std::vector<std::pair<double, int>> known_;  ///< of the cell that is filled: a heap, the farthest first
+  Heap<std::pair<double, int>> known_;    ///< of the cell that is filled, the farthest first
   std::vector<double> uppers_;
   std::vector<Visit> near_;
 };

@@ -33,11 +33,12 @@ NearestPairs::NearestPairs(std::shared_ptr<const BatchModel> batch)
       lower_(LaneBounds::kBlock),
       upper_(LaneBounds::kBlock),
       is_on_edge_(LaneBounds::kBlock),
-      first_(LaneBounds::kBlock),
+      kept_of_(LaneBounds::kBlock),
       nearest_(LaneBounds::kBlock),
       limits_of_asked_(LaneBounds::kBlock),
       objects_(batch_) {
   kept_.reserve(pairs() * LaneBounds::kBlock);
+  for (std::vector<int>& of_state : kept_of_) of_state.reserve(pairs());
   queue_.reserve(pairs());
   last_found_.reserve(pairs());
   travel_.resize(LaneBounds::kBlock * std::max<std::size_t>(1, batch_->lanes->links.size()));
@@ -104,7 +105,7 @@ void NearestPairs::prepareBelow(double distance) {
 
 void NearestPairs::takeBounds(double limit) {
   kept_.clear();
-  std::fill(first_.begin(), first_.end(), -1);
+  for (std::vector<int>& of_state : kept_of_) of_state.clear();
   std::fill(limits_.begin(), limits_.end(), limit);
   const bool has_limit = ranks_bounds_ || limit < kInfinity;
   int in_lanes = 0, on_edge = 0;
@@ -173,12 +174,9 @@ void NearestPairs::keepNear(int pair) {
   }
 }
 
-/// Puts it before those that are kept for the state.
-void NearestPairs::keep(Kept kept) {
-  int& first = first_[kept.state];
-  kept.next = first;
+void NearestPairs::keep(const Kept& kept) {
+  kept_of_[kept.state].push_back(static_cast<int>(kept_.size()));
   kept_.push_back(kept);
-  first = static_cast<int>(kept_.size()) - 1;
 }
 
 void NearestPairs::lowerLimit(const Kept& kept) {
@@ -266,7 +264,7 @@ void NearestPairs::measureLikely(ExactState& exact) {
 }
 
 void NearestPairs::enter(int state) {
-  for (int i = first_[state]; i >= 0; i = kept_[i].next) {
+  for (const int i : kept_of_[state]) {
     const Kept& kept = kept_[i];
     Visit visit = batch_->visits[kept.pair];
     visit.lower_bound = kept.lower_bound;
@@ -382,8 +380,9 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
   const auto isSettled = [&](double lower_bound) {
     return bounds.upper_bound <= 0.0 || lower_bound >= bounds.upper_bound - accuracy;
   };
-  for (int i = first_[state]; i >= 0; i = kept_[i].next)
-    take(kept_[i].pair, static_cast<double>(kept_[i].lower_bound), static_cast<double>(kept_[i].upper_bound));
+  const std::vector<int>& of_state = kept_of_[state];
+  for (auto i = of_state.rbegin(); i != of_state.rend(); ++i)
+    take(kept_[*i].pair, static_cast<double>(kept_[*i].lower_bound), static_cast<double>(kept_[*i].upper_bound));
   if (bounds.upper_bound > 0.0 && (objects_.hasPairs() || !isSettled(bounds.lower_bound))) {
     Question question;
     question.tolerance = accuracy;
@@ -418,7 +417,7 @@ PairProximity NearestPairs::within(ExactState& exact, int state, double accuracy
 const std::vector<PairProximity>& NearestPairs::below(ExactState& exact, int state) {
   measured_.clear();
   found_.clear();
-  for (int i = first_[state]; i >= 0; i = kept_[i].next) listIfBelow(exact, kept_[i].pair);
+  for (const int i : kept_of_[state]) listIfBelow(exact, kept_[i].pair);
   if (objects_.hasPairs())
     for (const Visit& visit : objects_.within(distance_ + kSettledFor, state, exact)) listIfBelow(exact, visit.number);
   return sorted();

@@ -78,7 +78,6 @@ class NearestPairs {
     int pair, state;
     float lower_bound = -std::numeric_limits<float>::infinity();  ///< [m]
     float upper_bound = std::numeric_limits<float>::infinity();   ///< [m]
-    int next = -1;                                                ///< index of the next one of the state; -1: none
   };
   struct Found {
     /// [m] the distance minus the threshold; the lower bound minus the threshold if the search did not converge
@@ -101,7 +100,7 @@ class NearestPairs {
   void beginEdges();
   void putLikelyFirst();
   void keepNear(int pair);
-  void keep(Kept kept);
+  void keep(const Kept& kept);
   void lowerLimit(const Kept& kept);
   void findNearestOfStates();
   void boundPieces();
@@ -143,8 +142,8 @@ class NearestPairs {
   std::vector<OnEdge> on_edge_;            ///< all that have geometry
   std::vector<double> travel_;             ///< see LaneBounds::travel()
   std::vector<unsigned char> is_on_edge_;  ///< for each state: 1 if the lanes need not bound its pairs
-  std::vector<int> first_;                 ///< for each state: index of a kept pair; -1: none
   std::vector<Kept> kept_;                 ///< those of one pair lie side by side
+  std::vector<std::vector<int>> kept_of_;  ///< for each state: indices of its kept pairs
   std::vector<int> nearest_;               ///< for each state: index of the kept pair with the smallest lower bound
   std::vector<int> asked_;                 ///< indices of the kept pairs whose pieces are bounded
   std::vector<double> limits_of_asked_;

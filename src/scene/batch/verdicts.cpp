@@ -15,15 +15,12 @@ Verdicts::Verdicts(std::shared_ptr<const BatchModel> batch)
       objects_(batch_),
       open_(LaneBounds::kBlock),
       near_(LaneBounds::kBlock),
-      first_leftover_(LaneBounds::kBlock, -1),
-      last_leftover_(LaneBounds::kBlock, -1) {
-  leftovers_.reserve(batch_->candidates.size() * LaneBounds::kBlock);
+      leftovers_(LaneBounds::kBlock) {
+  for (std::vector<int>& pairs : leftovers_) pairs.reserve(batch_->candidates.size());
 }
 
 const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double distance, const Deadline& deadline) {
   deadline_ = deadline;
-  counts_ = {};
-  counts_.states = states.rows();
   verdicts_.assign(static_cast<std::size_t>(states.rows()), {});
   for (Eigen::Index first = 0; first < states.rows() && !deadline.hasPassed(); first += LaneBounds::kBlock) {
     const States block = states.middleRows(first, std::min<Eigen::Index>(LaneBounds::kBlock, states.rows() - first));
@@ -41,8 +38,7 @@ const std::vector<StateVerdict>& Verdicts::anyBelow(const States& states, double
 
 /// Decides the states in which a pair is below, and collects the leftovers of the other states.
 void Verdicts::decideInLanes(double distance) {
-  leftovers_.clear();
-  std::fill_n(first_leftover_.begin(), lanes_.count(), -1);
+  for (std::vector<int>& pairs : leftovers_) pairs.clear();
   int open = 0;
   for (int i = 0; i < lanes_.count(); ++i)
     if (lanes_.isPlaced(i)) open_[open++] = i;
@@ -50,23 +46,15 @@ void Verdicts::decideInLanes(double distance) {
     std::copy_n(open_.begin(), open, near_.begin());
     const int near = lanes_.keepNear(pair, distance, near_.data(), open);
     if (near == 0) continue;
-    counts_.near_pairs += near;
     const std::vector<LaneBounds::Side>& sides = lanes_.sides(pair, distance, near_.data(), near);
     bool is_finished = false;
     for (int i = 0; i < near; ++i) {
       const int state = near_[i];
-      const auto index = static_cast<std::size_t>(state);
       if (sides[i] == LaneBounds::Side::Below) {
         block_[state] = {Kind::Below, pair};
         is_finished = true;
       } else if (sides[i] == LaneBounds::Side::Unknown) {
-        const int number = static_cast<int>(leftovers_.size());
-        leftovers_.push_back({pair});
-        if (first_leftover_[index] < 0)
-          first_leftover_[index] = number;
-        else
-          leftovers_[last_leftover_[index]].next = number;
-        last_leftover_[index] = number;
+        leftovers_[state].push_back(pair);
       }
     }
     if (!is_finished) continue;
@@ -81,27 +69,12 @@ void Verdicts::decideExactly(const States& block, double distance) {
   for (int i = 0; i < lanes_.count() && !deadline_.hasPassed(); ++i) {
     StateVerdict& verdict = block_[i];
     if (verdict.kind == Kind::Below) continue;
-    if (lanes_.isPlaced(i)) {
-      verdict.kind = Kind::Above;
-      int leftover = first_leftover_[i];
-      if (leftover < 0) continue;
-      exact_.place(block, i);
-      ++counts_.exact_states;
-      for (; leftover >= 0 && !deadline_.hasPassed(); leftover = leftovers_[leftover].next) {
-        const int pair = leftovers_[leftover].pair;
-        ++counts_.exact_pairs;
-        if (!exact_.isBelow(pair, distance)) continue;
-        verdict = {Kind::Below, pair};
-        break;
-      }
-      continue;
-    }
-    if (!block.row(i).allFinite()) continue;
-    ++counts_.unplaced_states;
+    const bool is_in_lanes = lanes_.isPlaced(i);
+    if (!is_in_lanes && !block.row(i).allFinite()) continue;
     exact_.place(block, i);
-    if (!exact_.isPlaced()) continue;
+    if (!is_in_lanes && !exact_.isPlaced()) continue;
     verdict.kind = Kind::Above;
-    for (const int pair : batch_->order) {
+    for (const int pair : is_in_lanes ? leftovers_[i] : batch_->order) {
       if (deadline_.hasPassed()) break;
       if (!exact_.isBelow(pair, distance)) continue;
       verdict = {Kind::Below, pair};

@@ -36,16 +36,6 @@ class Verdicts {
   /// decided before the deadline.
   const std::vector<StateVerdict>& anyBelow(const States& states, double distance, const Deadline& deadline = {});
 
-  /// The numbers of states and of pairs in states that reached a step in the last question.
-  struct Counts {
-    long states = 0;
-    long near_pairs = 0;       ///< pairs that the balls did not exclude
-    long exact_pairs = 0;      ///< pairs that were decided exactly
-    long exact_states = 0;     ///< states with such pairs
-    long unplaced_states = 0;  ///< states beyond the range of the lanes
-  };
-  const Counts& counts() const { return counts_; }
-
  private:
   void decideInLanes(double distance);
   void decideExactly(const States& block, double distance);
@@ -60,14 +50,8 @@ class Verdicts {
   std::vector<StateVerdict> verdicts_;
   Deadline deadline_;
   StateVerdict* block_ = nullptr;
-  std::vector<int> open_, near_;  ///< states of the block
-  struct Leftover {
-    int pair;
-    int next = -1;  ///< the next one of the state; -1: none
-  };
-  std::vector<Leftover> leftovers_;
-  std::vector<int> first_leftover_, last_leftover_;  ///< for each state; -1: none
-  Counts counts_;
+  std::vector<int> open_, near_;             ///< states of the block
+  std::vector<std::vector<int>> leftovers_;  ///< for each state: pairs, in their order
 };
 
 }  // namespace proximity_server::scene

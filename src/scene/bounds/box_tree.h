@@ -75,10 +75,27 @@ class BoxTree {
     refit([&](int item) -> const Eigen::AlignedBox3d& { return boxes[item]; });
   }
 
+  /// Calls visit(item) for the items, the one with the smaller boundOf(box) first, as long as that is not above limit(),
+  /// which may become smaller meanwhile. The bound of a box must not be above those of the boxes within it.
+  template <typename BoundOf, typename Limit, typename Visit>
+  void visitNearest(const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
+    if (!empty()) visitBelow(0, boundOf((*this)[0].box), boundOf, limit, visit);
+  }
+
   /// The sum of the diagonals of all boxes, divided by that sum when the tree was built; at least 1.
   double looseness() const;
 
  private:
+  template <typename BoundOf, typename Limit, typename Visit>
+  void visitBelow(int number, double bound, const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
+    const Node& node = (*this)[number];
+    if (bound > limit()) return;
+    if (node.isLeaf()) return visit(node.item);
+    const auto bound_of_part = [&](int part) { return boundOf((*this)[part].box); };
+    for (const auto& [of_part, part] : smallerFirst(node.parts, bound_of_part))
+      visitBelow(part, of_part, boundOf, limit, visit);
+  }
+
   template <typename Halve>
   int add(std::vector<int>::iterator begin, std::vector<int>::iterator end, const Halve& halve);
   double sumOfDiagonals() const;

@@ -38,20 +38,10 @@ class PlacedShapes {
   /// above limit(), which may become smaller meanwhile.
   template <class BoundOf, class Limit, class Visit>
   void visitNearest(const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
-    if (!bounded_.empty()) descend(0, boundOf(tree_[0].box), boundOf, limit, visit);
+    tree_.visitNearest(boundOf, limit, [&](int item) { visit(bounded_[static_cast<std::size_t>(item)]); });
   }
 
  private:
-  template <class BoundOf, class Limit, class Visit>
-  void descend(int number, double bound, const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
-    if (bound > limit()) return;
-    const BoxTree::Node& node = tree_[number];
-    if (node.isLeaf()) return visit(bounded_[static_cast<std::size_t>(node.item)]);
-    const auto bound_of_part = [&](int part) { return boundOf(tree_[part].box); };
-    for (const auto& [of_part, part] : smallerFirst(node.parts, bound_of_part))
-      descend(part, of_part, boundOf, limit, visit);
-  }
-
   std::uint64_t revision_ = 0;   ///< of the state
   std::vector<ShapeRef> asked_;  ///< as they were given
   std::vector<Place> bounded_, unbounded_;

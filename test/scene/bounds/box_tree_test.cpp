@@ -107,4 +107,27 @@ TEST(BoxTree, PutsAnItemWithoutAPlaceInfinitelyFarAway) {
   }
 }
 
+TEST(BoxTree, VisitsTheItemsWithinALimitThatShrinks) {
+  std::vector<AlignedBox3d> boxes;
+  for (const double x : {9.0, 1.0, 5.0, 3.0, 7.0}) boxes.push_back(cube(x, 0, 0));
+  boxes.emplace_back();
+  const BoxTree tree(boxes);
+  const auto distance = [](const AlignedBox3d& box) { return box.exteriorDistance(Vector3d(4.5, 0.5, 0.5)); };
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto itemsWithin = [&](double limit, double shrunk) {
+    std::vector<int> items;
+    tree.visitNearest(
+        distance, [&] { return items.empty() ? limit : shrunk; }, [&](int item) { items.push_back(item); });
+    std::sort(items.begin(), items.end());
+    return items;
+  };
+  EXPECT_EQ(itemsWithin(2.5, 2.5), (std::vector<int>{1, 2, 3, 4}));
+  EXPECT_EQ(itemsWithin(100.0, 100.0), (std::vector<int>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(itemsWithin(infinity, infinity).size(), 6U) << "the empty box is infinitely far away";
+  EXPECT_EQ(itemsWithin(2.5, 0.25).size(), 1U) << "one of the two that are 0.5 m away";
+  EXPECT_EQ(itemsWithin(0.25, 0.25).size(), 0U);
+  BoxTree().visitNearest(
+      distance, [] { return 1.0; }, [](int) { ADD_FAILURE(); });
+}
+
 }  // namespace proximity_server::scene::box_tree_test
