@@ -21,9 +21,9 @@ struct CsoVertex {
 /// [m] Bound of the rounding error of a CSO vertex: of its coordinate along a unit vector, and of its norm.
 ///
 /// To first order in eps, with r the reach of a shape from its origin and t the offset: a support point has an error of
-/// 2 eps r, its rotation adds 3 eps r, the sums add 2 eps and the dot product or norm 2 eps of their terms. Together
-/// this is less than 8 eps (r_a + r_b + |t|). |t|_1 is used for |t|, as it is never less; margins are added to the sums
-/// last.
+/// 2 eps r, its rotation adds 3 eps r, the sums add 2 eps and the dot product or norm 2 eps of their terms. The constant
+/// is 8: src/narrowphase/BOUNDS.md derives what it covers, and says where the worst case of all roundings together, which
+/// was never met, is larger. |t|_1 is used for |t|, as it is never less; margins are added to the sums last.
 inline double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3d& a_T_b) {
   const double reach = a.coreReach() + b.coreReach() + a.margin() + b.margin();
   return 8.0 * std::numeric_limits<double>::epsilon() * (reach + a_T_b.translation().lpNorm<1>());
