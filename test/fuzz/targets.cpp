@@ -63,12 +63,12 @@ void checkRobot(const RobotModel& model, const std::string& srdf) {
 RobotModel slider() { return loadRobotModel(robotText("slider.urdf"), packageResolver({})); }
 
 void checkStates(StateSource&& states) {
-  const RobotModel& robot = states.robot();
+  const StateHeader& header = states.header();
   std::uint64_t count = 0;
-  for (Positions positions; states.next(positions); ++count) {
-    require(positions.size() == robot.joints.size(), "a state has a position for each joint");
-    for (const double position : positions) require(std::isfinite(position), "a position is finite");
-    require(states.hasTimes() == states.time().has_value(), "a state has a time if all have");
+  for (TrajectoryPoint state; states.next(state); ++count) {
+    require(state.positions.size() == header.robot.joints.size(), "a state has a position for each joint");
+    for (const double position : state.positions) require(std::isfinite(position), "a position is finite");
+    require(header.has(JointColumn::Quantity::Time) == std::isfinite(state.time), "a state has a time if all have");
   }
   require(states.count().value_or(count) == count, "there are as many states as the source says");
 }

@@ -136,21 +136,21 @@ ClearanceQuestion questionOf(const ClearanceOptions& options) {
 }
 
 /// Prints the warnings that are known before the first state.
-void warn(const StateSource& states, const ClearanceOptions& options, const ObjectSchedule* objects) {
+void warn(const StateHeader& header, const ClearanceOptions& options, const ObjectSchedule* objects) {
   using Quantity = JointColumn::Quantity;
-  printWarnings(states.warnings(), options.robot.warnings);
-  const bool has_rates = states.hasColumn(Quantity::Velocity) || states.hasColumn(Quantity::Acceleration);
+  printWarnings(header.warnings, options.robot.warnings);
+  const bool has_rates = header.has(Quantity::Velocity) || header.has(Quantity::Acceleration);
   if (has_rates && options.question.interpolation == Interpolation::Linear)
-    printWarnings({states.source() + ": velocities and accelerations are not used without --interpolation."},
+    printWarnings({header.source + ": velocities and accelerations are not used without --interpolation."},
                   options.robot.warnings);
   if (options.rows == RowKind::Segment) return;
   const bool objects_have_times = objects && objects->hasTimes();
-  if (objects_have_times && !states.hasTimes()) {
-    throw std::invalid_argument(states.source() + ": there is no column \"time\", and objects change at a time");
+  if (objects_have_times && !header.has(Quantity::Time)) {
+    throw std::invalid_argument(header.source + ": there is no column \"time\", and objects change at a time");
   }
-  const bool has_column = states.hasTimes() && options.states.bag.file.empty();  // a bag has times in any case
+  const bool has_column = header.has(Quantity::Time) && options.states.bag.file.empty();  // a bag has times in any case
   if (has_column && !objects_have_times) {
-    printWarnings({states.source() + ": column \"time\" is not used without --trajectory."}, options.robot.warnings);
+    printWarnings({header.source + ": column \"time\" is not used without --trajectory."}, options.robot.warnings);
   }
 }
 
@@ -209,7 +209,7 @@ void summarize(const ClearanceOptions& options, const SweepSummary& summary, std
 
 ExitCode reportAssertion(const ClearanceAssertion& assertion, const StateSource& states) {
   if (!assertion.hasRows()) {
-    throw std::invalid_argument(states.source() + ": no state, so --assert-above proves nothing");
+    throw std::invalid_argument(states.header().source + ": no state, so --assert-above proves nothing");
   }
   std::cerr << "clearance: " << assertion.report() << '\n';
   return assertion.holds() ? ExitCode::Done : ExitCode::AssertionFails;
@@ -310,7 +310,7 @@ ExitCode run(const ClearanceOptions& options) {
   requireReadable(options.states);
   const ClearanceQuestion question = questionOf(options);
   const std::unique_ptr<StateSource> states = openStates(options.states, question.model->robot);
-  warn(*states, options, question.objects.get());
+  warn(states->header(), options, question.objects.get());
   if (options.sweep.isPart()) {
     computePart(question, options.format, options.sweep, *states, options.out);
     warnAtTheEnd(*states, options, question.objects.get());

@@ -135,10 +135,9 @@ std::string csvOf(const std::string& state) {
 }
 
 scene::TrajectoryPoint onlyStateOf(StateSource& states) {
-  scene::TrajectoryPoint start;
-  scene::Positions second;
-  if (!states.next(start.positions)) throw std::invalid_argument("there is no state");
-  start.velocities = states.velocities();
+  scene::TrajectoryPoint start, second;
+  if (!states.next(start)) throw std::invalid_argument("there is no state");
+  start.velocities.resize(start.positions.size());
   start.accelerations.assign(start.positions.size(), 0.0);
   if (states.next(second)) throw std::invalid_argument("there is more than one state");
   return start;

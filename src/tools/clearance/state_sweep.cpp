@@ -8,6 +8,7 @@
 #include "tools/robot/robot_text.h"
 
 #include <algorithm>
+#include <exception>
 #include <memory>
 #include <stdexcept>
 
@@ -97,16 +98,22 @@ class StateSweep {
     block.first = next_;
     block.objects.clear();
     block.times.clear();
-    block.size = states_.read(block.positions.topRows(wanted), [&](const scene::Positions& positions) {
-      block.times.push_back(states_.time().value_or(kNaN));
-      if (!question_.objects) return;
-      const std::size_t state = block.first + block.objects.size();
-      question_.objects->advance(static_cast<long>(state), states_.time(), positions);
-      block.objects.push_back(question_.objects->now());
-    });
-    next_ += static_cast<std::uint64_t>(block.size);
+    block.size = 0;
+    if (error_) std::rethrow_exception(error_);
+    try {
+      for (; block.size < wanted && states_.next(state_); ++block.size, ++next_) {
+        for (Eigen::Index i = 0; i < block.positions.cols(); ++i) block.positions(block.size, i) = state_.positions[i];
+        block.times.push_back(state_.time);
+        if (!question_.objects) continue;
+        question_.objects->advance(static_cast<long>(next_), state_.time, state_.positions);
+        block.objects.push_back(question_.objects->now());
+      }
+    } catch (const std::invalid_argument&) {
+      if (block.size == 0) throw;
+      error_ = std::current_exception();
+    }
     if (block.size == 0 && range_.end != kToTheEnd)
-      throw std::invalid_argument(states_.source() + ": ends after " + std::to_string(next_) +
+      throw std::invalid_argument(states_.header().source + ": ends after " + std::to_string(next_) +
                                   " states, before those of " + textOf(range_));
     return block.size > 0;
   }
@@ -228,6 +235,8 @@ class StateSweep {
   const PairSelection::Kind kind_;
   ClearanceQuestion all_pairs_;  ///< the same question about all pairs, for the report
   StateSource& states_;
+  scene::TrajectoryPoint state_;  ///< the one that was read last
+  std::exception_ptr error_;      ///< that of the state that ended the last block
   const StateRange range_;
   AnswerOutput& output_;
   const StateRows rows_, plot_rows_;

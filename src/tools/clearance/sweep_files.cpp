@@ -104,7 +104,7 @@ Json describe(const ClearanceQuestion& question, RowFormat format, const StateSo
 void computePart(const ClearanceQuestion& question, RowFormat format, const SweepOptions& options, StateSource& states,
                  const std::string& folder) {
   const std::optional<std::uint64_t> count = states.count();
-  const StateRange range = rangeOf(options, count, states.source());
+  const StateRange range = rangeOf(options, count, states.header().source);
   const Json described = describe(question, format, states, *count);
   const SweepFolder parts(folder);
   const std::string path = parts.file(range, format);

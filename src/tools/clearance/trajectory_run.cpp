@@ -211,14 +211,15 @@ bool TrajectorySegments::nextWhole(TrajectorySegment& segment) {
   if (!last_) last_ = readWayPoint();
   std::optional<scene::TrajectoryPoint> way_point = last_ ? nextWayPoint() : std::nullopt;
   if (!way_point && count_ == 0) {
-    throw std::invalid_argument(states_.source() + ": a trajectory has at least two way points, this one has " +
+    throw std::invalid_argument(states_.header().source + ": a trajectory has at least two way points, this one has " +
                                 (last_ ? "1" : "none"));
   }
   if (!way_point) return false;
   ++way_points_;
   segment = {0, last_->time, way_point->time, last_->positions, way_point->positions};
   if (interpolation_)
-    segment.spline = naming(states_.place(), [&] { return scene::SplineSegment(states_.robot(), *last_, *way_point); });
+    segment.spline =
+        naming(states_.place(), [&] { return scene::SplineSegment(states_.header().robot, *last_, *way_point); });
   last_ = std::move(way_point);
   return true;
 }
@@ -235,8 +236,8 @@ void TrajectorySegments::beginAtStart() {
     last_ = std::move(first);
     first = readWayPoint();
   }
-  if (!first) throw std::invalid_argument(states_.source() + ": no way point is later than --start, at time 0");
-  const std::vector<scene::TrajectoryPoint> driven = scene::drivenFrom(states_.robot(), *start_, {*first});
+  if (!first) throw std::invalid_argument(states_.header().source + ": no way point is later than --start, at time 0");
+  const std::vector<scene::TrajectoryPoint> driven = scene::drivenFrom(states_.header().robot, *start_, {*first});
   offsets_ = driven[1].positions;
   for (std::size_t i = 0; i < offsets_.size(); ++i) offsets_[i] -= first->positions[i];
   last_ = driven[0];
@@ -262,10 +263,11 @@ void TrajectorySegments::interpolate(Interpolation interpolation) {
   using Quantity = JointColumn::Quantity;
   interpolation_ = interpolation;
   const auto require = [&](Quantity quantity, const std::string& interpolation_name) {
-    const std::vector<scene::Joint>& joints = states_.robot().joints;
+    const std::vector<scene::Joint>& joints = states_.header().robot.joints;
     for (int joint = 0; joint < static_cast<int>(joints.size()); ++joint)
-      if (!joints[joint].mimic && states_.hasColumn(Quantity::Position, joint) && !states_.hasColumn(quantity, joint))
-        throw std::invalid_argument(states_.source() + ": there is no column " +
+      if (!joints[joint].mimic && states_.header().has(Quantity::Position, joint) &&
+          !states_.header().has(quantity, joint))
+        throw std::invalid_argument(states_.header().source + ": there is no column " +
                                     scene::quoted(joints[joint].name + suffixOf(quantity)) + " for --interpolation " +
                                     interpolation_name);
   };
@@ -277,10 +279,10 @@ void TrajectorySegments::interpolate(Interpolation interpolation) {
 
 std::optional<scene::TrajectoryPoint> TrajectorySegments::readWayPoint() {
   scene::TrajectoryPoint way_point;
-  if (!states_.next(way_point.positions)) return std::nullopt;
-  way_point.time = states_.time().value_or(last_ ? last_->time + 1.0 : 0.0);
-  if (interpolation_ && *interpolation_ != Interpolation::Linear) way_point.velocities = states_.velocities();
-  if (interpolation_ == Interpolation::Quintic) way_point.accelerations = states_.accelerations();
+  if (!states_.next(way_point)) return std::nullopt;
+  if (std::isnan(way_point.time)) way_point.time = last_ ? last_->time + 1.0 : 0.0;
+  if (interpolation_.value_or(Interpolation::Linear) == Interpolation::Linear) way_point.velocities.clear();
+  if (interpolation_ != Interpolation::Quintic) way_point.accelerations.clear();
   for (std::size_t i = 0; i < offsets_.size(); ++i) way_point.positions[i] += offsets_[i];
   if (last_) check(*last_, way_point);
   return way_point;
@@ -295,7 +297,7 @@ void TrajectorySegments::check(const scene::TrajectoryPoint& from, const scene::
   if (!std::isfinite(to.time - from.time)) fail("time", to.time, " is too far from ", from.time);
   for (std::size_t i = 0; i < to.positions.size(); ++i) {
     if (std::isfinite(to.positions[i] - from.positions[i])) continue;
-    fail(states_.robot().joints[i].name, to.positions[i], " is too far from ", from.positions[i]);
+    fail(states_.header().robot.joints[i].name, to.positions[i], " is too far from ", from.positions[i]);
   }
 }
 
@@ -336,7 +338,7 @@ std::vector<std::string> answerSegments(const ClearanceQuestion& question, State
   };
   system::answerInBlocks<TrajectorySegment, ClearanceAnswer>({kSegmentsInBlock, next, answerBlock, write},
                                                              question.threads);
-  return limits.warnings(states.source());
+  return limits.warnings(states.header().source);
 }
 
 }  // namespace proximity_server::tools

@@ -12,9 +12,9 @@
 namespace proximity_server::tools {
 namespace {
 
-bool isDue(const scene::Moment& moment, long row, std::optional<double> time) {
+bool isDue(const scene::Moment& moment, long row, double time) {
   if (const auto* at_row = std::get_if<scene::AtRow>(&moment)) return at_row->row <= row;
-  return time && std::get<scene::AtTime>(moment).time <= *time;
+  return std::get<scene::AtTime>(moment).time <= time;
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ ObjectSchedule::ObjectSchedule(const std::shared_ptr<const scene::SceneModel>& m
   now_ = start;
 }
 
-void ObjectSchedule::advance(long row, std::optional<double> time, const scene::Positions& positions) {
+void ObjectSchedule::advance(long row, double time, const scene::Positions& positions) {
   if (next_ == steps_.size() || !isDue(steps_[next_].at, row, time)) return;
   const scene::BodyPoses poses = scene::forwardKinematics(model_->robot, positions);
   for (; next_ < steps_.size() && isDue(steps_[next_].at, row, time); ++next_)

@@ -27,8 +27,8 @@ class ObjectSchedule {
                  const scene::ObjectOptions& options,
                  scene::ObjectRules::FreeObjects free_objects = scene::ObjectRules::FreeObjects::NotChecked);
 
-  /// Makes the changes that are due before the state of this row and time [s], in their order.
-  void advance(long row, std::optional<double> time, const scene::Positions& positions);
+  /// Makes the changes that are due before the state of this row and time [s], in their order. NaN: it has no time.
+  void advance(long row, double time, const scene::Positions& positions);
 
   /// The objects after the last advance().
   const std::shared_ptr<const scene::Objects>& now() const { return now_; }

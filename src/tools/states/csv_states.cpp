@@ -28,26 +28,25 @@ CsvStates::CsvStates(std::istream& stream, std::string source, const scene::Robo
 }
 
 void CsvStates::readHeader() {
-  if (!nextFields()) throw std::invalid_argument(source() + ": empty; expected a header of joint names");
-  naming(place(), [&] { setColumns(fields_); });
+  if (!nextFields()) throw std::invalid_argument(header_.source + ": empty; expected a header of joint names");
+  naming(place(), [&] { header_.setColumns(fields_); });
 }
 
-bool CsvStates::fetch(const double*& numbers) {
-  if (!nextFields()) return false;
-  if (fields_.size() != columns_.size()) {
-    fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(columns_.size()) + " columns");
+std::optional<const double*> CsvStates::fetch() {
+  if (!nextFields()) return std::nullopt;
+  if (fields_.size() != header_.columns.size()) {
+    fail(std::to_string(fields_.size()) + " numbers for " + std::to_string(header_.columns.size()) + " columns");
   }
   numbers_.clear();
-  for (std::size_t i = 0; i < fields_.size(); ++i) numbers_.push_back(numberOf(columns_[i], fields_[i]));
-  numbers = numbers_.data();
-  return true;
+  for (std::size_t i = 0; i < fields_.size(); ++i) numbers_.push_back(numberOf(header_.columns[i], fields_[i]));
+  return numbers_.data();
 }
 
 double CsvStates::numberOf(const JointColumn& column, const std::string& text) const {
   const std::optional<system::PositionText> value = system::positionIn(text);
   if (!value) return std::numeric_limits<double>::quiet_NaN();
-  const bool turns =
-      column.joint != JointColumn::kTime && robot().joints[column.joint].type != scene::Joint::Type::Prismatic;
+  const bool turns = column.quantity != JointColumn::Quantity::Time &&
+                     header_.robot.joints[column.joint].type != scene::Joint::Type::Prismatic;
   if (value->is_in_degrees && !turns) fail("'" + text + "' of " + scene::quoted(column.name) + ", which does not turn");
   return value->value;
 }
@@ -59,16 +58,16 @@ void CsvStates::skipTo(std::uint64_t state) {
 }
 
 std::optional<std::uint64_t> CsvStates::count() const {
-  if (!file_ || !std::filesystem::is_regular_file(source())) return std::nullopt;
-  CsvStates all(source(), robot());
+  if (!file_ || !std::filesystem::is_regular_file(header_.source)) return std::nullopt;
+  CsvStates all(header_.source, header_.robot);
   std::uint64_t count = 0;
   for (std::string text; all.nextRecord(text);) ++count;
   return count;
 }
 
 std::string CsvStates::identity() const {
-  if (!file_ || !std::filesystem::is_regular_file(source())) return "";
-  return "csv " + contentHash(source());
+  if (!file_ || !std::filesystem::is_regular_file(header_.source)) return "";
+  return "csv " + contentHash(header_.source);
 }
 
 /// Reads a line; false at the end. std::getline would use all memory for a file without line ends.
@@ -114,8 +113,6 @@ bool CsvStates::nextFields() {
   return true;
 }
 
-std::string CsvStates::place() const { return source() + ", line " + std::to_string(line_); }
-
 scene::Positions readState(const std::string& option, const std::string& text, const scene::RobotModel& robot,
                            Warnings warnings) {
   std::istringstream words(text);
@@ -134,12 +131,12 @@ scene::Positions readState(const std::string& option, const std::string& text, c
   if (is_first) throw std::invalid_argument(option + ": no positions");
   std::istringstream table(names + "\n" + values + "\n");
   CsvStates states(table, option, robot);
-  if (states.hasTimes()) throw std::invalid_argument(option + ": \"time\" is no joint");
-  scene::Positions positions;
-  if (!states.next(positions)) throw std::invalid_argument(option + ": no positions");
-  printWarnings(states.warnings(), warnings);
+  if (states.header().has(JointColumn::Quantity::Time)) throw std::invalid_argument(option + ": \"time\" is no joint");
+  scene::TrajectoryPoint state;
+  if (!states.next(state)) throw std::invalid_argument(option + ": no positions");
+  printWarnings(states.header().warnings, warnings);
   printWarnings({states.limitWarning()}, warnings);
-  return positions;
+  return state.positions;
 }
 
 }  // namespace proximity_server::tools

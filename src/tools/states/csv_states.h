@@ -29,10 +29,9 @@ class CsvStates : public StateSource {
   void skipTo(std::uint64_t state) override;
   std::optional<std::uint64_t> count() const override;
   std::string identity() const override;
-  std::string place() const override;
 
  protected:
-  bool fetch(const double*& numbers) override;
+  std::optional<const double*> fetch() override;
   std::string textOf(std::size_t column, double number) const override;
 
  private:

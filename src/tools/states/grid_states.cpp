@@ -84,32 +84,34 @@ GridStates::GridStates(const std::vector<GridAxis>& axes, const scene::RobotMode
 
 void GridStates::addNamed(const GridAxis& axis) {
   naming("--grid: joint " + scene::quoted(axis.joint), [&] {
-    const int joint = jointWithPosition(axis.joint, robot());
-    if (const std::string reason = whyNotUsed(robot(), joint); !reason.empty()) throw std::invalid_argument(reason);
-    if (axis.is_in_degrees && robot().joints[joint].type == scene::Joint::Type::Prismatic)
+    const int joint = jointWithPosition(axis.joint, header_.robot);
+    if (const std::string reason = whyNotUsed(header_.robot, joint); !reason.empty())
+      throw std::invalid_argument(reason);
+    if (axis.is_in_degrees && header_.robot.joints[joint].type == scene::Joint::Type::Prismatic)
       throw std::invalid_argument("it is prismatic: its positions are in metres");
-    if (std::any_of(columns_.begin(), columns_.end(), [&](const JointColumn& other) { return other.joint == joint; }))
+    if (std::any_of(header_.columns.begin(), header_.columns.end(),
+                    [&](const JointColumn& other) { return other.joint == joint; }))
       throw std::invalid_argument("named twice");
     add(joint, {axis.lower, axis.upper, axis.count, axis.count - 1});
   });
 }
 
 void GridStates::addAll(std::uint64_t count) {
-  const std::vector<scene::JointRange> ranges = scene::jointRanges(robot());
+  const std::vector<scene::JointRange> ranges = scene::jointRanges(header_.robot);
   if (ranges.empty()) throw std::invalid_argument("--grid: the robot has no joint that moves");
   for (const scene::JointRange& range : ranges) {
-    const scene::Joint& joint = robot().joints[range.joint];
+    const scene::Joint& joint = header_.robot.joints[range.joint];
     if (!std::isfinite(range.width()))
       throw std::invalid_argument("--grid: joint " + scene::quoted(joint.name) + ": its limits are too wide");
     const std::uint64_t positions = range.width() > 0.0 ? count : 1;
     const std::uint64_t intervals = isFullTurn(joint, range) ? positions : positions - 1;
     add(range.joint, {range.lower, range.upper, positions, intervals});
   }
-  for (const std::string& sentence : guessedRanges(robot(), ranges)) warn(sentence);
+  for (const std::string& sentence : guessedRanges(header_.robot, ranges)) header_.warn(sentence);
 }
 
 void GridStates::add(int joint, const Axis& axis) {
-  columns_.push_back({robot().joints[joint].name, joint});
+  header_.columns.push_back({header_.robot.joints[joint].name, joint});
   axes_.push_back(axis);
   numbers_.push_back(axis.position());
 }
@@ -130,8 +132,8 @@ double GridStates::Axis::position() const {
   return std::min(lower + static_cast<double>(index) * step, upper);
 }
 
-bool GridStates::fetch(const double*& numbers) {
-  if (state() >= count_) return false;
+std::optional<const double*> GridStates::fetch() {
+  if (state() >= count_) return std::nullopt;
   // The steps that are left for an axis, once the axes behind it have made theirs: one, or many after skipTo().
   std::uint64_t steps = state() - at_;
   at_ = state();
@@ -142,14 +144,13 @@ bool GridStates::fetch(const double*& numbers) {
     if (steps > 0) axis.index %= axis.count;
     numbers_[i] = axis.position();
   }
-  numbers = numbers_.data();
-  return true;
+  return numbers_.data();
 }
 
 std::string GridStates::identity() const {
   ContentHash hash;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
-    hash.add(columns_[i].name).add(shortest(axes_[i].lower)).add(shortest(axes_[i].upper));
+    hash.add(header_.columns[i].name).add(shortest(axes_[i].lower)).add(shortest(axes_[i].upper));
     hash.add(std::to_string(axes_[i].count)).add(std::to_string(axes_[i].intervals));
   }
   return "grid " + std::to_string(count_) + " " + hash.text();

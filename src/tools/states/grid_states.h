@@ -36,7 +36,7 @@ class GridStates : public StateSource {
   std::string identity() const override;
 
  protected:
-  bool fetch(const double*& numbers) override;
+  std::optional<const double*> fetch() override;
 
  private:
   struct Axis {

@@ -23,7 +23,7 @@ bool isFixed(const scene::RobotModel& robot, const std::string& name) {
 JointColumn columnOf(const std::string& name, const scene::RobotModel& robot) {
   using Quantity = JointColumn::Quantity;
   const bool is_joint = scene::findNamed(robot.joints, name) >= 0 || isFixed(robot, name);
-  if (name == "time" && !is_joint) return {name, JointColumn::kTime};
+  if (name == "time" && !is_joint) return {name, -1, Quantity::Time};
   const auto jointOf = [&](const std::string& joint) {
     return naming("column " + scene::quoted(name), [&] { return jointWithPosition(joint, robot); });
   };
@@ -55,6 +55,7 @@ const char* suffixOf(JointColumn::Quantity quantity) {
     case JointColumn::Quantity::Acceleration:
       return ".acceleration";
     case JointColumn::Quantity::Position:
+    case JointColumn::Quantity::Time:
       break;
   }
   return "";

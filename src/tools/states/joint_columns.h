@@ -12,10 +12,9 @@ namespace proximity_server::tools {
 
 /// A column of a table of states.
 struct JointColumn {
-  static constexpr int kTime = -1;
-  enum class Quantity : unsigned char { Position, Velocity, Acceleration };
+  enum class Quantity : unsigned char { Position, Velocity, Acceleration, Time };
   std::string name;
-  int joint;  ///< index into RobotModel::joints, or kTime
+  int joint;  ///< index into RobotModel::joints; -1 of the time
   Quantity quantity = Quantity::Position;
 };
 

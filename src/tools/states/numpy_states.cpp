@@ -95,12 +95,12 @@ NumpyStates::NumpyStates(const std::string& file, const std::vector<std::string>
 
 /// Opens the table of an archive, and the times if it has them. Reads the names if there are none.
 void NumpyStates::openMembers(std::vector<std::string>& names) {
-  const ZipArchive archive(source());
-  const std::string table = tableOf(archive, source()), joints = firstOf({"joints", "names"}, archive);
-  table_.emplace(archive.open(table), source() + ", " + table);
-  if (names.empty() && !joints.empty()) names = readNpyTexts(*archive.open(joints), source() + ", " + joints);
+  const ZipArchive archive(header_.source);
+  const std::string table = tableOf(archive, header_.source), joints = firstOf({"joints", "names"}, archive);
+  table_.emplace(archive.open(table), header_.source + ", " + table);
+  if (names.empty() && !joints.empty()) names = readNpyTexts(*archive.open(joints), header_.source + ", " + joints);
   if (!contains(archive.members(), "time.npy")) return;
-  times_.emplace(archive.open("time.npy"), source() + ", time.npy");
+  times_.emplace(archive.open("time.npy"), header_.source + ", time.npy");
   if (times_->dimensions() == 1 && times_->rows() == table_->rows()) return;
   throw std::invalid_argument(times_->source() + ": not one time for each of " + std::to_string(table_->rows()) +
                               " states");
@@ -111,43 +111,42 @@ void NumpyStates::nameColumns(const std::vector<std::string>& names) {
   const std::string columns = std::to_string(table_->columns()) + " columns";
   if (names.empty()) {
     refuse("the joints of its " + columns + " are not named: give --joints NAME,NAME, ..., or the file " +
-           namesFileOf(source()).string() + "; the joints of the robot are " + exampleOf(robot()));
+           namesFileOf(header_.source).string() + "; the joints of the robot are " + exampleOf(header_.robot));
   }
   if (names.size() != table_->columns()) refuse(columns + " for " + std::to_string(names.size()) + " names of joints");
-  naming(table_->source(), [&] { setColumns(names); });
+  naming(table_->source(), [&] { header_.setColumns(names); });
   if (!times_) return;
-  if (hasTimes()) refuse("a column \"time\", and an array \"time\" beside it");
-  columns_.push_back({"time", JointColumn::kTime});
+  if (header_.has(JointColumn::Quantity::Time)) refuse("a column \"time\", and an array \"time\" beside it");
+  header_.columns.push_back({"time", -1, JointColumn::Quantity::Time});
 }
 
-bool NumpyStates::fetch(const double*& numbers) {
-  if (state() >= table_->rows()) return false;
+std::optional<const double*> NumpyStates::fetch() {
+  if (state() >= table_->rows()) return std::nullopt;
   if (state() < block_begin_ || state() >= block_end_) readBlock();
-  numbers = block_.data() + (state() - block_begin_) * columns_.size();
-  return true;
+  return block_.data() + (state() - block_begin_) * header_.columns.size();
 }
 
 std::string NumpyStates::place() const {
   // The place in an archive has the name of the table.
-  return table_->source() + StateSource::place().substr(source().size());
+  return table_->source() + StateSource::place().substr(header_.source.size());
 }
 
 /// Reads the block that begins with the next state.
 void NumpyStates::readBlock() {
-  const std::uint64_t most = std::max<std::uint64_t>(1, kBlockNumbers / columns_.size());
+  const std::uint64_t most = std::max<std::uint64_t>(1, kBlockNumbers / header_.columns.size());
   const std::size_t count = std::min(most, table_->rows() - state());
-  block_.resize(count * columns_.size());
+  block_.resize(count * header_.columns.size());
   block_end_ = block_begin_;  // nothing is there if reading fails
-  table_->read(state(), count, columns_.size(), block_.data());
-  if (times_) times_->read(state(), count, columns_.size(), block_.data() + table_->columns());
+  table_->read(state(), count, header_.columns.size(), block_.data());
+  if (times_) times_->read(state(), count, header_.columns.size(), block_.data() + table_->columns());
   block_begin_ = state();
   block_end_ = state() + count;
 }
 
 std::string NumpyStates::identity() const {
   ContentHash names;
-  for (std::uint64_t i = 0; i < table_->columns(); ++i) names.add(columns_[i].name);
-  return "numpy " + contentHash(source()) + " " + names.text();
+  for (std::uint64_t i = 0; i < table_->columns(); ++i) names.add(header_.columns[i].name);
+  return "numpy " + contentHash(header_.source) + " " + names.text();
 }
 
 }  // namespace proximity_server::tools

@@ -29,7 +29,7 @@ class NumpyStates : public StateSource {
   std::string place() const override;
 
  protected:
-  bool fetch(const double*& numbers) override;
+  std::optional<const double*> fetch() override;
 
  private:
   void openMembers(std::vector<std::string>& names);

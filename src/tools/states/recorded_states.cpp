@@ -53,9 +53,9 @@ int JointRecording::jointOf(const std::string& name) {
 
 RecordedStates::RecordedStates(std::string source, const JointRecording& recording, std::optional<double> rate)
     : StateSource(std::move(source), recording.robot_), rate_(rate) {
-  for (const std::string& sentence : recording.left_out_) warn(sentence);
+  for (const std::string& sentence : recording.left_out_) header_.warn(sentence);
   if (recording.messages_.empty())
-    throw std::invalid_argument(this->source() + ": no message has the position of a joint of the robot" +
+    throw std::invalid_argument(header_.source + ": no message has the position of a joint of the robot" +
                                 (recording.left_out_.empty() ? "" : "; " + recording.left_out_.front()));
   addStates(recording);
   if (rate_) countTicks();
@@ -66,9 +66,9 @@ void RecordedStates::addStates(const JointRecording& recording) {
   std::stable_sort(messages.begin(), messages.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
   std::set<int> unknown;
   for (const JointRecording::Position& position : recording.positions_) unknown.insert(position.joint);
-  columns_.push_back({"time", JointColumn::kTime});
-  for (const int joint : unknown) columns_.push_back({robot().joints[joint].name, joint});
-  scene::Positions now(robot().joints.size(), 0.0);
+  header_.columns.push_back({"time", -1, JointColumn::Quantity::Time});
+  for (const int joint : unknown) header_.columns.push_back({header_.robot.joints[joint].name, joint});
+  scene::Positions now(header_.robot.joints.size(), 0.0);
   int last = -1;  // the joint that becomes known last
   std::size_t left_out = 0;
   for (std::size_t i = 0; i < messages.size(); ++i) {
@@ -83,12 +83,13 @@ void RecordedStates::addStates(const JointRecording& recording) {
       continue;
     }
     times_.push_back(messages[i].time);
-    for (const JointColumn& column : columns_)
-      states_.push_back(column.joint == JointColumn::kTime ? messages[i].time : now[column.joint]);
+    for (const JointColumn& column : header_.columns)
+      states_.push_back(column.quantity == JointColumn::Quantity::Time ? messages[i].time : now[column.joint]);
   }
   if (left_out == 0) return;
-  warn("the states of the first " + std::to_string(left_out) + " times are left out: joint " +
-       scene::quoted(robot().joints[last].name) + " is not known before " + shortest(times_.front()) + " s.");
+  header_.warn("the states of the first " + std::to_string(left_out) + " times are left out: joint " +
+               scene::quoted(header_.robot.joints[last].name) + " is not known before " + shortest(times_.front()) +
+               " s.");
 }
 
 /// Counts the ticks up to the last message, by the rounded times that tick() gives.
@@ -102,23 +103,22 @@ double RecordedStates::tick(std::uint64_t number) const {
   return times_.front() + static_cast<double>(number) / *rate_;
 }
 
-bool RecordedStates::fetch(const double*& numbers) {
-  if (state() >= *count()) return false;
+std::optional<const double*> RecordedStates::fetch() {
+  if (state() >= *count()) return std::nullopt;
   std::size_t row = state();
   if (rate_) {
     const auto later = std::upper_bound(times_.begin(), times_.end(), tick(state()));
     row = static_cast<std::size_t>(later - times_.begin()) - 1;
   }
-  double* const found = states_.data() + row * columns_.size();
+  double* const found = states_.data() + row * header_.columns.size();
   if (rate_) *found = tick(state());
-  numbers = found;
-  return true;
+  return last_ = found;
 }
 
 std::string RecordedStates::identity() const {
-  const std::size_t width = columns_.size(), joints = width - 1;
+  const std::size_t width = header_.columns.size(), joints = width - 1;
   ContentHash hash;
-  for (std::size_t i = 1; i < width; ++i) hash.add(columns_[i].name);
+  for (std::size_t i = 1; i < width; ++i) hash.add(header_.columns[i].name);
   hash.add(times_.data(), times_.size() * sizeof(double));
   for (std::size_t row = 0; row < times_.size(); ++row)
     hash.add(states_.data() + row * width + 1, joints * sizeof(double));
@@ -127,7 +127,7 @@ std::string RecordedStates::identity() const {
 
 std::string RecordedStates::place() const {
   const std::string place = StateSource::place();
-  return time() ? place + " at " + shortest(*time()) + " s" : place;
+  return last_ ? place + " at " + shortest(*last_) + " s" : place;
 }
 
 }  // namespace proximity_server::tools

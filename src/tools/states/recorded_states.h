@@ -57,7 +57,7 @@ class RecordedStates : public StateSource {
   std::string place() const override;
 
  protected:
-  bool fetch(const double*& numbers) override;
+  std::optional<const double*> fetch() override;
 
  private:
   void addStates(const JointRecording& recording);
@@ -65,9 +65,10 @@ class RecordedStates : public StateSource {
   double tick(std::uint64_t number) const;
 
   std::optional<double> rate_;
-  std::vector<double> times_;   ///< [s] of the states of the messages, strictly increasing
-  std::vector<double> states_;  ///< state by state the time, then the joints that the recording names
-  std::uint64_t ticks_ = 0;     ///< states at the rate
+  std::vector<double> times_;     ///< [s] of the states of the messages, strictly increasing
+  std::vector<double> states_;    ///< state by state the time, then the joints that the recording names
+  std::uint64_t ticks_ = 0;       ///< states at the rate
+  const double* last_ = nullptr;  ///< the numbers of the last state, its time first
 };
 
 /// The limits of a rate [Hz]; beyond them the times of a recording cannot tell states apart.

@@ -43,17 +43,18 @@ SampledStates::SampledStates(std::uint64_t count, std::uint64_t seed, const scen
       ranges_(scene::jointRanges(robot)) {
   for (const scene::JointRange& range : ranges_) {
     if (std::isfinite(range.width())) continue;
-    throw std::invalid_argument(source() + ": joint \"" + robot.joints[range.joint].name +
+    throw std::invalid_argument(header_.source + ": joint \"" + robot.joints[range.joint].name +
                                 "\": its limits are too wide");
   }
-  for (const std::string& sentence : guessedRanges(robot, ranges_)) warn(sentence);
+  for (const std::string& sentence : guessedRanges(robot, ranges_)) header_.warn(sentence);
 }
 
-bool SampledStates::next(scene::Positions& positions) {
-  if (state() >= count_) return false;
-  positions.assign(robot().joints.size(), 0.0);
-  naming(source(), [&] {
-    scene::drawWithin(robot().inequalities, positions, [&](std::uint32_t attempt) { draw(attempt, positions); });
+bool SampledStates::next(scene::TrajectoryPoint& state) {
+  if (this->state() >= count_) return false;
+  clear(state);
+  naming(header_.source, [&] {
+    scene::drawWithin(header_.robot.inequalities, state.positions,
+                      [&](std::uint32_t attempt) { draw(attempt, state.positions); });
   });
   passState();
   return true;
@@ -71,8 +72,8 @@ void SampledStates::draw(std::uint32_t attempt, scene::Positions& positions) con
 std::string SampledStates::identity() const {
   ContentHash ranges;
   for (const scene::JointRange& range : ranges_)
-    ranges.add(robot().joints[range.joint].name).add(shortest(range.lower)).add(shortest(range.upper));
-  for (const scene::JointInequality& inequality : robot().inequalities) ranges.add(inequality.text);
+    ranges.add(header_.robot.joints[range.joint].name).add(shortest(range.lower)).add(shortest(range.upper));
+  for (const scene::JointInequality& inequality : header_.robot.inequalities) ranges.add(inequality.text);
   return "sample " + std::to_string(count_) + " " + std::to_string(seed_) + " " + ranges.text();
 }
 

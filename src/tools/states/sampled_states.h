@@ -27,7 +27,7 @@ class SampledStates : public StateSource {
   /// Failure: throws std::invalid_argument for a joint whose range has no finite width.
   SampledStates(std::uint64_t count, std::uint64_t seed, const scene::RobotModel& robot);
 
-  bool next(scene::Positions& positions) override;
+  bool next(scene::TrajectoryPoint& state) override;
   std::optional<std::uint64_t> count() const override { return count_; }
   std::string identity() const override;
 

@@ -2,6 +2,7 @@
 
 #include "proximity_server/scene/loading/load_robot_model.h"
 #include "proximity_server/scene/model/joint_ranges.h"
+#include "proximity_server/scene/motion/joint_spline.h"
 
 #include <string>
 #include <vector>
@@ -48,7 +49,7 @@ inline scene::Positions at(double elbow, double lift, double wheel) {
 template <typename Source>
 std::vector<scene::Positions> restOf(Source&& source) {
   std::vector<scene::Positions> states;
-  for (scene::Positions positions; source.next(positions);) states.push_back(positions);
+  for (scene::TrajectoryPoint state; source.next(state);) states.push_back(state.positions);
   return states;
 }
 

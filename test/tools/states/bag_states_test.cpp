@@ -57,23 +57,23 @@ const std::vector<Positions> kStates{at(0.1, 0.2, 0.0), at(0.3, 0.2, 0.0), at(0.
 
 TEST_F(BagStates, AreThoseOfTheMessagesAtTheirStamps) {
   const std::unique_ptr<StateSource> states = open(write("a.bag"));
-  EXPECT_TRUE(states->hasTimes());
+  EXPECT_TRUE(states->header().has(JointColumn::Quantity::Time));
   EXPECT_EQ(states->count(), 3U);
-  Positions positions;
+  scene::TrajectoryPoint state;
   for (int i = 0; i < 3; ++i) {
-    ASSERT_TRUE(states->next(positions));
-    EXPECT_EQ(positions, kStates[i]);
-    EXPECT_EQ(states->time(), 1.0 + i);
+    ASSERT_TRUE(states->next(state));
+    EXPECT_EQ(state.positions, kStates[i]);
+    EXPECT_EQ(state.time, 1.0 + i);
   }
-  EXPECT_FALSE(states->next(positions));
+  EXPECT_FALSE(states->next(state));
 }
 
 TEST_F(BagStates, AreAtTheTimesOfRecordingIfThereAreNoStamps) {
   const std::unique_ptr<StateSource> states = open(write("a.bag"), "arm/joint_states");
-  Positions positions;
-  ASSERT_TRUE(states->next(positions));
-  EXPECT_EQ(positions, at(0.0, 0.0, 0.5));
-  EXPECT_EQ(states->time(), 5.0);
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(states->next(state));
+  EXPECT_EQ(state.positions, at(0.0, 0.0, 0.5));
+  EXPECT_EQ(state.time, 5.0);
 }
 
 TEST_F(BagStates, AreTheWayPointsOfATrajectory) {

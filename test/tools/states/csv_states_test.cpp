@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <sstream>
 
@@ -26,7 +27,7 @@ std::vector<std::vector<double>> statesOf(const std::string& text) {
   std::istringstream stream(text);
   CsvStates states(stream, "s.csv", robot());
   std::vector<std::vector<double>> all;
-  for (std::vector<double> positions; states.next(positions);) all.push_back(positions);
+  for (scene::TrajectoryPoint state; states.next(state);) all.push_back(state.positions);
   return all;
 }
 
@@ -58,19 +59,30 @@ TEST(CsvStates, TakesSpreadsheetsAsTheyAre) {
 
 TEST(CsvStates, WarnsOfAColumnThatAFollowerDoesNotUse) {
   std::istringstream stream("slide,follow\n1,7\n");
-  EXPECT_EQ(CsvStates(stream, "s.csv", robot()).warnings(),
+  EXPECT_EQ(CsvStates(stream, "s.csv", robot()).header().warnings,
             std::vector<std::string>{"s.csv: column \"follow\" is not used: the joint follows \"slide\"."});
+}
+
+TEST(CsvStates, HaveTheRatesOfTheirColumnsAndNoOthers) {
+  std::istringstream moving("elbow,lift.velocity\n0.5,0.25\n"), standing("elbow\n0.5\n");
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(CsvStates(moving, "s.csv", arm()).next(state));
+  EXPECT_EQ(state.velocities, at(0.0, 0.25, 0.0));
+  EXPECT_TRUE(state.accelerations.empty());
+  EXPECT_TRUE(std::isnan(state.time));
+  ASSERT_TRUE(CsvStates(standing, "s.csv", arm()).next(state));
+  EXPECT_EQ(state.positions, at(0.5, 0.0, 0.0));
+  EXPECT_TRUE(state.velocities.empty());
 }
 
 TEST(CsvStates, ReadsTheTimeBesideThePositions) {
   std::istringstream stream("time,slide\n1.5,0.25\n");
   CsvStates states(stream, "s.csv", robot());
-  EXPECT_TRUE(states.hasTimes());
-  EXPECT_EQ(states.time(), std::nullopt);
-  std::vector<double> positions;
-  ASSERT_TRUE(states.next(positions));
-  EXPECT_EQ(states.time(), 1.5);
-  EXPECT_EQ(positions, statesOf("slide\n0.25\n")[0]);
+  EXPECT_TRUE(states.header().has(JointColumn::Quantity::Time));
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(states.next(state));
+  EXPECT_EQ(state.time, 1.5);
+  EXPECT_EQ(state.positions, statesOf("slide\n0.25\n")[0]);
   EXPECT_EQ(errorIn("time,slide\nnan,0\n"), "s.csv, line 2: column \"time\": \"nan\" is no finite number");
   EXPECT_EQ(errorIn("time,time\n0,0\n"), "s.csv, line 1: two columns are named \"time\"");
 }
@@ -81,12 +93,12 @@ TEST(CsvStates, AreTheSameFromAnyStateOn) {
     std::istringstream stream(text);
     CsvStates states(stream, "s.csv", robot());
     states.skipTo(first);
-    std::vector<double> positions;
+    scene::TrajectoryPoint state;
     for (std::uint64_t i = first; i < 3; ++i) {
-      ASSERT_TRUE(states.next(positions));
-      EXPECT_EQ(positions, statesOf("slide\n" + std::to_string(i))[0]);
+      ASSERT_TRUE(states.next(state));
+      EXPECT_EQ(state.positions, statesOf("slide\n" + std::to_string(i))[0]);
     }
-    EXPECT_FALSE(states.next(positions));
+    EXPECT_FALSE(states.next(state));
   }
 }
 
@@ -106,24 +118,12 @@ TEST(CsvStates, OfAStreamHaveNeither) {
   EXPECT_EQ(states.identity(), "");
 }
 
-TEST(CsvStates, AreReadInBlocks) {
-  std::istringstream stream("slide\n0\n1\n2\n");
-  CsvStates states(stream, "s.csv", robot());
-  const int slide = robot().leaderOf(0).joint;
-  Eigen::MatrixXd block(2, 2);
-  ASSERT_EQ(states.read(block), 2);
-  EXPECT_EQ(block(1, slide), 1.0);
-  ASSERT_EQ(states.read(block), 1);
-  EXPECT_EQ(block(0, slide), 2.0);
-  EXPECT_EQ(states.read(block), 0);
-}
-
 // The number of the state is that in the whole file.
 TEST(CsvStates, NumberWhatIsBeyondALimitFromTheFirstState) {
   std::istringstream stream("slide\n5\n0\n6\n");
   CsvStates states(stream, "s.csv", robot());
   states.skipTo(1);
-  for (std::vector<double> positions; states.next(positions);) {
+  for (scene::TrajectoryPoint state; states.next(state);) {
   }
   EXPECT_EQ(
       states.limitWarning(),
@@ -139,10 +139,10 @@ TEST(CsvStates, AJointOfThatNameIsNoTime) {
   const RobotModel model = loadRobotModel(urdf, packageResolver({}));
   std::istringstream stream("time\n0.5\n");
   CsvStates states(stream, "s.csv", model);
-  std::vector<double> positions;
-  ASSERT_TRUE(states.next(positions));
-  EXPECT_FALSE(states.hasTimes());
-  EXPECT_EQ(positions[model.leaderOf(0).joint], 0.5);
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(states.next(state));
+  EXPECT_FALSE(states.header().has(JointColumn::Quantity::Time));
+  EXPECT_EQ(state.positions[model.leaderOf(0).joint], 0.5);
 }
 
 TEST(CsvStates, NamesLineAndColumnOfWhatIsWrong) {

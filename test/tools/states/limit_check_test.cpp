@@ -28,7 +28,7 @@ std::string warningFor(const char* urdf, const std::string& text, const std::str
   setJointInequalities(readYaml(inequalities, ""), "", robot);
   std::istringstream stream(text);
   CsvStates states(stream, "s.csv", robot);
-  for (std::vector<double> positions; states.next(positions);) {
+  for (scene::TrajectoryPoint state; states.next(state);) {
   }
   return states.limitWarning();
 }

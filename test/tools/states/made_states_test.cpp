@@ -116,8 +116,8 @@ TEST(SampledStates, FillTheirRangesUniformlyAndIndependently) {
   SampledStates states(static_cast<std::uint64_t>(n), 1, arm());
   std::vector<int> counts(cells, 0);
   double product = 0.0;
-  for (Positions positions; states.next(positions);) {
-    const double elbow = (positions[joint("elbow")] + 2.0) / 5.0, lift = 2.0 * positions[joint("lift")];
+  for (scene::TrajectoryPoint state; states.next(state);) {
+    const double elbow = (state.positions[joint("elbow")] + 2.0) / 5.0, lift = 2.0 * state.positions[joint("lift")];
     ++counts.at(static_cast<std::size_t>(elbow * cells));
     product += (elbow - 0.5) * (lift - 0.5) * 12.0;
   }
@@ -158,9 +158,9 @@ TEST(SampledStates, ThatBreakAnInequalityAreDrawnAgainOfTheSameState) {
 TEST(SampledStates, ThatNoDrawGivesAreAnErrorThatNamesTheInequality) {
   const RobotModel robot = limitedArm("- lift <= 0.4\n- elbow >= 3");
   SampledStates states(10, 3, robot);
-  Positions positions;
+  scene::TrajectoryPoint state;
   try {
-    states.next(positions);
+    states.next(state);
     ADD_FAILURE();
   } catch (const std::invalid_argument& error) {
     EXPECT_EQ(error.what(), std::string("--sample 10 --seed 3: none of 1000000 random states obeys the joint "
@@ -181,10 +181,10 @@ TEST(SampledStates, AreIdentifiedByNumberSeedAndRanges) {
 
 TEST(SampledStates, SayWhereARangeIsAGuessAndRefuseOneWithoutWidth) {
   RobotModel robot = arm();
-  EXPECT_TRUE(SampledStates(1, 0, robot).warnings().empty());
+  EXPECT_TRUE(SampledStates(1, 0, robot).header().warnings.empty());
   Joint& lift = robot.joints[joint("lift")];
   lift.lower = -std::numeric_limits<double>::infinity();
-  EXPECT_EQ(SampledStates(1, 0, robot).warnings().at(0),
+  EXPECT_EQ(SampledStates(1, 0, robot).header().warnings.at(0),
             "--sample 1 --seed 0: joint \"lift\" has no limits: from -1 m to 1 m is a guess.");
   lift.lower = -1e308;
   lift.upper = 1e308;

@@ -77,14 +77,14 @@ for order in 'CF':
         SCOPED_TRACE(name);
         NumpyStates states = open(name, {"elbow", "lift", "wheel"});
         EXPECT_EQ(states.count(), rows);
-        Positions positions;
+        scene::TrajectoryPoint state;
         int wrong = 0;
         for (int i = 0; i < rows; ++i) {
-          ASSERT_TRUE(states.next(positions));
-          wrong += positions == at(i % 7 / 8.0, i / 8.0, -i) ? 0 : 1;
+          ASSERT_TRUE(states.next(state));
+          wrong += state.positions == at(i % 7 / 8.0, i / 8.0, -i) ? 0 : 1;
         }
         EXPECT_EQ(wrong, 0);
-        EXPECT_FALSE(states.next(positions));
+        EXPECT_FALSE(states.next(state));
       }
     }
   }
@@ -98,14 +98,14 @@ TEST_F(WrittenNumpyFile, IsReadFromAnyStateOn) {
   for (const std::string name : {"c.npy", "f.npy", "s.npz", "d.npz", "t.npz"}) {
     SCOPED_TRACE(name);
     NumpyStates states = open(name, kElbowLift);
-    Positions positions;
-    for (const int state : {0, 5, 6, 16384, 16385, 29999}) {
-      states.skipTo(static_cast<std::uint64_t>(state));
-      ASSERT_TRUE(states.next(positions));
-      EXPECT_EQ(positions, at(state, -state, 0.0));
+    scene::TrajectoryPoint state;
+    for (const int number : {0, 5, 6, 16384, 16385, 29999}) {
+      states.skipTo(static_cast<std::uint64_t>(number));
+      ASSERT_TRUE(states.next(state));
+      EXPECT_EQ(state.positions, at(number, -number, 0.0));
     }
     states.skipTo(40000);
-    EXPECT_FALSE(states.next(positions));
+    EXPECT_FALSE(states.next(state));
   }
 }
 
@@ -192,8 +192,8 @@ TEST_F(WrittenNumpyFile, IsRefusedWhereverItIsCutOff) {
 TEST_F(NumpyFile, ThatIsCutOffWhileItIsReadIsAnError) {
   files_.write("s.npy", npyHeader(npyDictionary("<f8", "(50000, 2)")) + std::string(800000, '\0'));
   NumpyStates states = open("s.npy", kElbowLift);
-  Positions positions;
-  ASSERT_TRUE(states.next(positions));
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(states.next(state));
   std::filesystem::resize_file(files_.path("s.npy"), 300000);
   const std::string error = errorOf([&] { restOf(states); });
   EXPECT_NE(error.find("s.npy: truncated: ends at byte 300000"), std::string::npos) << error;
@@ -253,9 +253,9 @@ TEST_F(NumpyFile, IsRefusedForNamesThatACsvMayNotHave) {
             "s.npy: column \"base\": a floating or planar joint has more than one position");
   NumpyStates states = open("s.npy", {"elbow", "finger"});
   EXPECT_EQ(
-      states.warnings(),
+      states.header().warnings,
       std::vector<std::string>{files_.path("s.npy") + ": column \"finger\" is not used: the joint follows \"lift\"."});
-  EXPECT_EQ(states.source(), files_.path("s.npy"));
+  EXPECT_EQ(states.header().source, files_.path("s.npy"));
 }
 
 TEST_F(WrittenNumpyFile, HasTimesInAColumnOrInAnArrayOfTheArchive) {
@@ -264,18 +264,17 @@ TEST_F(WrittenNumpyFile, HasTimesInAColumnOrInAnArrayOfTheArchive) {
       "np.savez('few.npz', q=q, time=np.array([0.5]))\nnp.savez('nan.npz', q=q, time=np.array([0.5, np.nan]))\n"
       "np.save('s.npy', q)\n");
   NumpyStates beside = open("t.npz", kElbowLift);
-  EXPECT_TRUE(beside.hasTimes());
-  EXPECT_EQ(beside.time(), std::nullopt);
-  Positions positions;
-  ASSERT_TRUE(beside.next(positions) && beside.next(positions));
-  EXPECT_EQ(beside.time(), 1.5);
-  EXPECT_EQ(positions, at(3.0, 4.0, 0.0));
+  EXPECT_TRUE(beside.header().has(JointColumn::Quantity::Time));
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(beside.next(state) && beside.next(state));
+  EXPECT_EQ(state.time, 1.5);
+  EXPECT_EQ(state.positions, at(3.0, 4.0, 0.0));
   NumpyStates states = open("s.npy", {"time", "lift"});
-  EXPECT_TRUE(states.hasTimes());
-  ASSERT_TRUE(states.next(positions));
-  EXPECT_EQ(states.time(), 1.0);
-  EXPECT_EQ(positions, at(0.0, 2.0, 0.0));
-  EXPECT_FALSE(open("s.npy", kElbowLift).hasTimes());
+  EXPECT_TRUE(states.header().has(JointColumn::Quantity::Time));
+  ASSERT_TRUE(states.next(state));
+  EXPECT_EQ(state.time, 1.0);
+  EXPECT_EQ(state.positions, at(0.0, 2.0, 0.0));
+  EXPECT_FALSE(open("s.npy", kElbowLift).header().has(JointColumn::Quantity::Time));
   EXPECT_EQ(errorIn("few.npz"), "few.npz, time.npy: not one time for each of 2 states");
   EXPECT_EQ(errorIn("nan.npz"), "nan.npz, q.npy, state 1: column \"time\": \"nan\" is no finite number");
   EXPECT_EQ(errorIn("t.npz", {"time", "lift"}), "t.npz, q.npy: a column \"time\", and an array \"time\" beside it");
@@ -345,18 +344,13 @@ TEST_F(NumpyFile, TellsWhichStateIsBeyondALimit) {
                 "at 4 rad, its limits are -2 and 3 rad.");
 }
 
-TEST_F(NumpyFile, IsReadInBlocksThatEndBeforeAStateThatIsWrong) {
-  files_.write("s.npy", npyHeader(npyDictionary("<f8", "(5, 2)")) +
-                            bytesOf<double>({1.0, 2.0, 3.0, 4.0, 5.0, 6.0, kNaN, 0.0, 7.0, 8.0}));
+TEST_F(NumpyFile, IsReadOnBehindAStateThatIsWrong) {
+  files_.write("s.npy", npyHeader(npyDictionary("<f8", "(3, 2)")) + bytesOf<double>({1.0, 2.0, kNaN, 0.0, 3.0, 4.0}));
   NumpyStates states = open("s.npy", kElbowLift);
-  Eigen::MatrixXd block = Eigen::MatrixXd::Zero(2, static_cast<Eigen::Index>(arm().joints.size()));
-  ASSERT_EQ(states.read(block), 2);
-  EXPECT_EQ(block(1, joint("lift")), 4.0);
-  ASSERT_EQ(states.read(block), 1);
-  EXPECT_EQ(block(0, joint("elbow")), 5.0);
-  EXPECT_NE(errorOf([&] { states.read(block); }).find("s.npy, state 3: column \"elbow\""), std::string::npos);
-  EXPECT_EQ(states.read(block), 1) << "the one behind it";
-  EXPECT_EQ(states.read(block), 0);
+  scene::TrajectoryPoint state;
+  ASSERT_TRUE(states.next(state));
+  EXPECT_NE(errorOf([&] { states.next(state); }).find("s.npy, state 1: column \"elbow\""), std::string::npos);
+  EXPECT_EQ(restOf(states), std::vector<Positions>{at(3.0, 4.0, 0.0)});
 }
 
 }  // namespace proximity_server::tools::numpy_states_test

@@ -35,9 +35,9 @@ struct Timed {
 };
 
 std::vector<Timed> timedOf(RecordedStates&& states) {
-  EXPECT_TRUE(states.hasTimes());
+  EXPECT_TRUE(states.header().has(JointColumn::Quantity::Time));
   std::vector<Timed> all;
-  for (Positions positions; states.next(positions);) all.push_back({states.time().value(), positions});
+  for (scene::TrajectoryPoint state; states.next(state);) all.push_back({state.time, state.positions});
   EXPECT_EQ(states.count(), all.size());
   return all;
 }
@@ -50,7 +50,7 @@ TEST(RecordedStates, KeepWhatAMessageDoesNotName) {
 TEST(RecordedStates, BeginWhereAllJointsAreKnown) {
   RecordedStates states =
       statesOf({{1.0, {"elbow"}, {0.1}}, {2.0, {"elbow"}, {0.2}}, {3.0, {"lift"}, {0.3}}, {4.0, {"elbow"}, {0.4}}});
-  EXPECT_EQ(states.warnings(),
+  EXPECT_EQ(states.header().warnings,
             std::vector<std::string>{"r.bag: the states of the first 2 times are left out: joint \"lift\" "
                                      "is not known before 3 s."});
   EXPECT_EQ(timedOf(std::move(states)), (std::vector<Timed>{{3.0, at(0.2, 0.3, 0.0)}, {4.0, at(0.4, 0.3, 0.0)}}));
@@ -108,7 +108,7 @@ TEST(RecordedStates, LeaveOutWhatTheRobotDoesNotHave) {
       statesOf({{1.0, {"camera_pan_joint", "elbow", "base", "weld", "finger"}, {9.0, 0.5, std::nan(""), 9.0, 9.0}},
                 {2.0, {"camera_pan_joint"}, {8.0}},
                 {3.0, {"elbow"}, {}}});
-  EXPECT_EQ(states.warnings(),
+  EXPECT_EQ(states.header().warnings,
             (std::vector<std::string>{
                 "r.bag: joint \"camera_pan_joint\" is not used: no such joint.",
                 "r.bag: joint \"base\" is not used: a floating or planar joint has more than one position.",
