@@ -79,7 +79,7 @@ class BoxTree {
   /// which may become smaller meanwhile. The bound of a box must not be above those of the boxes within it.
   template <typename BoundOf, typename Limit, typename Visit>
   void visitNearest(const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
-    if (!empty()) visitBelow(0, boundOf((*this)[0].box), boundOf, limit, visit);
+    if (!empty() && !(boundOf((*this)[0].box) > limit())) visitBelow(0, boundOf, limit, visit);
   }
 
   /// The sum of the diagonals of all boxes, divided by that sum when the tree was built; at least 1.
@@ -87,13 +87,11 @@ class BoxTree {
 
  private:
   template <typename BoundOf, typename Limit, typename Visit>
-  void visitBelow(int number, double bound, const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
+  void visitBelow(int number, const BoundOf& boundOf, const Limit& limit, const Visit& visit) const {
     const Node& node = (*this)[number];
-    if (bound > limit()) return;
     if (node.isLeaf()) return visit(node.item);
-    const auto bound_of_part = [&](int part) { return boundOf((*this)[part].box); };
-    for (const auto& [of_part, part] : smallerFirst(node.parts, bound_of_part))
-      visitBelow(part, of_part, boundOf, limit, visit);
+    for (const auto& [bound, part] : smallerFirst(node.parts, [&](int each) { return boundOf((*this)[each].box); }))
+      if (!(bound > limit())) visitBelow(part, boundOf, limit, visit);
   }
 
   template <typename Halve>
