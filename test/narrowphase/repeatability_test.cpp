@@ -1,4 +1,5 @@
 #include "chance.h"
+#include "narrowphase/certificate.h"
 #include "narrowphase/same_bits.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
@@ -117,9 +118,10 @@ TEST(Repeatability, RecalledFeaturesKeepTheirBounds) {
       const Isometry3d& a_T_b = path.next();
       const SignedDistance warm = signedDistance(a, b, a_T_b, Options(), warm_start);
       const SignedDistance cold = signedDistance(a, b, a_T_b, Options());
-      // Both enclose the truth.
-      ASSERT_LE(warm.lower_bound, cold.upper_bound) << describe({"path " + std::to_string(i), a, b, a_T_b});
-      ASSERT_LE(cold.lower_bound, warm.upper_bound) << describe({"path " + std::to_string(i), a, b, a_T_b});
+      const PairCase pair{"path " + std::to_string(i), a, b, a_T_b};
+      ASSERT_TRUE(carriesItsProof({a, b, a_T_b}, warm)) << describe(pair);
+      ASSERT_LE(warm.lower_bound, cold.upper_bound) << describe(pair);
+      ASSERT_LE(cold.lower_bound, warm.upper_bound) << describe(pair);
     }
   }
 }

@@ -719,16 +719,20 @@ TEST(MinimumDistance, OfAShapeThatSpinsAboutItsAxisNeedsTwoQueries) {
   }
 }
 
-TEST(MinimumDistance, OfMoreQueriesThanItHasRoomForEndsThere) {
-  // A sphere in the middle between parallel plates' faces would need many: a plate at 1e-15 of tolerance.
-  std::mt19937 random(81);
-  const Case c = tumblingBox(random, 0.4);
+/// A prism with 100 edges turns about its axis: 0.5 m from the box each time that one of them is nearest, 96 times.
+TEST(MinimumDistance, EndsWithTheQueriesForWhichItHasRoom) {
+  std::vector<Vector3d> prism;
+  for (int i = 0; i < 200; ++i)
+    prism.emplace_back(0.2 * std::cos(0.02 * M_PI * i), 0.2 * std::sin(0.02 * M_PI * i), i < 100 ? -0.5 : 0.5);
+  const Case c{ConvexHull(prism), moving(Isometry3d::Identity(), Vector3d::Zero(), {0, 0, 6}), Box{{1, 1, 1}},
+               still(at(1.2, 0, 0))};
   MinimumOptions options;
   options.tolerance = 1e-15;
   options.max_queries = 100000;
   const MinimumOverMotion minimum = c.minimum(options);
-  EXPECT_NE(minimum.status, Status::Unknown);
-  EXPECT_LE(minimum.lower_bound, minimum.upper_bound);
+  EXPECT_EQ(minimum.status, Status::IterationLimit);
+  EXPECT_EQ(minimum.queries, 512);
+  EXPECT_TRUE(encloses(minimum, 0.5, 1e-14));
 }
 
 // Regression: the minimum converged with the bounds of both ends, and the contact was found at any distance.

@@ -124,7 +124,14 @@ TEST(SupportPoint, OfAPolytopeHasTheNumberOfItsVertex) {
 TEST(VertexOf, GivesAVertexForAnyNumber) {
   for (const Core& core : cores()) {
     if (!core.shape.isPolytope()) continue;
-    for (const int number : {-7, 8, 1000}) EXPECT_LE(core.excess(vertexOf(core.shape, number)), 1e-14) << core.name;
+    for (const int number : {-7, 8, 1000}) {
+      const auto is_farthest = [&](const Vector3d& direction) {
+        int vertex = 0;
+        return supportPoint(core.shape, direction, vertex) == vertexOf(core.shape, number);
+      };
+      const std::vector<Vector3d> all = directions();
+      EXPECT_TRUE(std::any_of(all.begin(), all.end(), is_farthest)) << core.name << " " << number;
+    }
   }
 }
 
