@@ -66,9 +66,12 @@ TEST(NearOrigin, OffsetIsWithinItsError) {
     const Vector3d corner_a = dyadicVector(random, 20), corner_b = dyadicVector(random, 20);
     Isometry3d pose = Isometry3d::Identity();
     for (int row = 0; row < 3; ++row) pose.linear().row(row) = dyadicVector(random, 0);
-    // Both corners are nearly in one place, so that nearly all digits cancel.
+    // Both corners are nearly in one place, so that nearly all digits cancel. Of those that are left a double has room
+    // for all, or not.
+    const int exponent = i % 2 == 0 ? 0 : 16;
     for (int row = 0; row < 3; ++row)
-      pose.translation()[row] = std::round(corner_a[row] - pose.linear().row(row).dot(corner_b)) + dyadic(random, 0);
+      pose.translation()[row] =
+          std::round(corner_a[row] - pose.linear().row(row).dot(corner_b)) + dyadic(random, exponent);
     const Shape a = farTetrahedron(corner_a), b = farTetrahedron(corner_b);
     const Vector3l p = a.hull().vertices().front().cast<long double>(),
                    q = b.hull().vertices().front().cast<long double>();
@@ -76,9 +79,9 @@ TEST(NearOrigin, OffsetIsWithinItsError) {
     const NearOrigin near(a, b, pose);
     EXPECT_LE((near.pose().translation().cast<long double>() - exact).norm(), near.error());
     const Vector3d plain = pose * Vector3d(q.cast<double>()) - p.cast<double>();
-    if ((plain.cast<long double>() - exact).norm() > 100.0L * near.error()) ++worse;
+    if (exponent == 0 && (plain.cast<long double>() - exact).norm() > 100.0L * near.error()) ++worse;
   }
-  EXPECT_GT(worse, 900) << "sums in double would do";
+  EXPECT_GT(worse, 450) << "sums in double would do";
 }
 
 TEST(NearOrigin, RoundsByTheSizesAlone) {
