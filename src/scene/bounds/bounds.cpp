@@ -48,8 +48,8 @@ double reachFrom(const Vector3d& centre, const Pieces& pieces) {
 /// The box with the smallest sum of edges, and the sphere about its centre.
 Bounds smallest(const std::vector<Matrix3d>& choices, const Pieces& pieces) {
   Bounds bounds = boxAlong(choices.front(), pieces);
-  for (const Matrix3d& axes : choices) {
-    const Bounds other = boxAlong(axes, pieces);
+  for (std::size_t i = 1; i < choices.size(); ++i) {
+    const Bounds other = boxAlong(choices[i], pieces);
     if (other.half.sum() < bounds.half.sum()) bounds = other;
   }
   bounds.radius = reachFrom(bounds.centre, pieces);
@@ -91,7 +91,8 @@ Bounds boundsOf(const Pieces& pieces, const std::vector<const Bounds*>& each) {
   if (pieces.size() == 1) return *each.front();
   std::vector<Matrix3d> choices{Matrix3d::Identity()};
   if (pieces.size() <= kFewPieces) {
-    for (const Bounds* bounds : each) choices.push_back(bounds->axes);
+    for (const Bounds* bounds : each)
+      if (std::find(choices.begin(), choices.end(), bounds->axes) == choices.end()) choices.push_back(bounds->axes);
   } else {
     std::vector<Vector3d> centres;
     for (const Bounds* bounds : each) centres.push_back(bounds->centre);
