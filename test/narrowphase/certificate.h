@@ -56,7 +56,8 @@ inline Check normalProvesLowerBound(const ShapePair& pair, const SignedDistance&
   if (!(std::abs(result.normal.norm() - 1.0) <= 4.0 * std::numeric_limits<double>::epsilon()))
     return testing::AssertionFailure() << "normal has length " << result.normal.norm();
   const long double excess = result.lower_bound - pair.gapAlong(result.normal.cast<long double>().normalized());
-  if (!(excess <= kRoundingOfTruth * pair.scale())) return fail("the normal does not prove the lower bound, short", excess);
+  if (!(excess <= kRoundingOfTruth * pair.scale()))
+    return fail("the normal does not prove the lower bound, short", excess);
   return testing::AssertionSuccess();
 }
 
