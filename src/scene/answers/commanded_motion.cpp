@@ -39,8 +39,10 @@ void JointSplines::copy(int joint, double from, double to, SplineSegment& segmen
 
 double JointSplines::largestSpeed(int joint, double from, double to) const {
   double largest = 0.0;
-  for (const SplineSegment& segment : segments)
-    if (segment.begin() <= to && segment.end() >= from) largest = std::max(largest, segment.largestSpeed(joint));
+  auto segment = std::partition_point(segments.begin(), segments.end(),
+                                      [&](const SplineSegment& before) { return before.end() < from; });
+  for (; segment != segments.end() && segment->begin() <= to; ++segment)
+    largest = std::max(largest, segment->largestSpeed(joint));
   return largest;
 }
 

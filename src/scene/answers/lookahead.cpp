@@ -136,9 +136,9 @@ void Lookahead::searchPieces(const Pairs& pairs, const SearchTime& time, Contact
 /// The parameter at which a piece along splines ends: no spline begins or ends in it, and no joint stops.
 double Lookahead::pieceEnd(double begin, const SearchTime& time) const {
   double end = 1.0;
+  const auto parameterOf = [&](double seconds) { return (seconds - time.begin) / (time.end - time.begin); };
   const auto consider = [&](double seconds) {
-    const double parameter = (seconds - time.begin) / (time.end - time.begin);
-    if (parameter > begin) end = std::min(end, parameter);
+    if (parameterOf(seconds) > begin) end = std::min(end, parameterOf(seconds));
   };
   consider(0.0);
   consider(question_.duration);
@@ -146,10 +146,13 @@ double Lookahead::pieceEnd(double begin, const SearchTime& time) const {
   for (std::size_t i = 0; i < question_.commanded->followed.size(); ++i) {
     if (!isFollowed(i)) continue;
     const FollowedSplines& followed = question_.commanded->followed[i];
-    for (const SplineSegment& segment : followed.splines->segments) {
-      consider(segment.begin() - followed.time);
-      consider(segment.end() - followed.time);
-    }
+    const std::vector<SplineSegment>& segments = followed.splines->segments;
+    const auto next = std::partition_point(segments.begin(), segments.end(), [&](const SplineSegment& segment) {
+      return !(parameterOf(segment.end() - followed.time) > begin);
+    });
+    if (next == segments.end()) continue;
+    consider(next->begin() - followed.time);
+    consider(next->end() - followed.time);
   }
   return end;
 }

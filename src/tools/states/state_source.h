@@ -12,7 +12,7 @@
 
 namespace proximity_server::tools {
 
-/// What is known about the states of a source before the first one is read.
+/// The name, the columns and the warnings of a source.
 struct StateHeader {
   std::string source;              ///< the name of the file, or what it is, for messages
   const scene::RobotModel& robot;  ///< must outlive the source

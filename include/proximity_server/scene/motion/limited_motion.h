@@ -51,7 +51,7 @@ struct LimitedMotion : MotionLimits {
 LimitedMotion motionWithinLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
                                  const std::vector<std::optional<double>>& stated = {});
 
-// What motionWithinLimits() is made of, for motions whose pieces are made one by one.
+// The parts of motionWithinLimits(), for Lookahead, which makes one piece at a time.
 
 /// The limits of a motion. Failure: throws as motionWithinLimits() does, but for the travel.
 void findLimits(const RobotModel& model, const BodyPoses& start, const std::vector<double>& travel,
