@@ -536,7 +536,7 @@ void CommandedTrajectories::findMotion(const Present& present) {
     }
     if (driven.delays.fits()) {
       if (followed == motion_.followed.size()) motion_.followed.emplace_back();
-      followed += follow(driven, present, motion_.followed[followed]);
+      if (follow(driven, present, motion_.followed[followed])) ++followed;
     } else if (hasPoints(*driven.splines) && !fitsBeside(driven, [](const Driven&) { return true; }))
       strays += (strays.empty() ? "" : "; ") + textOfStray(driven);
   }

@@ -59,9 +59,9 @@ std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& sett
   return system::deadlineIn(searchTime(settings));
 }
 
-void ask(scene::LookaheadQuestion& question, const Robot& robot, scene::MotionSearch& search,
-         const LookaheadStart& start, const VelocitySnapshot& velocities, const CommandedMotion& commanded,
-         const MonitorSettings& settings) {
+void assign(scene::LookaheadQuestion& question, const Robot& robot, scene::MotionSearch& search,
+            const LookaheadStart& start, const VelocitySnapshot& velocities, const CommandedMotion& commanded,
+            const MonitorSettings& settings) {
   question.search = &search;
   question.duration = settings.lookahead;
   question.most_search_time = searchTime(settings);
@@ -78,7 +78,7 @@ void assign(Lookahead& message, const scene::ContactAhead& ahead, const Robot& r
   std::string text = std::move(message.status.message);  // keeps its memory
   message = noLookahead(settings);
   message.status = statusAhead(ahead, commanded);
-  if (std::isnan(ahead.time_free) || ahead.motions > scene::Lookahead::kMostMotions || !ahead.problem.empty()) return;
+  if (std::isnan(ahead.time_free)) return;
   assignStops(message, robot, ahead.limits, settings.lookahead);
   message.time_free = ahead.time_free;
   if (ahead.found.contact) {

@@ -34,9 +34,9 @@ std::chrono::steady_clock::time_point searchDeadline(const MonitorSettings& sett
 
 /// Writes the question about a lookahead from these poses on, of which knowsRoot() is true; moving objects rest. The
 /// arguments must live until it is answered.
-void ask(scene::LookaheadQuestion& question, const Robot& robot, scene::MotionSearch& search,
-         const LookaheadStart& start, const VelocitySnapshot& velocities, const CommandedMotion& commanded,
-         const MonitorSettings& settings);
+void assign(scene::LookaheadQuestion& question, const Robot& robot, scene::MotionSearch& search,
+            const LookaheadStart& start, const VelocitySnapshot& velocities, const CommandedMotion& commanded,
+            const MonitorSettings& settings);
 
 /// Writes the answer into a message, which keeps its memory. If tf may move an object, the message of the status says that it is taken to rest.
 void assign(Lookahead& message, const scene::ContactAhead& ahead, const Robot& robot, const LookaheadStart& start,

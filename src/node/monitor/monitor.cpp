@@ -61,7 +61,7 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   question.wants_gradients = settings.gradients;
   const LookaheadStart start_ahead{state, snapshot.stated, monitored_.frames, frames.may_move};
   if (settings.lookahead > 0.0 && velocities.status.code == QueryStatus::OK && knowsRoot(*robot_, snapshot.poses)) {
-    ask(lookahead_.question(), *robot_, scenes_->motions(), start_ahead, velocities, commanded, settings);
+    assign(lookahead_.question(), *robot_, scenes_->motions(), start_ahead, velocities, commanded, settings);
     question.lookahead = &lookahead_;
   }
   scene::assess(scenes_->scene, state, question, assessment_);

@@ -32,7 +32,7 @@ double JointSplines::positionAt(int joint, double time) const {
   return segment->positionAt(joint, std::clamp(place, 0.0, 1.0));
 }
 
-void JointSplines::copy(int joint, double from, double to, SplineSegment& segment) const {
+void JointSplines::copyTo(SplineSegment& segment, int joint, double from, double to) const {
   const SplineSegment& source = *placeOf(*this, 0.5 * (from + to)).first;
   segment.copy(joint, source, std::clamp(source.placeAt(from), 0.0, 1.0), std::clamp(source.placeAt(to), 0.0, 1.0));
 }

@@ -39,6 +39,7 @@ const ContactAhead& Lookahead::find(const Pairs& pairs, const PairDistances& sto
       problem = error.what();
     }
   }
+  if (motions > kMostMotions || !problem.empty()) earliest_.time_free = kNaN;
   earliest_.motions = motions;
   earliest_.problem = std::move(problem);
   return earliest_;
@@ -197,7 +198,7 @@ void Lookahead::makeSpline(const SearchTime& time, Motion::Piece& piece) {
     const FollowedSplines& followed = commanded.followed[follows_[i]];
     const JointSplines& splines = *followed.splines;
     const double begin = followed.time + from, end = followed.time + to;
-    splines.copy(joint, begin, end, *piece.spline);
+    splines.copyTo(*piece.spline, joint, begin, end);
     const double shift =
         follows_[i] == time.exact ? 0.0 : std::max(time.behind + followed.ahead, time.ahead + followed.behind);
     error = commanded.tracking_error[i] + splines.inexactAt(joint, begin - shift) +

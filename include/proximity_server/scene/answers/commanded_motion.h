@@ -20,7 +20,7 @@ struct JointSplines {
   TrajectoryPoint stateAt(double time) const;
   double positionAt(int joint, double time) const;
   /// Gives a joint of `segment` the motion between two times, if no spline begins or ends between them.
-  void copy(int joint, double from, double to, SplineSegment& segment) const;
+  void copyTo(SplineSegment& segment, int joint, double from, double to) const;
   /// [rad/s] or [m/s] The largest speed between two times.
   double largestSpeed(int joint, double from, double to) const;
   /// [rad] or [m] How far they may be off at a time, and from then on.
