@@ -69,7 +69,6 @@ void assign(scene::LookaheadQuestion& question, const Robot& robot, scene::Motio
   question.start = inRoot(robot, std::move(question.start));
   question.frames = objectFramesInRoot(robot, start.state.poses(), start.frames, start.state.frames());
   question.velocities = velocities.velocities;
-  question.stated = &start.stated;
   question.commanded = &commanded;
 }
 

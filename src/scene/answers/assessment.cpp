@@ -36,7 +36,7 @@ class Assessor {
     else
       found_.of_links.level = found_.with_object.level = std::nullopt;
     if (asked_.lookahead && found_.level)
-      found_.ahead = &asked_.lookahead->find(scene_.candidates(), asked_.thresholds.stop);
+      found_.ahead = &asked_.lookahead->find(scene_.candidates(), asked_.thresholds.stop, asked_.stated);
   }
 
  private:

@@ -20,7 +20,7 @@ bool isDecided(const RobotTimeOfContact& found) {
 
 }  // namespace
 
-const ContactAhead& Lookahead::find(const Pairs& pairs, const PairDistances& stop) {
+const ContactAhead& Lookahead::find(const Pairs& pairs, const PairDistances& stop, const Stated& stated) {
   follows_.assign(question_.velocities.size(), -1);
   int motions = 0;
   std::string problem;
@@ -30,7 +30,7 @@ const ContactAhead& Lookahead::find(const Pairs& pairs, const PairDistances& sto
     try {
       bool is_first = true;
       visitMotions(0, [&] {
-        search(pairs, is_first ? earliest_ : other_);
+        search(pairs, stated, is_first ? earliest_ : other_);
         if (!is_first) takeEarlier();
         is_first = false;
         return isDecided(earliest_.found);
@@ -67,7 +67,7 @@ bool Lookahead::isFollowed(std::size_t index) const {
 }
 
 /// Searches the motion in which joints follow splines as `follows_` says.
-void Lookahead::search(const Pairs& pairs, ContactAhead& ahead) {
+void Lookahead::search(const Pairs& pairs, const Stated& stated, ContactAhead& ahead) {
   const double duration = question_.duration;
   velocities_ = travel_ = question_.velocities;
   for (std::size_t i = 0; i < travel_.size(); ++i) {
@@ -75,7 +75,7 @@ void Lookahead::search(const Pairs& pairs, ContactAhead& ahead) {
     travel_[i] = velocities_[i] * duration;
     if (!std::isfinite(travel_[i])) throw std::invalid_argument("a velocity times the lookahead is not finite");
   }
-  findLimits(question_.search->model().robot, question_.start, travel_, *question_.stated, ahead.limits);
+  findLimits(question_.search->model().robot, question_.start, travel_, stated, ahead.limits);
   stops_.assign(travel_.size(), duration);
   for (const JointStop& stop : ahead.limits.stops) stops_[stop.joint] = duration * stop.time;
 

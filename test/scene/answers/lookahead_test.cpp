@@ -29,7 +29,6 @@ class TwoSliders : public testing::Test {
     question.most_search_time = 60.0;
     question.start = forwardKinematics(model_->robot, Positions{0.0, 0.0});
     question.velocities = {0.0, 0.0};
-    question.stated = &stated_;
     question.commanded = &commanded_;
     commanded_.positions = commanded_.tracking_error = {0.0, 0.0};
   }
@@ -50,7 +49,7 @@ class TwoSliders : public testing::Test {
     commanded_.followed.push_back({splines, {joint}, 0.0, 0.0, 0.0, certainty});
   }
 
-  const ContactAhead& find() { return lookahead_.find(pairs_, thresholds_.stop); }
+  const ContactAhead& find() { return lookahead_.find(pairs_, thresholds_.stop, stated_); }
 
   const std::shared_ptr<const SceneModel> model_ = sliders();
   const std::vector<ShapeRefPair> pairs_{{1, 2}};
@@ -104,6 +103,21 @@ TEST_F(TwoSliders, FollowTheirSplines) {
   lookahead_.question().duration = 0.1;
   EXPECT_EQ(find().time_free, 0.1);
   EXPECT_FALSE(find().found.contact);
+}
+
+TEST_F(TwoSliders, FollowSplinesOfManyPoints) {
+  follow(1.0, 1.0);
+  JointSplines parts = *commanded_.followed[0].splines;
+  const SplineSegment whole = parts.segments[0];
+  parts.segments.clear();
+  for (int i = 0; i < 50; ++i) parts.segments.push_back(whole.between(0.02 * i, 0.02 * (i + 1)));
+  EXPECT_NEAR(parts.largestSpeed(0, 0.4, 0.6), 1.5, 1e-3);  // that of the cubic in its middle
+  EXPECT_NEAR(parts.largestSpeed(0, 0.9, 2.0), 0.54, 0.1);
+  EXPECT_EQ(parts.largestSpeed(0, 1.1, 2.0), 0.0);
+  commanded_.followed[0].splines = std::make_shared<JointSplines>(parts);
+  EXPECT_NEAR(find().time_to_contact, timeOfShare(0.7), 1e-5);
+  commanded_.followed[0].time = 0.3;
+  EXPECT_NEAR(find().time_to_contact, timeOfShare(0.7) - 0.3, 1e-5);
 }
 
 /// "left" retreats, and "right", which is faster and up to 0.1 s ahead, reaches it.

@@ -20,9 +20,8 @@ struct LookaheadQuestion {
   /// rests in its parent.
   BodyPoses start;
   RobotMotion::ObjectFrames frames;
-  std::vector<double> velocities;                              ///< [rad/s] or [m/s] of RobotModel::joints
-  const std::vector<std::optional<double>>* stated = nullptr;  ///< never nullptr; see motionWithinLimits()
-  const CommandedMotion* commanded = nullptr;                  ///< never nullptr
+  std::vector<double> velocities;              ///< [rad/s] or [m/s] of RobotModel::joints
+  const CommandedMotion* commanded = nullptr;  ///< never nullptr
 };
 
 /// The first contact in the time of a lookahead. Times [s] count from the start.
@@ -60,8 +59,10 @@ class Lookahead {
 
   LookaheadQuestion& question() { return question_; }
 
+  using Stated = std::vector<std::optional<double>>;  ///< positions, see motionWithinLimits()
+
   /// The answer is valid until the next question.
-  const ContactAhead& find(const Pairs& pairs, const PairDistances& stop);
+  const ContactAhead& find(const Pairs& pairs, const PairDistances& stop, const Stated& stated);
 
  private:
   /// The time of a search, from `begin` to `end` after the stamp of the poses [s]; true times differ from that of
@@ -74,7 +75,7 @@ class Lookahead {
 
   template <class Visit>
   bool visitMotions(std::size_t next, const Visit& visit);
-  void search(const Pairs& pairs, ContactAhead& ahead);
+  void search(const Pairs& pairs, const Stated& stated, ContactAhead& ahead);
   void searchPieces(const Pairs& pairs, const SearchTime& time, ContactAhead& ahead);
   bool isFollowed(std::size_t index) const;
   SearchTime searchTime() const;

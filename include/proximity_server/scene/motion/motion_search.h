@@ -29,8 +29,9 @@ RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfConta
 ///    begins where the proof ended, until its begin is in contact. No sample decides anything.
 /// 4. With a tube, the state that is nearest by its bound is taken, and from there the corner of the tube to which each
 ///    joint by itself leads nearer.
-/// 5. Pieces are searched in their order, for a contact until one is found, or until one along a spline is not decided. One deadline holds for all. The counts of
-///    pairs are the largest of the searched pieces, and by_one_bound is the smallest; all other counts are sums.
+/// 5. Pieces are searched in their order, for a contact until one is found, or until one along a spline is not decided.
+///    One deadline holds for all. The counts of pairs are the largest of the searched pieces, and by_one_bound is the
+///    smallest; all other counts are sums.
 ///
 /// Objects: an attached object moves with the body of its link; a fixed object stands in the world; a moving object
 ///          moves with its frame. The world and the frames are where RobotMotion::ObjectFrames says. Fixed objects that
