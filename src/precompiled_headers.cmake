@@ -1,8 +1,8 @@
 # Two ways to keep the build short: precompiled headers, and sources that are compiled together.
 #
 # Headers that are compiled once: reading Eigen, the standard library and ROS took most of the time of nearly every source. They
-# replace no #include: `./dev lint` compiles each source without them. What is not here costs more than it brings: inline
-# functions make the compiler instantiate their templates in each source.
+# replace no #include: `./dev lint` compiles each source without them. Headers that are not here cost more than they
+# bring: inline functions make the compiler instantiate their templates in each source.
 #
 #   system_headers                      the standard library, and then the guard of the layer
 #   narrowphase_headers, scene_headers  Eigen and the standard library, and then the guard of the layer

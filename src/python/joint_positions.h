@@ -17,14 +17,14 @@ namespace proximity_server::python {
 ///          as numpy does if the argument cannot be converted into an array.
 pybind11::array float64Array(const pybind11::object& argument, const std::string& name);
 
-/// The same for an array with a number for each joint in its last dimension. Throws std::invalid_argument for a wrong
-/// shape, naming the right one, too.
+/// float64Array() for an array with a number for each joint in its last dimension. Throws std::invalid_argument for a
+/// wrong shape, naming the right one, too.
 pybind11::array jointArray(const pybind11::object& argument, const scene::RobotModel& robot, const std::string& name);
 
 /// An array of float64 with one more dimension, which numpy broadcasts to all columns.
 pybind11::array columnArray(const pybind11::object& argument, const std::string& name);
 
-/// The same for an array of vectors, with x, y and z in its last dimension. Throws std::invalid_argument for a wrong shape.
+/// float64Array() for vectors, with x, y and z in the last dimension. Throws std::invalid_argument for a wrong shape.
 pybind11::array vectorArray(const pybind11::object& argument, const std::string& name);
 
 /// The shape of an array as text: "(2, 3)".

@@ -19,7 +19,7 @@
 
 namespace proximity_server::python {
 
-/// The options of reading a robot and of its pairs. Where one is not set, RobotText::config or the default decides.
+/// The options of reading a robot and of its pairs. If one is not set, RobotText::config or the default decides.
 struct LoadOptions {
   std::optional<double> mesh_tolerance;              ///< [m] see scene::ModelOptions
   std::optional<double> padding;                     ///< [m] see scene::ModelOptions::default_padding

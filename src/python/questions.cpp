@@ -56,7 +56,7 @@ py::array_t<Item> newArray(const JointPositions& positions, const std::vector<py
   return newArray(py::dtype::of<Item>(), positions, shape);
 }
 
-/// The same with NaN everywhere.
+/// A new array with NaN everywhere.
 py::array_t<double> newNumbers(const JointPositions& positions, const std::vector<py::ssize_t>& shape = {}) {
   py::array_t<double> numbers = newArray<double>(positions, shape);
   std::fill_n(numbers.mutable_data(), numbers.size(), kNaN);

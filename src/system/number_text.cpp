@@ -48,7 +48,7 @@ void appendRounded(std::string& text, double number, int digits) {
 
 }  // namespace proximity_server::system
 
-#else  // libstdc++ before version 11 has neither function for double. What follows gives the same answers.
+#else  // libstdc++ before version 11 has neither function for double. These functions give the same answers.
 
 #include <locale.h>
 

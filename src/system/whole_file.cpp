@@ -48,8 +48,8 @@ std::optional<int> descriptorOf(const fs::path& path) {
   return numberIn<int>(path.filename().native());
 }
 
-/// The file that a path leads to through links, which need not exist; or the link that names a descriptor. Where links
-/// lead in a circle, one of them, which the system refuses to open.
+/// The file that a path leads to through links, which need not exist; or the link that names a descriptor. If links
+/// lead in a circle, it is one of them, which the system refuses to open.
 fs::path targetOf(fs::path path) {
   for (int links = 0; links < kMostLinks && !descriptorOf(path); ++links) {
     std::error_code is_no_link;

@@ -55,7 +55,7 @@ class FileRoles {
 /// completes last wins.
 ///
 /// A link stays a link, and the file that it leads to is replaced, which need not exist. The new file has the
-/// permissions of the old one. What is not a regular file, such as a pipe or /dev/null, is written directly, and so is
+/// permissions of the old one. Anything but a regular file, such as a pipe or /dev/null, is written directly, and so is
 /// a descriptor of this process, such as /dev/stdout.
 /// Failure: throws std::invalid_argument with the file and the cause, and FileConflict for an input of the process.
 ///          Then no file has the name that did not have it before.

@@ -58,7 +58,7 @@ struct Separation {
 /// 2. The smallest distance m of links and person on the whole way of the stop gives the margin m - S_h - C - Z_d - Z_r,
 ///    see MotionSearch::minimum(). S_r + S_s is d - m.
 /// 3. At s times the velocities T_s is s times as long, see velocityScale(): with contact distances for the time of one
-///    scale it gives another scale. What is asked for is the scale that gives itself; secants find it, and every step
+///    scale it gives another scale. The answer is the scale that gives itself; secants find it, and every step
 ///    leaves one that is safe.
 ///
 /// Shapes:  links that a joint moves, and what they hold. Links that only roots carry are no hazard. A person that a link

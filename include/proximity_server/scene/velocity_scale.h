@@ -89,7 +89,7 @@ constexpr double kRetreatTolerance = 1e-6;
 VelocityScale velocityScale(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                             const Braking& braking, const PairDistances& stop, const Deadline& deadline = {});
 
-/// The same for some pairs, without the inequalities.
+/// The velocity scale for some pairs, without the inequalities.
 VelocityScale velocityScale(const Pairs& pairs, MotionSearch& moving, Scene& scene, const State& start,
                             const MovingState& state, const Braking& braking, const PairDistances& stop,
                             const Deadline& deadline = {});

@@ -165,8 +165,8 @@ Nearest2d nearestOutside(const Boundary& boundary, const Vector2d& p) {
   return nearest;
 }
 
-/// The edge with the greatest height of p over it. Of edges with the same height within rounding, it is the one whose
-/// nearest point is closest to the foot of p.
+/// The edge with the greatest height of p over it. Among edges with the same height within rounding, it is the one
+/// whose nearest point is closest to the foot of p.
 std::size_t edgeUnder(const Boundary& boundary, const Vector2d& p) {
   double highest = -std::numeric_limits<double>::infinity();
   for (std::size_t edge = 0; edge < boundary.size(); ++edge) highest = std::max(highest, boundary.height(edge, p));

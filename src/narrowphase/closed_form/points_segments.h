@@ -94,7 +94,7 @@ inline NearestPlaces nearestPlaces(double half_length, const Segment& b) {
 ///    that of b is the one nearest to this end. The squared distance is convex in both places, so this is the minimum.
 /// 3. If the segments cross, the normal is their common perpendicular (-v_y, v_x, 0). Its products with both segments
 ///    are zero even in floating point, so rounding does not tilt it, however near they are.
-/// 4. Otherwise it leads from point to point. Where that is tilted by more than rounding, it is corrected.
+/// 4. Otherwise it leads from point to point. If that is tilted by more than rounding, it is corrected.
 ///
 /// As a lies along z, the part of b across a is read from the pose, and not found as a difference: the distance has an
 /// error of a few eps of the sizes and the offset at any angle.

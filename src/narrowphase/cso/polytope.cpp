@@ -199,7 +199,8 @@ int* Polytope::placesForCone() {
   }
 }
 
-/// Adds a triangle from each edge of the horizon to the apex, two at a time. Of an odd number, the first is made twice.
+/// Adds a triangle from each edge of the horizon to the apex, two at a time. If their number is odd, the first is made
+/// twice.
 void Polytope::addCone(int apex, double ceiling) {
   int* const places = placesForCone();
   places[horizon_size_] = places[0];

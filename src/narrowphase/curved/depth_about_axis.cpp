@@ -195,7 +195,7 @@ struct Patch {
 /// The part of x in x + y, both of which are positive but for rounding.
 double partOf(double x, double y) { return x + y > 0.0 ? std::clamp(x / (x + y), 0.0, 1.0) : 0.5; }
 
-/// The lower bound of the support function h in a patch. Of the balls `part` is left out.
+/// The lower bound of the support function h in a patch. The share `part` of the balls is left out.
 class PatchBound {
  public:
   PatchBound(const TiltedCore& a, const TiltedCore& b, const Vector3d& offset, const Patch& patch, double part)

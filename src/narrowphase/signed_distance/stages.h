@@ -73,7 +73,7 @@ double distanceOfInnerBalls(const Query& query, const Vector& centres) {
   return centres.norm() - (query.a.innerRadius() + query.b.innerRadius()) + query.rounding;
 }
 
-/// The support planes of two cores along the first direction. Of two hulls the heights suffice for their gap, and the
+/// The support planes of two cores along the first direction. The heights of two hulls suffice for their gap, and the
 /// vertex of the CSO is computed only if the search needs it. Evidence: 0.86 of the time of a threshold that the last
 /// normal or the inner balls decide (rows "hull 200, apart?, coherent" and "deep?" of ./dev bench narrowphase), and 1.03
 /// to 1.05 of one that needs a search ("shallow?").

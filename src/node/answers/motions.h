@@ -30,12 +30,13 @@ scene::BodyPoses inRoot(const Robot& robot, scene::BodyPoses poses);
 std::vector<scene::RobotMotion::Segment> framesOfObjects(const Robot& robot, const CarrierFrames& frames,
                                                          const scene::FramePoses& poses_of_frames);
 
-/// The same with the world, for a motion from inRoot(poses).
+/// framesOfObjects() with the world, for a motion from inRoot(poses).
 scene::RobotMotion::ObjectFrames objectFramesInRoot(const Robot& robot, const scene::BodyPoses& poses,
                                                     const CarrierFrames& frames,
                                                     const scene::FramePoses& poses_of_frames);
 
-/// The same for a motion whose poses are in the frame in which the reference frame is at the start.
+/// framesOfObjects() with the world, for a motion whose poses are in the frame in which the reference frame is at the
+/// start.
 scene::RobotMotion::ObjectFrames objectFramesAtStart(const Robot& robot, const CarrierFrames& frames,
                                                      const scene::FramePoses& poses_of_frames);
 

@@ -69,11 +69,11 @@ int knownJoint(const std::vector<int>& joints, const JointValues& positions, std
 bool hasPoints(const CommandedSplines& splines) { return splines.exact_from < kNever; }
 
 /// How far the splines of a command may be off until its first point, as they go on from the state at its begin, which
-/// may be that of a time up to `reach` [s] earlier or later. What a polynomial makes of other positions, velocities and
-/// accelerations at its start is at most 1, 0.1976 and 0.0173 of them, in its time; `point` tells which of them it has.
+/// may be that of a time up to `reach` [s] earlier or later. Other positions, velocities and accelerations at its start
+/// change a polynomial by at most 1, 0.1976 and 0.0173 of them, in its time; `point` tells which of them it has.
 /// The way in the time `reach` is bounded by the largest speed. Velocities and accelerations are sampled, h = reach / 4
-/// apart, so that theirs is no bound: with an acceleration a, a velocity between two samples may be larger by a h / 2.
-/// That moves a spline of 1 s by 0.01 rad at 10 rad/s^2 and the largest reach, 0.04 s.
+/// apart, so that the largest sample is no bound: with an acceleration a, a velocity between two samples may be larger
+/// by a h / 2. That moves a spline of 1 s by 0.01 rad at 10 rad/s^2 and the largest reach, 0.04 s.
 std::vector<double> errorsOfStart(const CommandedSplines& before, const scene::SplineSegment& first,
                                   const scene::TrajectoryPoint& point, double reach) {
   const double begin = first.begin(), duration = first.end() - begin;

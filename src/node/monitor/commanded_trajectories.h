@@ -53,7 +53,7 @@ struct CommandedMotion : scene::CommandedMotion {
 ///    with each possible delay, they follow them; before this they may do either.
 /// 5. A controller may refuse a command, such as one of some of its joints only, and a goal may be canceled, which is
 ///    heard as a command without points. So what was replaced counts beside the command, until the joints follow it. If
-///    they followed what was replaced, they do either of both. Of more than four that were replaced the last ones count.
+///    they followed what was replaced, they do either of both. If more than four were replaced, the last ones count.
 /// 6. Joints rest after their last point. When it has passed, they follow no command any more.
 class CommandedTrajectories {
  public:

@@ -20,7 +20,7 @@ scene::ObjectFile objectsAtStart(const Config& config);
 /// Keeps the objects of a store in a file, for the next start of the node. A thread of its own writes the file, so that
 /// nobody waits for a disk. If several changes follow each other quickly, only the result of the last one is written.
 /// The file is replaced as a whole, so that it always holds the objects before or after a change, whenever the node or
-/// the machine stops. Where writing fails, as on a full disk, it is tried again every second.
+/// the machine stops. If writing fails, as on a full disk, it is tried again every second.
 class ObjectKeeper {
  public:
   /// `file` is an absolute path; if it is "", nothing is kept. The store must outlive this object.

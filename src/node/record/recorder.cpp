@@ -94,9 +94,9 @@ const std::uint8_t* get(const std::uint8_t* place, std::size_t count, scene::Bod
   return place;
 }
 
-/// A stream for roscpp that relies on there being room. Where all calls are inlined its place stays in a register: that
-/// halves the instructions of a cycle, which are 2.6 % of those of Monitor::cycle() for the robot of the demo, 3.0 % for
-/// a Panda and 0.24 % for a PR2 (callgrind, g++ 12, 2026-11-27).
+/// A stream for roscpp that relies on there being room. If all calls are inlined, its place stays in a register: that
+/// halves the instructions of a cycle, which are 2.6 % of those of Monitor::cycle() for the robot of the demo, 3.0 %
+/// for a Panda and 0.24 % for a PR2 (callgrind, g++ 12, 2026-11-27).
 struct UncheckedStream {
   std::uint8_t* place;
 

@@ -26,7 +26,7 @@ namespace proximity_server::node {
 /// 3. The writing thread takes the entries from `record_seconds` before the event until kSecondsAfter behind it, makes
 ///    messages of them, and writes a BagFile. This gets its name when it is complete; then the oldest records above
 ///    `record_count` are removed.
-/// 4. What goes wrong is a text for the diagnostics.
+/// 4. Each failure is a text for the diagnostics.
 class Recorder {
  public:
   /// [s] A record ends so long after its event. Events until then belong to it.

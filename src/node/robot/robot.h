@@ -108,7 +108,7 @@ class Robot {
   /// The distances at or below which a pair has a level.
   std::shared_ptr<const scene::LevelThresholds> thresholds() const { return std::atomic_load(&thresholds_); }
 
-  /// The same, with those of tracked sources for their objects among these.
+  /// thresholds(), with the distances of tracked sources for their objects among these.
   scene::LevelThresholds thresholdsWith(const scene::Objects& objects) const;
 
   /// Gives all pairs without thresholds of their own those of `settings`.

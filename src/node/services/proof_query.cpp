@@ -68,7 +68,7 @@ void addMissing(scene::JointBox& box, const std::vector<int>& missing, const Rob
   }
 }
 
-/// The same objects, with the same numbers, in frames of links or at rest relative to the root of the robot.
+/// The objects of a node, with their numbers, in frames of links or at rest relative to the root of the robot.
 class ObjectsForProof {
  public:
   ObjectsForProof(const Robot& robot, const scene::Objects& objects, const FrameSnapshot& frames,

@@ -38,8 +38,8 @@ WayPoints wayPointsOf(const Robot& robot, const QueryTrajectoryRequest& request)
 WayPoints wayPointsOf(const Robot& robot, const trajectory_msgs::JointTrajectory& trajectory,
                       std::uint8_t interpolation);
 
-/// The same points, driven from the state of tf at time 0, see scene::drivenFrom(). `from_tf` has all joints of the
-/// points.
+/// The points of a trajectory as a controller drives them from the state of tf at time 0, see scene::drivenFrom().
+/// `from_tf` has all joints of the points.
 WayPoints drivenFromPresent(const Robot& robot, const WayPoints& points, const JointSnapshot& from_tf,
                             const QueryTrajectoryRequest& request);
 

@@ -17,7 +17,7 @@ namespace proximity_server::scene {
 struct BatchModel {
   explicit BatchModel(std::shared_ptr<const SceneModel> scene_model);
 
-  /// The same robot with other objects. Failure: throws as SceneBatch::use() does.
+  /// The model of `robot` with other objects. Failure: throws as SceneBatch::use() does.
   BatchModel(const BatchModel& robot, std::shared_ptr<const Objects> objects);
 
   std::shared_ptr<const SceneModel> model;

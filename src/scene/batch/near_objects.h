@@ -15,7 +15,7 @@
 
 namespace proximity_server::scene {
 
-/// Finds the pairs with objects that may be near in a state. What can be carried is a sphere, see BatchObjects.
+/// Finds the pairs with objects that may be near in a state. Carried objects are spheres, see BatchObjects.
 ///
 /// 1. Place the centres of the spheres in a block of states, from the poses that the lanes have.
 /// 2. The space that the centres can reach is divided into cells. Each cell knows the fixed objects nearest to its

@@ -66,8 +66,8 @@ class PairSeparation {
   /// True if a piece may lie inside of a mesh of the other shape without meeting its pieces.
   bool hasInterior() const;
 
-  /// True if, in the state in the middle of the box, nothing lies inside of a mesh of the other shape. What is nearer to
-  /// its surface than 1e-9 m counts as inside.
+  /// True if, in the state in the middle of the box, nothing lies inside of a mesh of the other shape. Points nearer to
+  /// its surface than 1e-9 m count as inside.
   bool isOutside(std::vector<JointRange> box) const;
 
  private:

@@ -30,7 +30,7 @@ void checkLengths(const XMLElement& element) {
 }
 
 /// The end of the comment, CDATA or declaration that begins at a place, npos if it has none; the next place if nothing of
-/// this kind begins there. What looks like a declaration in a comment or in CDATA is none.
+/// this kind begins there. Text like a declaration in a comment or in CDATA is none.
 std::size_t endOfSection(const std::string& xml, std::size_t begin) {
   using Ends = std::pair<std::string_view, std::string_view>;
   for (const auto& [opening, closing] : {Ends{"<!--", "-->"}, Ends{"<![CDATA[", "]]>"}, Ends{"<?", "?>"}}) {

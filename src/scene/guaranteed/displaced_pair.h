@@ -57,7 +57,7 @@ class DisplacedPair {
   double rounding() const { return PlacedRobot::rounding(a.part.whole(), b.part.whole(), a_T_b); }
   bool hasInterior() const { return a.part.whole().has_interior || b.part.whole().has_interior; }
 
-  /// The displacements of the two as they are seen from one of three frames. Where a face meets a corner, the frame of
+  /// The displacements of the two as they are seen from one of three frames. If a face meets a corner, the frame of
   /// the face is the best one: the corner moves, and the face does not turn.
   static constexpr int kCommon = 0, kOfA = 1, kOfB = 2, kFrames = 3;
   struct Chains {

@@ -25,7 +25,7 @@ bool isOf(PairKind kind, const ShapeRefPair& pair) {
 }
 
 /// Returns whether a search ends here, because its work is over. Then the minimum is lowered to a bound of all other
-/// pairs. Where there is none, as the largest loss is infinite, the search goes on: each pair has a bound of its own.
+/// pairs. If there is none, as the largest loss is infinite, the search goes on: each pair has a bound of its own.
 bool ends(LimitedWork& work, double excess_of_others, GuaranteedMinimum& minimum) {
   if (minimum.excess == kInfinity || excess_of_others == -kInfinity || !work.isSpent()) return false;
   if (excess_of_others < minimum.excess) {

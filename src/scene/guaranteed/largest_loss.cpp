@@ -55,7 +55,7 @@ void LargestLoss::reachObjects() {
   }
 }
 
-/// [m] How far the points move at most if each joint moves by its travel. Of slides alone: only they change the
+/// [m] How far the points move at most if each joint moves by its travel. And by slides alone: only they change the
 /// distances along the chain of origins in findRadii(), where all poses of the chain are known.
 LargestLoss::TravelWays LargestLoss::waysOf(const std::vector<double>& travel) const {
   TravelWays ways;

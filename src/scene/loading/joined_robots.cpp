@@ -104,7 +104,7 @@ std::map<std::string, double> ofRobot(const Member& robot, const std::map<std::s
   return own;
 }
 
-/// The same of names.
+/// The links of a list that are this robot's, by their own names.
 std::vector<std::string> ofRobot(const Member& robot, const std::vector<std::string>& links) {
   std::vector<std::string> own;
   const std::string begin = robot.nameInModel("");

@@ -38,7 +38,7 @@ void setToBegin(const PosesInTime& poses, const Way& way, std::size_t half, narr
   if (chain.empty()) chain.emplace_back();
 }
 
-/// The same of the frame at its end.
+/// Sets a chain, which is never empty, to the motion of the frame at the end of a way, seen from the same frame.
 void setToEnd(const PosesInTime& poses, const Way& way, std::size_t half, narrowphase::MotionChain& chain) {
   chain.clear();
   for (std::size_t i = half; i < way.size(); ++i) append(motionOf(poses, way, i), chain);

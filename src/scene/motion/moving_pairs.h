@@ -80,8 +80,8 @@ class MovingPairs {
   /// nullptr before use().
   const std::shared_ptr<const Objects>& objects() const { return objects_; }
 
-  /// `contact` is the question about a contact, and must outlive the pairs; nullptr if there is none. Of pairs that stay
-  /// farther apart than `limit` [m] and than their contact distance, some may be left out.
+  /// `contact` is the question about a contact, and must outlive the pairs; nullptr if there is none. Some pairs may be
+  /// left out that stay farther apart than `limit` [m] and than their contact distance.
   ///
   /// Throws std::invalid_argument for a motion with a different number of bodies or frames, and for a link, <collision>
   /// or object that does not exist.

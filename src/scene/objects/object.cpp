@@ -129,7 +129,7 @@ struct Parts {
   std::vector<std::string> warnings;
 };
 
-/// [m] From the frame of an object. What stands around a robot is nearer, but not if it is in millimetres.
+/// [m] From the frame of an object. Objects around a robot are nearer, but not if they are in millimetres.
 constexpr double kOddlyFar = 100.0;
 
 void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {

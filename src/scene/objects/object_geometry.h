@@ -38,7 +38,7 @@ class ObjectGeometry {
                  std::vector<double> chain_lengths, std::vector<PlacedHalfSpace> half_spaces,
                  std::vector<ObjectShapeInfo> shapes, std::vector<std::string> warnings);
 
-  /// The same geometry in another frame; the same object if the pose is the identity.
+  /// The geometry in another frame; the same object if the pose is the identity.
   static std::shared_ptr<const ObjectGeometry> in(const Eigen::Isometry3d& frame_T_object,
                                                   const std::shared_ptr<const ObjectGeometry>& geometry);
 

@@ -46,7 +46,7 @@ class Rooms {
   /// distance from the mesh changes by no more than the distance from the middle of the box. Four kinds of boxes
   /// cannot hold that centre: boxes outside of the hull; boxes inside of the solid; boxes that a plane separates from all
   /// of the mesh that is near, as a ball that moves away from the plane can grow; and boxes near which all of the mesh
-  /// faces into one half of all directions, as a ball that moves there can grow. Where the effort is spent, `at_most` is
+  /// faces into one half of all directions, as a ball that moves there can grow. If the effort is spent, `at_most` is
   /// a coarse bound.
   Largest largestIn(const narrowphase::ConvexHull& hull, const Question& question, Effort& effort) const;
 

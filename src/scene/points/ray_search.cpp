@@ -110,7 +110,7 @@ class RaySearch::Work {
     const auto before_end = [&] { return std::nextafter(end_, 0.0); };
     shapes_.visitNearest(entryOf, before_end, [&](const PlacedShapes::Place& place) { visitPart(place); });
     if (undecided_status_ == Status::Unknown) return {};
-    // What is undecided behind the first hit does not matter.
+    // Parts that are undecided do not matter behind the first hit.
     hit_.status = undecided_ < end_ ? undecided_status_ : Status::Converged;
     hit_.free = std::min(hit_.free, undecided_);
     return hit_;

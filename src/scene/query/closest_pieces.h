@@ -62,7 +62,8 @@ struct ClosestPieces {
 /// The data that a search keeps from earlier answers.
 enum class Memory : unsigned char {
   OfAnswers,  ///< the last answer about a pair, and the pieces at which its search ended
-  None        ///< no answer: every question is answered like the first one. Where searches ended is kept along edges
+  None        ///< no answer: every question is answered like the first one. The places where searches ended are kept
+              ///< along edges
 };
 
 /// Finds the closest pieces of two parts. It walks the hierarchies of both at the same time, the closest volumes first,

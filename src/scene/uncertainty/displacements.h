@@ -59,7 +59,7 @@ struct Displacement {
 ///    turned by all displacements within it, so |n x a_i| is larger by at most the sum of their angles. No |v_j| is
 ///    larger than the present one, plus the way of x by all displacements beyond j, as in 2.
 /// 6. If that is much, n.(a_i x v_j) is bounded in the present state, over the box of the geometry and for i = j with
-///    its sign; then a_i and v_j change in the displaced state by terms of third order. What a turn by t itself changes
+///    its sign; then a_i and v_j change in the displaced state by terms of third order. The change by the turn t itself
 ///    is in point 3: it moves x by n.v_i sin t, which is no more than t |n.v_i|. So a turn has a group of its own: in a
 ///    sum with others, n.v_i t could cancel what n.v_i sin t does not.
 /// 7. The displacements of an inverse chain are the same ones in the opposite order, with opposite signs.

@@ -9,7 +9,7 @@
 
 namespace proximity_server::tools {
 
-/// What the lower bounds of states hold for: the state itself, or all states within an uncertainty of it.
+/// The states for which a lower bound holds: the state itself, or all states within an uncertainty of it.
 enum class LowerBounds : unsigned char { OfTheState, Guaranteed };
 
 /// Decides whether a robot is proven to keep a distance from itself in all states or segments that are added.

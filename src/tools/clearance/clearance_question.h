@@ -91,7 +91,7 @@ class QuestionPairs {
     return question_.objects ? with_objects_ : question_.pairs;
   }
 
-  /// The same one by one; `objects` are those of the last use(), nullptr if there are none.
+  /// The pairs of get() one by one; `objects` are those of the last use(), nullptr if there are none.
   std::vector<scene::ShapeRefPair> list(const scene::Objects* objects) const;
 
  private:
@@ -132,7 +132,7 @@ struct ClearanceAnswer {
   long number = 0;                                  ///< counted from 0
   double begin = 0.0, end = 0.0;                    ///< [s] of a segment
   std::shared_ptr<const scene::Objects> objects{};  ///< nullptr: there are none
-  /// The closest pair, with the bounds of all; without links if no pair has an answer. Of a state only its time and
+  /// The closest pair, with the bounds of all; without links if no pair has an answer. From a state only its time and
   /// positions if the assertion is not asked for.
   OfPair closest{};
   int unknown_pairs = 0;                       ///< pairs without an answer

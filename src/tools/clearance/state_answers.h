@@ -48,8 +48,8 @@ class StateAnswers {
   StateAnswers(const StateAnswers&) = delete;
   StateAnswers& operator=(const StateAnswers&) = delete;
 
-  /// Calls `take` with the place in the block and the answer of each state, in their order. What the answer points to is
-  /// valid during the call.
+  /// Calls `take` with the place in the block and the answer of each state, in their order. The data that the answer
+  /// points to are valid during the call.
   using Take = std::function<void(int, const StateAnswer&)>;
   virtual void answer(const StateBlock& block, const Take& take) = 0;
 

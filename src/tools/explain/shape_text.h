@@ -11,7 +11,7 @@
 namespace proximity_server::tools {
 
 /// The numbers of a text, separated by blanks. Throws std::invalid_argument, beginning with `what`, unless there are
-/// `count` finite ones. Where they are angles, [rad], one may also be like "90deg".
+/// `count` finite ones. If they are angles, [rad], one may also be like "90deg".
 std::vector<double> numbersOf(const std::string& what, const std::string& text, std::size_t count,
                               bool are_angles = false);
 

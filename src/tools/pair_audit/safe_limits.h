@@ -28,7 +28,7 @@ struct SafeLimits {
 ///
 /// 1. Pairs are covered that are checked, and, whatever the SRDF says of them, neighbours and pairs that the study has
 ///    proven. Pairs that are always within the distance or whose limits are not known are not.
-/// 2. Neighbours move by one joint. Where they may collide, it gets the interval about the state in which they were seen
+/// 2. Neighbours move by one joint. If they may collide, it gets the interval about the state in which they were seen
 ///    farthest apart. If less than kLeastShare of it is left, they are not covered.
 /// 3. A pair that is apart in a range of one joint (provenRanges()) with at least 30 % of its width gets this range.
 /// 4. Random states within these limits are sorted by their smallest distance. About the best few, a box grows with the

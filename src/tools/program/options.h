@@ -47,7 +47,7 @@ class ProgramOptions {
   }
 
   /// Declares an option whose text names a file that the program writes by system::WholeFile; or a folder, if its type
-  /// has the word DIR. Of all others, those whose type has the word FILE name one that the program reads.
+  /// has the word DIR. All others whose type has the word FILE name one that the program reads.
   template <typename Text>
   Option& addOutput(const std::string& name, const std::string& type, Text& value, const std::string& description) {
     Option& option = addText(name, type, value, description);

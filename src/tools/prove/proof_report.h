@@ -27,7 +27,7 @@ struct ProofReport {
 /// Tables for people: what the proof is about, then the pairs of each outcome.
 std::string proofText(const ProofReport& report);
 
-/// The same as one object of JSON, with all digits; infinite numbers are null.
+/// The report as one object of JSON, with all digits; infinite numbers are null.
 std::string proofJson(const ProofReport& report);
 
 /// The states of all refuted pairs as CSV, which clearance takes as --states; a row for each, in their order. Joints

@@ -48,7 +48,7 @@ std::string readTextFile(const std::string& path);
 /// Failure: throws system::FileConflict if it is an output, too.
 scene::MeshResolver meshResolver(const scene::RobotConfig& config, const std::string& folder = "");
 
-/// What the file of --config says, with the other options, which replace it; the defaults of the node without a file.
+/// The parameters of the file of --config, replaced by the other options; the defaults of the node without a file.
 scene::ConfigFile configOf(const RobotFiles& files);
 
 /// Loads the same robot and pairs as the node would. Mesh packages are searched on ROS_PACKAGE_PATH; relative paths

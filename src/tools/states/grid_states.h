@@ -23,7 +23,7 @@ GridAxis readGridAxis(const std::string& text);
 /// order of RobotModel::joints; other joints are at 0. The last axis runs fastest, as in nested loops: with the counts
 /// n0, n1, n2, state (i0 * n1 + i1) * n2 + i2 has position i0 of the first axis.
 ///
-/// A named axis has positions from its lower to its upper end, both included. Of all joints the ranges are those of
+/// A named axis has positions from its lower to its upper end, both included. All joints have the ranges of
 /// scene::jointRanges, both ends included; but if the range is a full turn, its upper end is left out, as it is the
 /// lower one again.
 class GridStates : public StateSource {

@@ -35,7 +35,7 @@ int jointWithPosition(const std::string& name, const scene::RobotModel& robot);
 std::string whyNotUsed(const scene::RobotModel& robot, int joint);
 
 /// Counts the states in which a joint is beyond its limits by more than kLimitRounding, and keeps the first of them.
-/// Mimic joints, and joints without limits, do not count. The same of states that break an inequality of the robot.
+/// Mimic joints, and joints without limits, do not count. Also counts states that break an inequality of the robot.
 class LimitCheck {
  public:
   /// The robot must outlive this.

@@ -25,13 +25,13 @@ struct ScrewMotion {
 
   Eigen::Isometry3d at(double time) const;
 
-  /// The same motion as seen from the moving frame: inverse().at(t) = at(t).inverse().
+  /// The motion as seen from the moving frame: inverse().at(t) = at(t).inverse().
   ScrewMotion inverse() const;
 
   bool isRest() const { return linear.isZero(0.0) && angular.isZero(0.0); }
 };
 
-/// The same motion in the coordinates of another fixed frame, (pose * screw).at(t) = pose * screw.at(t), and the motion
+/// The motion in the coordinates of another fixed frame, (pose * screw).at(t) = pose * screw.at(t), and the motion
 /// of another frame fixed to the moving one, (screw * pose).at(t) = screw.at(t) * pose.
 ScrewMotion operator*(const Eigen::Isometry3d& pose, const ScrewMotion& screw);
 ScrewMotion operator*(const ScrewMotion& screw, const Eigen::Isometry3d& pose);

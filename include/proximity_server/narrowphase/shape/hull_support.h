@@ -23,7 +23,7 @@ namespace proximity_server::narrowphase {
 /// 4. Divide the square into four, and repeat from step 2 with the vertices that are left, until the squares are cells.
 ///
 /// A cell has room for four vertices. A longer list stands elsewhere, and all of it is compared: a climb from neighbour
-/// to neighbour may end lower where many vertices are nearly in one plane. Where such lists take too much memory, as in
+/// to neighbour may end lower where many vertices are nearly in one plane. If such lists take too much memory, as in
 /// a hull that is hardly larger than the rounding of its coordinates, the cells are made larger.
 ///
 /// Frame:  that of the hull.

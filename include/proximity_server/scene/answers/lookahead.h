@@ -54,7 +54,7 @@ struct ContactAhead {
 class Lookahead {
  public:
   /// So many motions are searched within the time of one: those of five controllers that may follow their trajectories
-  /// or not. Of more none is searched.
+  /// or not. If there are more, none is searched.
   static constexpr int kMostMotions = 32;
 
   LookaheadQuestion& question() { return question_; }

@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// How much work guaranteed distances may take. What is not found within it is bounded more coarsely.
+/// How much work guaranteed distances may take. Pairs that are not finished by then are bounded more coarsely.
 struct GuaranteeLimits {
   /// Steps are counted in place of time, so that every machine gives the same answer; see stepsIn().
   std::int64_t most_steps = std::numeric_limits<std::int64_t>::max();

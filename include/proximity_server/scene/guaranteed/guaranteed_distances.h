@@ -41,9 +41,9 @@ struct ListedPairs {
 /// 2. The direction in which the two are apart now bounds the distance also in other states: see Displacements, to first
 ///    order with a bounded remainder. So displacements count only as far as they bring the two closer, and each pair of
 ///    pieces has its own direction.
-/// 3. Where that loses much more than the closest points do, other frames and other directions are tried: those that
+/// 3. If that loses much more than the closest points do, other frames and other directions are tried: those that
 ///    separate the displaced points best.
-/// 4. Where even that loses much more than a state that was found, and the two are apart, the positions of the joints
+/// 4. If even that loses much more than a state that was found, and the two are apart, the positions of the joints
 ///    between them are divided, and each part has its own directions.
 /// 5. The result is the better one of the two, for the pair of pieces for which it is the smallest. Depths in interiors
 ///    of meshes change by no more than the way of all points, either, and are bounded along the direction like pieces.
@@ -78,7 +78,7 @@ class GuaranteedDistances {
   // robot.
 
   /// [m] A lower bound of the signed distance of a pair over all states; never above the lower bound of the answer.
-  /// `enough` [m]: once the bound is above this, it is not improved. What was found for a pair in these poses is kept.
+  /// `enough` [m]: once the bound is above this, it is not improved. The bound of a pair in these poses is kept.
   ///
   /// Failure: NaN if the pair is Unknown, or if a pose between the two is missing. Throws std::invalid_argument for a
   ///          link, <collision> or object that does not exist.
@@ -98,17 +98,17 @@ class GuaranteedDistances {
   GuaranteedMinimum find(Scene& scene, const State& state, const Pairs& pairs, const PairDistances& thresholds,
                          Question question = {}, double enough = std::numeric_limits<double>::infinity());
 
-  /// The same of all checked pairs.
+  /// find() for all checked pairs.
   GuaranteedMinimum find(Scene& scene, const State& state, const PairDistances& thresholds);
 
-  /// The same answer from pairs that the scene has listed for this state; it asks the scene only if they do not
+  /// Finds it among pairs that the scene has listed for this state; it asks the scene only if they do not
   /// decide. A cycle that has asked Scene::closestBelow() anyway so pays for few bounds. All poses must be known.
   GuaranteedMinimum find(Scene& scene, const State& state, const Pairs& pairs, const PairDistances& thresholds,
                          const ListedPairs& listed, const Question& question = {},
                          double enough = std::numeric_limits<double>::infinity());
 
-  /// The same of listed pairs alone, if these are all that can decide: every pair that is not farther apart than the
-  /// closest one by more than largestLoss().
+  /// Finds it among the listed pairs alone, if these are all that can decide: every pair that is not farther apart than
+  /// the closest one by more than largestLoss().
   /// Failure: `unknown` is 1 if they do not decide.
   GuaranteedMinimum find(const State& state, const ListedPairs& listed, const PairDistances& thresholds = {});
 
@@ -117,8 +117,8 @@ class GuaranteedDistances {
   void forget();
 
   /// [m] In no state is a checked pair closer than its present lower bound minus this, and no other pair of a link or of
-  /// a held object either. Infinity if that is not known. It bounds the true distances. What of() returns may be lower,
-  /// because it takes boxes and balls for the shapes where pieces decide nothing.
+  /// a held object either. Infinity if that is not known. It bounds the true distances. The bounds of of() may be
+  /// lower, because it takes boxes and balls for the shapes where pieces decide nothing.
   double largestLoss(const State& state);
 
   /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:

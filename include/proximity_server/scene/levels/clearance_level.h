@@ -38,8 +38,8 @@ DistanceLevel levelOf(double distance, double stop, double warn, const LevelBefo
 /// otherwise a pair that is near by design could never leave a level.
 DistanceLevel levelOf(const PairProximity& pair, const LevelThresholds& thresholds, const LevelBefore& before = {});
 
-/// The same where only a lower bound of the distance is guaranteed [m], because the state is not known exactly. The
-/// level is Collision only if the pair touches or overlaps in the state of the answer.
+/// The level if only the lower bound `guaranteed` [m] is known, because the state is not known exactly. It is
+/// Collision only if the pair touches or overlaps in the state of the answer.
 DistanceLevel levelOf(const PairProximity& pair, double guaranteed, const LevelThresholds& thresholds,
                       const LevelBefore& before = {});
 

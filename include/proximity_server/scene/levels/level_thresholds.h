@@ -11,8 +11,8 @@
 namespace proximity_server::scene {
 
 /// Distances [m] that users give to pairs by name. A rule for a pair is stronger than one for a link, a link is
-/// stronger than an SRDF group, and a group is stronger than the default. Of equally strong rules the larger distance
-/// counts. Links and groups count for pairs with objects, too.
+/// stronger than an SRDF group, and a group is stronger than the default. Among equally strong rules the larger
+/// distance counts. Links and groups count for pairs with objects, too.
 struct DistanceRules {
   std::vector<std::pair<PairFilterOptions::Names, double>> of_pairs;
   std::map<std::string, double> of_links;

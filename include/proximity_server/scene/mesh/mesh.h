@@ -9,7 +9,7 @@ namespace proximity_server::scene {
 /// Reads all triangles of a mesh file (.stl and .ply, binary or ASCII, .dae, .obj). Instances and node transforms are
 /// applied, then the scale.
 ///
-/// Lengths are metres, and axes are not turned. Of a Collada file the unit counts, and the up axis is ignored, as in
+/// Lengths are metres, and axes are not turned. The unit of a Collada file counts, and its up axis is ignored, as in
 /// RViz; MoveIt ignores both.
 /// A mirrored scale (one or three negative factors) turns the triangles so that they still face outwards.
 /// A child process reads the file, so that a malformed file cannot harm this process.

@@ -51,9 +51,9 @@ std::optional<PosedPosition> posedPosition(const RobotModel& model, const BodyPo
 /// limits allow, or, if they allow none, the position nearest to the limits.
 double positionWithin(const PositionLimits& limits, const PosedPosition& position, const std::optional<double>& stated);
 
-/// By how much the sum of an inequality is above its bound. Of the positions that a pose stands for, those count with
-/// which the excess is the smallest; of a joint without limits, the one in (-pi, pi]. `stated` has a position for each
-/// of RobotModel::joints, or is empty. nullopt if a pose is missing. Allocates nothing.
+/// By how much the sum of an inequality is above its bound. Among the positions that a pose stands for, those count
+/// with which the excess is the smallest; of a joint without limits, the one in (-pi, pi]. `stated` has a position for
+/// each of RobotModel::joints, or is empty. nullopt if a pose is missing. Allocates nothing.
 std::optional<double> excessAt(const RobotModel& model, const JointInequality& inequality, const BodyPoses& poses,
                                const std::vector<std::optional<double>>& stated = {});
 

@@ -30,9 +30,8 @@ std::vector<TrajectoryPoint> drivenFrom(const RobotModel& robot, TrajectoryPoint
 /// The motion from one point of a trajectory to the next, over the time [0, 1]: for each joint a polynomial of degree 5,
 /// 3 or 1, by the data that both points have. With positions only it is linear, with velocities a cubic, with
 /// accelerations a quintic.
-///
-/// 1. What is missing are the velocities and accelerations of the polynomial of lower degree. So each is the quintic
-///    through the positions, velocities and accelerations of both ends.
+/// 1. Velocities and accelerations that a point lacks are taken from the polynomial of lower degree. So each is the
+///    quintic through the positions, velocities and accelerations of both ends.
 /// 2. In Bernstein form its six control values follow from these directly, and those of a part of the time by
 ///    de Casteljau's algorithm. On that part the polynomial stays between the smallest and the largest of them.
 /// 3. The difference from the straight line between two times has control values, too: those of the polynomial minus

@@ -41,7 +41,7 @@ struct LimitedMotion : MotionLimits {
 /// 3. The times of the stops divide the motion into pieces: at most one more than there are joints.
 ///
 /// `travel` is as in RobotMotion::ofTravel, for the whole time and without limits. `stated` [rad] has a position for
-/// each of RobotModel::joints, or is empty; see posed_position.h. Of the positions that a pose stands for, the one
+/// each of RobotModel::joints, or is empty; see posed_position.h. Among the positions that a pose stands for, the one
 /// counts with which the joint stops last. An inequality stops no joint.
 ///
 /// Error:   the position at which a joint stops is within rounding of its limit.

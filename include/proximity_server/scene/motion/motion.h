@@ -52,7 +52,7 @@ class Motion {
   Motion(const RobotModel& model, const BodyPoses& start, const TrajectoryPoint& from, const TrajectoryPoint& to,
          const std::vector<double>& tracking_error = {});
 
-  /// The same, with the poses of forwardKinematics().
+  /// Takes the poses at the first point from forwardKinematics().
   Motion(const RobotModel& model, const TrajectoryPoint& from, const TrajectoryPoint& to,
          const std::vector<double>& tracking_error = {});
 

@@ -55,7 +55,7 @@ struct RobotTimeOfContact {
   bool contact = false;
   /// Until this time every pair is proven to be above its contact distance, in all states of the tube.
   double t_free = 0.0;
-  /// See TimeOfContact. Of a tube it may be later than t_free, when the spline itself touches.
+  /// See TimeOfContact. For a tube it may be later than t_free, when the spline itself touches.
   double t_contact = std::numeric_limits<double>::quiet_NaN();
   /// The pair in contact at t_contact, in the frame of the poses; without contact the pair that may touch. Degenerate:
   /// because of rounding, its bounds are wider than the tolerance.

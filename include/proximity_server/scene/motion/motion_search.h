@@ -10,7 +10,7 @@
 
 namespace proximity_server::scene {
 
-/// Joins the answers of successive pieces. `before` found no contact. What it left open stays open.
+/// Joins the answers of successive pieces. `before` found no contact. Pairs that it left open stay open.
 RobotTimeOfContact followedBy(const RobotTimeOfContact& before, RobotTimeOfContact next);
 
 /// Finds the first contact of a robot with its objects during a motion, and the smallest distance; with the working

@@ -84,7 +84,7 @@ void placeShapes(const ShapePoses& poses, std::vector<ObjectShape>& shapes);
 /// Makes a pose. A quaternion of zeros is the identity; any other is normalised.
 Eigen::Isometry3d poseFrom(const Eigen::Vector3d& position, Eigen::Quaterniond orientation);
 
-// Shapes. What is not checked here, makeObject() checks.
+// Shapes. makeObject() checks the rest.
 
 /// `type` is the name or the number of a type of SolidPrimitive.msg.
 narrowphase::Shape primitiveFrom(const std::string& type, const std::vector<double>& dimensions);

@@ -92,8 +92,8 @@ class Objects {
   bool isChecked(const ShapeRef& a, const ShapeRef& b) const { return reason(a, b) == PairReason::Checked; }
 
   /// Calls visit(a, b) for each checked pair with an object: first the links, each with all objects in the order of
-  /// their ids, then the objects that are checked against other objects. Of two objects, a is the one with the smaller
-  /// number.
+  /// their ids, then the objects that are checked against other objects. If both are objects, a is the one with the
+  /// smaller number.
   template <typename Visit>
   void forEachCheckedPair(const Visit& visit) const {
     for (int link = 0; link < static_cast<int>(model_->robot.links.size()); ++link)
@@ -117,7 +117,7 @@ class Objects {
   /// The objects that are checked against all others, ascending: attached objects, and moving objects if the rules ask
   /// for it. Each of them searches for objects that are near.
   const std::vector<int>& searchers() const { return searchers_; }
-  /// True if the pair is checked and `searcher`, a link or one of searchers(), has to visit the object. Of two
+  /// True if the pair is checked and `searcher`, a link or one of searchers(), has to visit the object. If both are
   /// searchers, the one with the smaller number visits the other.
   bool isCheckedBy(const ShapeRef& searcher, int object) const;
   /// moving(): the moving objects. unbounded(): the objects with a half-space that are not attached. Both are

@@ -12,8 +12,8 @@ namespace proximity_server::scene {
 
 /// Writes a certificate for each proof whose outcome is Proven, in their order; the others have none.
 ///
-/// 1. In the middle of a box the narrowphase tells the axis along which the closest two pieces are apart. Of the bodies
-///    between the two it is fixed to that one for which it separates them best in the whole box.
+/// 1. In the middle of a box the narrowphase tells the axis along which the closest two pieces are apart. It is fixed
+///    to the body between the two for which it separates them best in the whole box.
 /// 2. As long as two pieces are not separated by one of the axes so far, the narrowphase tells theirs.
 /// 3. If their own axis does not separate two pieces, the box is halved, along the joint without whose motion the axis
 ///    would separate them best.

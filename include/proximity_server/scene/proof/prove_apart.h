@@ -19,7 +19,7 @@ namespace proximity_server::scene {
 /// 4. The box with the smallest bound is halved, along the joint that moves the points of the two the most. (Weighing
 ///    joints by the derivative of the distance left more pairs undecided.) It ends when all boxes have a bound above
 ///    the contact distance.
-/// 5. Where that has not decided, axes fixed to a body may: a certificate is looked for, with a node for every 256
+/// 5. If that has not decided, axes fixed to a body may: a certificate is looked for, with a node for every 256
 ///    boxes, see certify(). Its bounds are exact to first order in each joint, and so decide large boxes.
 /// 6. With Goal::Shares a box is in contact everywhere if the upper bound at its centre plus the largest travel of all
 ///    points (FreeMotion::weights()) is.

@@ -24,7 +24,7 @@ class Deadline {
     return time_ != Clock::time_point::max() && Clock::now() >= time_;
   }
 
-  /// The same flag without the point of time.
+  /// A deadline with this flag, but without the point of time.
   Deadline withoutTime() const { return stop_ ? Deadline(*stop_) : Deadline(); }
 
  private:

@@ -24,8 +24,8 @@ class PairDistances {
   /// Gives the pairs of a link with objects a distance of their own.
   void setWithObjects(int link, double distance);
 
-  /// Gives all pairs with an object, by its number, a distance of their own. It counts before that of a link. Of two
-  /// objects with distances of their own the larger one counts.
+  /// Gives all pairs with an object, by its number, a distance of their own. It counts before the distance of a link.
+  /// If two objects have distances of their own, the larger one counts.
   void setObject(int number, double distance);
 
   /// Takes back all distances of setObject(). Keeps the memory for as many.

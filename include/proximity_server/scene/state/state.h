@@ -35,9 +35,9 @@ struct JointTwists {
   std::array<UnitTwist, 6> twists;
 };
 
-/// Where a robot and its objects are: one consistent set of poses. All poses are in one frame, and so are the answers of
-/// Scene, Derivatives, FreeMotion and GuaranteedDistances about this state. The roots of the robots are at rest, and so
-/// are objects that nothing carries.
+/// The places of a robot and its objects: one consistent set of poses. All poses are in one frame, and so are the
+/// answers of Scene, Derivatives, FreeMotion and GuaranteedDistances about this state. The roots of the robots are at
+/// rest, and so are objects that nothing carries.
 ///
 /// Objects and poses are checked when they are set. If set() throws, nothing has changed. The places of volumes are
 /// computed by the first question after set(), and kept. Therefore only one thread at a time may use a State, even a
@@ -116,13 +116,13 @@ class State {
   /// True if all poses are known that twistsOf() needs for the joints between two bodies.
   bool knowsBetween(int a, int b) const;
 
-  /// The same for the joint that carries a body.
+  /// True if all poses are known that twistsOf() needs for the joint that carries a body.
   bool knowsJointOf(int body) const;
 
   /// The twists of the joint that carries a body. The pose of the body must be known.
   JointTwists twistsOf(int body) const;
 
-  /// The same of a joint with one position.
+  /// The twist of the joint that carries a body, if it has one position.
   UnitTwist twistOf(int body) const;
 
   /// [rad/s] The angular velocity of body b relative to body a at a velocity of the degrees of freedom. knowsBetween()

@@ -72,7 +72,7 @@ Uncertainty uncertaintyOfJoints(const RobotModel& robot, double position);
 ///          another one, for what does not exist, and as requireValidFor() does. An object need not exist.
 Uncertainty uncertaintyFrom(const std::string& yaml, const std::string& source, const RobotModel& robot);
 
-/// The same of a value that has been read.
+/// Reads an uncertainty from a value of a file or parameter.
 Uncertainty uncertaintyFrom(const FileValue& value, const std::string& source, const RobotModel& robot);
 
 /// Largest speeds of frames by name, as translation [m/s] and angle [rad/s]; kOthers stands for all that have no entry.
