@@ -28,7 +28,7 @@ enum class Repeatability : unsigned char {
   WithinTolerance,
   /// Two polytopes apart whose nearest features are nearer than all others beyond rounding have the same answer to the
   /// last bit, but for iterations, and for a bound that decides a threshold. Features are vertices, edges and triangles;
-  /// a face that has more corners, as those of a box, is none, and a sweep has none. Two boxes may have other last
+  /// a face that has more corners, as a box has, is none, and a sweep has none. Two boxes may have other last
   /// digits in any case. A search without a warm start takes up to a sixth longer.
   OfClearFeatures,
   /// Every answer is the same to the last bit, but for iterations, and for the bound that proves a distance above

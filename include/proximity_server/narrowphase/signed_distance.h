@@ -27,8 +27,7 @@ namespace proximity_server::narrowphase {
 ///    again with the hull moved to that origin (Shape::nearOrigin()): its place, which fills the bounds with rounding,
 ///    is taken out exactly.
 /// 8. Look whether the shapes meet along an edge or a face: the points are then one choice of many.
-///
-/// Frame:     that of `a`; `a_T_b` maps coordinates of b into a. Metres.
+/// Frame:     the frame of `a`; `a_T_b` maps coordinates of b into a. Metres.
 /// Pose:      a rotation and a translation. Axes that are a rotation within 7e-15 are used unchanged; axes of single
 ///            precision, within 2e-6, are replaced by the nearest rotation (rigidPose()).
 /// Sign:      see SignedDistance.

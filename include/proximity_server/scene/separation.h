@@ -68,7 +68,7 @@ struct Separation {
 ///          velocities do not tell.
 /// Failure: as velocityScale(); also std::invalid_argument for a number of Tracked that is negative or not finite, a
 ///          `near_speed` below `speed`, and for an object that does not exist or that a link holds.
-/// Source:  the formula and its terms are those of ISO/TS 15066:2016, 5.5.4; the speeds those of EN ISO 13855:2010, 6.2
+/// Source:  the formula and its terms are from ISO/TS 15066:2016, 5.5.4; the speeds from EN ISO 13855:2010, 6.2
 ///          (2.0 m/s, and 1.6 m/s if the distance is then at least 0.5 m). See config/SEPARATION.md.
 Separation separation(MotionSearch& moving, Scene& scene, const State& start, const MovingState& state,
                       const Braking& braking, const std::vector<Tracked>& tracked, const Deadline& deadline = {});

@@ -21,7 +21,7 @@ struct Braking {
 
 /// How a robot moves from a state.
 struct MovingState {
-  /// [rad/s] or [m/s], one for each of RobotModel::joints; those of mimic joints are ignored
+  /// [rad/s] or [m/s], one for each of RobotModel::joints; mimic joints are ignored
   std::vector<double> velocities;
   std::vector<std::optional<double>> positions{};  ///< [rad] stated positions, see motionWithinLimits(); or empty
   RobotMotion::ObjectFrames frames{};              ///< the frames that carry objects; each at rest in its parent
@@ -74,7 +74,7 @@ constexpr double kRetreatTolerance = 1e-6;
 ///
 /// Error:   rounded down. Each pair stays above its stop distance. A pair that is less than kRetreatTolerance above its
 ///          stop distance, or below it, stays above its present distance minus kRetreatTolerance.
-/// Limit:   motions of floating and planar joints are ignored, and so are those of objects that move on their own. A
+/// Limit:   motions of floating and planar joints are ignored, and so are motions of objects on their own. A
 ///          way out of an overlap with a closed mesh that has room inside counts as a retreat only if the two come no
 ///          nearer during the whole unscaled stop; otherwise the scale is 0, and the status IterationLimit. An overlap
 ///          whose depth grows at first, until another way out becomes shorter, is not a retreat either. Inequalities

@@ -38,8 +38,7 @@ inline double finalGap(double tolerance, double rounding) {
 }
 
 /// The CSO of two cores, by its support mapping.
-///
-/// Frame: that of a.
+/// Frame: the frame of a.
 class Cso {
  public:
   /// `warm_start` holds the simplex of the last query. All arguments must outlive the CSO.
@@ -75,7 +74,7 @@ class Cso {
 
   WarmStart& warmStart() { return warm_start_; }
 
-  /// The vector from the centre of a's core to that of b's core.
+  /// The vector from the centre of a's core to the centre of b's core.
   Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
 
   double finalGap(double tolerance) const { return narrowphase::finalGap(tolerance, rounding_); }

@@ -28,12 +28,12 @@ enum class Algorithm : unsigned char {
 };
 
 /// The steps of a query.
-///
-/// Frame: that of a; metres. If a hull that is far from the origin of its frame was moved to it (Shape::nearOrigin()),
-///        the points are relative to its first vertex; those of the CSO are unchanged.
-/// Cores: all points and bounds are those of the cores. The signed distance of the shapes is less than that of the
+/// Frame: the frame of a; metres.
+/// If a hull that is far from the origin of its frame was moved to it (Shape::nearOrigin()),
+///        the points are relative to its first vertex; points of the CSO are unchanged.
+/// Cores: all points and bounds are about the cores. The signed distance of the shapes is less than the distance of the
 ///        cores by the sum of the margins.
-/// Steps: if a query was made again, without its threshold or with hulls moved, those of the last search.
+/// Steps: if a query was made again, without its threshold or with hulls moved, the steps of the last search.
 struct QueryTrace {
   /// One iteration of GJK: w is found, the bounds are compared, and w is added to the simplex.
   struct GjkStep {
@@ -45,7 +45,7 @@ struct QueryTrace {
     /// simplex of the step before.
     std::vector<CsoVertex> simplex;
     Eigen::Vector3d nearest;  ///< point of this simplex nearest to the origin; NaN if the simplex is empty
-    bool has_progress;        ///< false: the search ended at w, and the simplex is that of the step before
+    bool has_progress;        ///< false: the search ended at w, and the simplex is from the step before
   };
 
   /// One iteration of EPA: the closest face is found, and the vertex of the CSO beyond it.

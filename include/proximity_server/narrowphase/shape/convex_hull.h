@@ -13,8 +13,7 @@ namespace proximity_server::narrowphase {
 ///
 /// Degenerate clouds are legal: one point, a segment, a flat polygon; see dimension(). The vertices are a subset of the
 /// input, bit for bit.
-///
-/// Frame:   that of the points. Metres.
+/// Frame:   the frame of the points. Metres.
 /// Error:   a point that lies outside of the hull of the others by no more than qhull's rounding may be left out. Among
 ///          near-duplicates, up to 2e-14 of the size of the cloud has been observed.
 /// Failure: throws std::invalid_argument for an empty cloud or a coordinate that is not finite.

@@ -25,8 +25,7 @@ namespace proximity_server::narrowphase {
 /// A cell has room for four vertices. A longer list stands elsewhere, and all of it is compared: a climb from neighbour
 /// to neighbour may end lower where many vertices are nearly in one plane. If such lists take too much memory, as in
 /// a hull that is hardly larger than the rounding of its coordinates, the cells are made larger.
-///
-/// Frame:  that of the hull.
+/// Frame:  the frame of the hull.
 /// Error:  the height of the vertex found is within rounding of the greatest: the lists hold every vertex that may be
 ///         the farthest within rounding.
 /// Source: the division of the directions is a cube map (Greene, Environment Mapping and Other Applications of World

@@ -109,7 +109,8 @@ SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& directi
 /// [m] How far the feature along a unit direction may lie beside the feature of the true direction, if both support
 /// heights differ by no more than `gap` [m]. This is not 0 for the line on the mantle of a cone, whose end is on the
 /// rim: a direction that is turned about the axis by t lowers the rim by radius * t^2 / 2 times the part of the
-/// direction that is perpendicular to the axis; this part is that of the mantle's normal here. Other lines do not move.
+/// direction that is perpendicular to the axis; this part is taken from the mantle's normal here. Other lines do not
+/// move.
 inline double sidewaysError(const Shape& shape, const Eigen::Vector3d& direction, double gap) {
   if (shape.kind() != Shape::Kind::Cone || !(direction.z() > 0.0)) return 0.0;
   const double radius = shape.halfExtents().x(), length = 2.0 * shape.halfExtents().z();

@@ -16,8 +16,8 @@ namespace proximity_server::scene {
 
 /// The guaranteed distance, the level and the gradient of a pair.
 struct PairFacts {
-  /// [m] A lower bound of the signed distance in all states that may be the true one: that of the answer if the state is
-  /// known exactly. NaN if there is none.
+  /// [m] A lower bound of the signed distance in all states that may be the true one: the bound of the answer if the
+  /// state is known exactly. NaN if there is none.
   double guaranteed = std::numeric_limits<double>::quiet_NaN();
   ClearanceLevel level = ClearanceLevel::Clear;  ///< by `guaranteed` and the pair's own thresholds, without hysteresis
   std::vector<double> gradient;                  ///< see gradient(); empty if it is not asked for or not known

@@ -31,7 +31,7 @@ struct JointSplines {
 struct FollowedSplines {
   std::shared_ptr<const JointSplines> splines;
   std::vector<int> joints;  ///< indices into RobotModel::joints
-  double time = 0.0;        ///< [s] that of the splines at the stamp of the poses, with the delay that fits best
+  double time = 0.0;        ///< [s] the time of the splines at the stamp of the poses, with the delay that fits best
   double behind = 0.0;      ///< [s] the time of the splines is not before `time` - `behind`,
   double ahead = 0.0;       ///< [s] and not after `time` + `ahead`
   /// Followed: unless an earlier one of the same joints is. PerhapsFollowed: or else the joints keep their velocities.

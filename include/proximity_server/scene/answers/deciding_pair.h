@@ -7,7 +7,7 @@
 namespace proximity_server::scene {
 
 /// The pair that decides the level of a state. Among the pairs of the worst level, it is the one with the smallest
-/// distance minus its threshold (that of WARN if the level is Clear). It need not be the closest pair.
+/// distance minus its threshold (the threshold of Warn if the level is Clear). It need not be the closest pair.
 struct DecidingPair {
   DistanceLevel level;
   PairProximity pair;
@@ -32,7 +32,7 @@ struct LevelQuestion {
 ///    the scene has measured most of the near pairs.
 ///
 /// With LevelQuestion::guaranteed the guaranteed distances decide, in which case all poses must be known. A level of
-/// Collision is that of the state itself.
+/// Collision is about the state itself.
 ///
 /// Limit: the hysteresis belongs to the level, not to each pair. If pairs have thresholds of their own, a Stop may be
 ///        left within the hysteresis if another pair, with a smaller hysteresis, is nearer to its stop distance. It is

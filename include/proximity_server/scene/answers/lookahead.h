@@ -53,8 +53,8 @@ struct ContactAhead {
 /// nothing is allocated while there is no contact, no stop and the same joints follow splines.
 class Lookahead {
  public:
-  /// So many motions are searched within the time of one: those of five controllers that may follow their trajectories
-  /// or not. If there are more, none is searched.
+  /// So many motions are searched within the time of one: the motions of five controllers that may follow their
+  /// trajectories or not. If there are more, none is searched.
   static constexpr int kMostMotions = 32;
 
   LookaheadQuestion& question() { return question_; }
@@ -65,7 +65,7 @@ class Lookahead {
   const ContactAhead& find(const Pairs& pairs, const PairDistances& stop, const Stated& stated);
 
  private:
-  /// The time of a search, from `begin` to `end` after the stamp of the poses [s]; true times differ from that of
+  /// The time of a search, from `begin` to `end` after the stamp of the poses [s]; true times differ from the time of
   /// `exact` by at most `behind` or `ahead`.
   struct SearchTime {
     double begin, end, behind = 0.0, ahead = 0.0;

@@ -17,7 +17,7 @@ namespace proximity_server::scene {
 
 /// Pairs of many states, listed state by state.
 struct StatePairs {
-  std::vector<PairProximity> pairs;    ///< the pairs of all states; those of one state are sorted by distance
+  std::vector<PairProximity> pairs;    ///< the pairs of all states; within one state sorted by distance
   std::vector<std::size_t> begins;     ///< the pairs of state i begin at begins[i] and end at begins[i + 1]
   std::vector<unsigned char> unknown;  ///< 1 for a state that has no answer, and so has no pairs
 };
@@ -30,7 +30,7 @@ struct StatePairs {
 /// threads or the processor. It is the answer of a new Scene that has seen no other state, with the default tolerance.
 /// There is one exception: if the distances of pairs or pieces differ by less than the tolerance, the choice of a Scene
 /// may depend on the order of its search. Here the closest pairs are always those with the smallest Scene::proximity(),
-/// and all facts about them are those of Scene::proximity(). Equal distances are in the order of the candidates. A
+/// and all facts about them are as in Scene::proximity(). Equal distances are in the order of the candidates. A
 /// distance that did not converge is ranked by its lower bound.
 /// After the first batch of a size nothing is allocated, unless more pairs are listed than ever before.
 ///

@@ -27,7 +27,8 @@ struct CertificateNode {
 struct PairCertificate {
   ShapeRefPair pair;  ///< whole links and objects
   double bound;       ///< [m] the signed distance of the two, less the padding of the pair, is at least this
-  /// In preorder: after a node that divides a box follow the tree of the part below `at` and that of the part above.
+  /// In preorder: after a node that divides a box follow the tree of the part below `at` and the tree of the part
+  /// above.
   std::vector<CertificateNode> tree;
 };
 

@@ -23,7 +23,7 @@ struct Range {
 
 /// The largest accelerations or decelerations of joints [rad/s^2] or [m/s^2], or their largest errors [rad] or [m].
 struct JointLimits {
-  std::optional<double> of_all;            ///< that of all joints which are not named; without it they have none
+  std::optional<double> of_all;            ///< the limit of all joints which are not named; without it they have none
   std::map<std::string, double> of_joint;  ///< by name
 };
 

@@ -27,7 +27,7 @@ struct LevelDistances {
 /// Returns why these distances contradict each other ("stop_distance is ..."), or "" if they do not.
 std::string contradictionIn(const LevelDistances& distances);
 
-/// Sets the defaults of the thresholds; those of single pairs stay.
+/// Sets the defaults of the thresholds; the thresholds of single pairs stay.
 void assignDefaults(LevelThresholds& thresholds, const LevelDistances& distances);
 
 /// The parameters of an Uncertainty, see uncertaintyFrom(). A robot is needed to read them.
@@ -83,7 +83,7 @@ struct ConfigFile {
   std::vector<std::string> warnings;
 };
 
-/// Reads YAML with the node's parameters, or a dump of rosparam in which they are the members of one map: that of the
+/// Reads YAML with the node's parameters, or a dump of rosparam in which they are the members of one map, with the
 /// node's name. Objects without a frame of their own are in `reference_frame`, which must be a link.
 ///
 /// Failure: throws std::invalid_argument with `source`, the line, the name and the reason, as the node does; also for

@@ -27,8 +27,8 @@ struct VelocityDamper {
   PairDistances stop;
   double influence_distance;  ///< [m] must be above all stop distances; pairs that are farther apart are not limited
   double gain;                ///< [m/s] how fast a pair at the influence distance may approach; must be positive
-  /// If the state is not known exactly: a lower bound [m] of the distance of a pair over all states, which takes the place
-  /// of that of the scene, see GuaranteedDistances::of(). It is smaller by at most `largest_loss` [m].
+  /// If the state is not known exactly: a lower bound [m] of the distance of a pair over all states, which takes the
+  /// place of the distance of the scene, see GuaranteedDistances::of(). It is smaller by at most `largest_loss` [m].
   std::function<double(const PairProximity&)> guaranteed{};
   double largest_loss = 0.0;
 };

@@ -22,11 +22,11 @@ class ContactFeatures;
 /// Formula: n . (v_b - v_a), where v is the velocity of each body at its own witness point. The distance is the
 ///          smallest one of two points, so it does not matter how these two move on the surfaces (Danskin, The Theory
 ///          of Max-Min, with Applications, 1966).
-/// Error:   that of the normal and the points, and the rounding of the poses. The normal of two convex pieces that
+/// Error:   the error of the normal and the points, and the rounding of the poses. The normal of two convex pieces that
 ///          are apart is off by no more than acos(lower_bound / upper_bound) [rad]; test/README.md has results for
 ///          random states. If PairProximity::result.unique is false, the distance has a kink, and this is the
-///          derivative for one choice of points; Derivatives::rate() computes that of a direction. If two pairs of
-///          pieces are equally close, the distance has a kink, too, but this is not detected.
+///          derivative for one choice of points; Derivatives::rate() computes the derivative along a direction. If two
+///          pairs of pieces are equally close, the distance has a kink, too, but this is not detected.
 /// Failure: returns false, with NaN, if the pair is Unknown or has no points, or if a pose between the two is
 ///          missing.
 ///          Throws std::invalid_argument for a wrong size of `gradient`, and for an object that does not exist.
@@ -54,7 +54,7 @@ class Derivatives {
   ///          pairs of witness points of the contact feature, for example of two parallel faces (Danskin, as above; in
   ///          overlap the depth is the height of a face of the CSO, whose concave envelope moves like the highest of
   ///          these pairs).
-  /// Error:   that of gradient(). In two cases the result is on the safe side, never too large. First, if faces or
+  /// Error:   as gradient(). In two cases the result is on the safe side, never too large. First, if faces or
   ///          edges are parallel within the tolerance: points count that are as far as the accepted gap of the bounds.
   ///          Second, if the normal is one of several (concentric shapes, equally short ways out of an overlap): the
   ///          distance is the largest one of these ways. If the result is not unique, pieces of the two that meet in

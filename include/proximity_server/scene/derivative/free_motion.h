@@ -53,8 +53,8 @@ struct FreeMotionQuestion {
 /// border of the bubble of a pair is free for at least 4 times that way in the median (./dev stress free-motions).
 ///
 /// Source: Quinlan, Real-Time Modification of Collision-Free Paths, 1994 (bubbles of free configurations).
-/// Differs: the radii are those of the present configuration and of the two bodies of the pair, not those of the arm
-///          when it is stretched out.
+/// Differs: the radii are taken from the present configuration and the two bodies of the pair, not from the arm when
+///          it is stretched out.
 class FreeMotion {
  public:
   /// Throws std::invalid_argument without a model.
@@ -87,7 +87,7 @@ class FreeMotion {
   /// alone() are 0.
   bool isKnown() const { return is_known_; }
 
-  /// The bubbles: first those of the near pairs, the closest first, then the one of all other pairs.
+  /// The bubbles: first the bubbles of the near pairs, the closest first, then the one of all other pairs.
   int size() const { return size_; }
   const Bubble& operator[](int bubble) const { return bubbles_[bubble]; }
 

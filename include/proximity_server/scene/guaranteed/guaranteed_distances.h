@@ -94,7 +94,7 @@ class GuaranteedDistances {
   /// The pair of `pairs` with the smallest guaranteed distance minus its threshold. It asks the scene for the closest of
   /// them, as many as are needed. The question's thresholds and threshold are not used.
   /// `enough` [m]: the bound of a pair is not improved once it is above its threshold by more than this. If all pairs
-  /// are, the minimum is that of bounds that may be coarse.
+  /// are, the minimum is taken of bounds that may be coarse.
   GuaranteedMinimum find(Scene& scene, const State& state, const Pairs& pairs, const PairDistances& thresholds,
                          Question question = {}, double enough = std::numeric_limits<double>::infinity());
 
@@ -112,7 +112,7 @@ class GuaranteedDistances {
   /// Failure: `unknown` is 1 if they do not decide.
   GuaranteedMinimum find(const State& state, const ListedPairs& listed, const PairDistances& thresholds = {});
 
-  /// Forgets what makes the next bounds cheaper. After that they are those of a new object, to the last bit; otherwise
+  /// Forgets what makes the next bounds cheaper. After that they are as in a new object, to the last bit; otherwise
   /// they may be tighter or coarser where so many pieces are near that the budget of a bound, or the limits, end.
   void forget();
 
@@ -122,8 +122,8 @@ class GuaranteedDistances {
   double largestLoss(const State& state);
 
   /// [m] The same in each state of a motion from these poses, in which each joint moves by at most `travel` [rad] or [m]:
-  /// one number for each of RobotModel::joints, those of mimic joints are ignored. It does not cover two objects that no
-  /// link holds: no joint moves them.
+  /// one number for each of RobotModel::joints, of which mimic joints are ignored. It does not cover two objects that
+  /// no link holds: no joint moves them.
   double largestLoss(const State& state, const std::vector<double>& travel);
 
  private:

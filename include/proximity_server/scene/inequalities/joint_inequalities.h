@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// Sets RobotModel::inequalities to those of a list of texts, or of a map with this list as `joint_inequalities`:
+/// Sets RobotModel::inequalities from a list of texts, or of a map with this list as `joint_inequalities`:
 ///
 ///     - 2*j1 - j2 <= 1.7
 ///     - -347 deg <= 1.71*(shoulder_pitch - shoulder_roll) <= 112 deg

@@ -26,7 +26,7 @@ struct LevelBefore {
   double keptAbove(ClearanceLevel of) const { return level && *level >= of ? hysteresis : 0.0; }
 };
 
-/// The level of one distance [m]. `threshold` is the threshold of the level, or, for Clear, that of Warn.
+/// The level of one distance [m]. `threshold` is the threshold of the level, or, for Clear, the threshold of Warn.
 struct DistanceLevel {
   ClearanceLevel level = ClearanceLevel::Clear;
   double threshold = 0.0;  ///< [m]

@@ -24,7 +24,7 @@ struct LevelThresholds {
   PairDistances stop{0.02, 0.02}, warn{0.05, 0.05};
 };
 
-/// Rules by name for the thresholds; the defaults are those of `LevelThresholds`.
+/// Rules by name for the thresholds; `LevelThresholds` has the defaults.
 struct ThresholdRules {
   DistanceRules stop, warn;
 };

@@ -28,7 +28,7 @@ struct NamedUrdf {
 };
 
 /// Reads several URDFs and joins the robots. In the options, links have names like "left/elbow". A single robot may have
-/// no name; then its model is that of loadRobotModel().
+/// no name; then its model is the same as by loadRobotModel().
 ///
 /// Failure: throws as loadRobotModel() and joined() do, naming the robot.
 RobotModel loadRobots(const std::vector<NamedUrdf>& robots, const MeshResolver& resolve,

@@ -70,7 +70,7 @@ struct Joint {
   std::optional<Mimic> mimic;
 };
 
-/// Links that are joined by fixed joints: they move together. The frame of a body is that of its first link.
+/// Links that are joined by fixed joints: they move together. The frame of a body is the frame of its first link.
 struct Body {
   int link;    ///< the link that gives the frame: the root, or the child of `joint`
   int joint;   ///< the movable joint that carries it, index into RobotModel::joints; -1 for a root body

@@ -43,10 +43,10 @@ Objects noObjects(const std::shared_ptr<const SceneModel>& model,
 /// The link in whose frame an object stands or moves, or which holds it.
 int carryingLink(const RobotModel& robot, const Object& object);
 
-/// The pose of a link in the frame of the poses. The poses must contain that of the link's body.
+/// The pose of a link in the frame of the poses. The poses must contain the pose of the link's body.
 Eigen::Isometry3d poseOfLink(const RobotModel& robot, int link, const BodyPoses& poses);
 
-/// Sets the poses of a state, in the frame of the root link: those of all bodies, and with them those of the frames.
+/// Sets the poses of a state, in the frame of the root link: the poses of all bodies, and with them of the frames.
 void setPoses(State& state, const BodyPoses& poses);
 
 /// Sets them to those at some positions of the joints.

@@ -11,8 +11,8 @@
 
 namespace proximity_server::scene {
 
-/// A point of a trajectory. Each list has one number for each of RobotModel::joints; those of mimic joints are not
-/// used. Without velocities or accelerations their list is empty.
+/// A point of a trajectory. Each list has one number for each of RobotModel::joints; mimic joints are not used.
+/// Without velocities or accelerations their list is empty.
 struct TrajectoryPoint {
   double time = 0.0;          ///< [s] from the start
   Positions positions;        ///< [rad] or [m]
@@ -32,12 +32,12 @@ std::vector<TrajectoryPoint> drivenFrom(const RobotModel& robot, TrajectoryPoint
 /// accelerations a quintic.
 /// 1. Velocities and accelerations that a point lacks are taken from the polynomial of lower degree. So each is the
 ///    quintic through the positions, velocities and accelerations of both ends.
-/// 2. In Bernstein form its six control values follow from these directly, and those of a part of the time by
-///    de Casteljau's algorithm. On that part the polynomial stays between the smallest and the largest of them.
-/// 3. The difference from the straight line between two times has control values, too: those of the polynomial minus
-///    those of the line. The largest is a bound of how far the joint leaves the line, and falls by 4 with each halving.
+/// 2. In Bernstein form its six control values follow from these directly, and the control values of a part of the time
+///    by de Casteljau's algorithm. On that part the polynomial stays between the smallest and the largest of them.
+/// 3. The difference from the straight line between two times has control values, too: the polynomial's minus the
+///    line's. The largest is a bound of how far the joint leaves the line, and falls by 4 with each halving.
 ///
-/// Error:  kRounding times the largest control value. It covers the rounding here and that of the controller, which
+/// Error:  kRounding times the largest control value. It covers the rounding here and in the controller, which
 ///         computes with powers of the time.
 /// Source: Farouki, The Bernstein Polynomial Basis: A Centennial Retrospective, Computer Aided Geometric Design 29, 2012.
 class SplineSegment {
@@ -104,8 +104,8 @@ class SplineSegment {
     double excess;
   };
   /// The broken inequalities of the robot. The sum of an inequality is a polynomial too, whose control values are the
-  /// sums of those of its joints. `resting` are positions that joints have instead of those of the segment, or it is
-  /// empty; with one that is NaN, an inequality is not broken.
+  /// sums of the control values of its joints. `resting` are positions that joints have instead of the segment's, or it
+  /// is empty; with one that is NaN, an inequality is not broken.
   std::vector<Break> brokenInequalities(const RobotModel& robot,
                                         const std::vector<std::optional<double>>& resting = {}) const;
 

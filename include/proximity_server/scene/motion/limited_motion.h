@@ -35,7 +35,7 @@ struct LimitedMotion : MotionLimits {
 /// Moves every joint at constant velocity until it reaches a limit, where it rests from then on.
 ///
 /// 1. Compute the position of each joint from the poses. If the pose of a leader is missing, its position follows from
-///    that of a mimic joint. The limits are those of the leader, and all its followers stop with it.
+///    the position of a mimic joint. The limits of the leader count, and all its followers stop with it.
 /// 2. The distance to the limit and the velocity give the time of the stop. A joint beyond a limit rests if its
 ///    velocity points further out, and moves if it points back in.
 /// 3. The times of the stops divide the motion into pieces: at most one more than there are joints.

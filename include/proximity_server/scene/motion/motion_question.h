@@ -73,7 +73,7 @@ struct RobotMinimum {
   double upper_bound = std::numeric_limits<double>::infinity();   ///< [m] the distance of `pair` at `time`
   double time = std::numeric_limits<double>::quiet_NaN();         ///< a parameter of the motion
   PairProximity pair;  ///< the closest pair, at `time`, in the frame of the poses; Degenerate as in RobotTimeOfContact
-  Positions state{};   ///< that of `pair`; empty as in RobotTimeOfContact
+  Positions state{};   ///< the state of `pair`; empty as in RobotTimeOfContact
   MotionCounts counts;
 };
 

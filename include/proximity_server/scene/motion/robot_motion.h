@@ -31,15 +31,15 @@ class RobotMotion {
   /// A motion that is linear in joint space, from one state to another, see forwardKinematics.
   static RobotMotion between(const RobotModel& model, const std::vector<double>& from, const std::vector<double>& to);
 
-  /// The constant velocities of a body on its own: that of its origin [m] and its turn [rad] per unit of time, in the
+  /// The constant velocities of a body on its own: of its origin [m] and its turn [rad] per unit of time, in the
   /// frame of the poses.
   struct Twist {
     Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = Eigen::Vector3d::Zero();
   };
   static RobotMotion ofTwists(const BodyPoses& start, const std::vector<Twist>& twists);
 
-  /// Sets `motion` to that of the joints by `travel` from where they are after `before`; both as in ofTravel(). The frames
-  /// of objects stay as they are.
+  /// Sets `motion` to the motion of the joints by `travel` from where they are after `before`; both as in ofTravel().
+  /// The frames of objects stay as they are.
   /// Precondition: ofTravel() or between() made this motion, and the model exists.
   void after(const std::vector<double>& before, const std::vector<double>& travel, RobotMotion& motion) const;
 
@@ -53,8 +53,8 @@ class RobotMotion {
   /// link.
   ///
   /// The world is the frame in which fixed objects stand. Its parent is a body or, for -1, the frame of the poses. By
-  /// default the world is the frame of the poses. The other frames are those of Objects::frames(), in this order. Their
-  /// parent is a body or, for -1, the world. Without them no moving object has a pose.
+  /// default the world is the frame of the poses. The other frames are the ones of Objects::frames(), in this order.
+  /// Their parent is a body or, for -1, the world. Without them no moving object has a pose.
   struct ObjectFrames {
     Segment world = {-1, true, {}};
     std::vector<Segment> moving;
@@ -72,8 +72,8 @@ class RobotMotion {
   void carryObjects(const ObjectFrames& frames);
   const ObjectFrames& objectFrames() const { return object_frames_; }
 
-  /// The poses at one time in the world, as Scene::update() takes them: those of the bodies, and those of
-  /// ObjectFrames::moving. All are missing if the pose of the world is missing.
+  /// The poses at one time in the world, as State::set() takes them: the poses of the bodies, and of ObjectFrames::moving.
+  /// All are missing if the pose of the world is missing.
   struct State {
     BodyPoses bodies;
     std::vector<std::optional<Eigen::Isometry3d>> frames;

@@ -46,8 +46,8 @@ class SplineDelays {
   /// agreed with the motion which the spline goes on with; infinity: they have not.
   explicit SplineDelays(double least, double agreed_since = std::numeric_limits<double>::infinity());
 
-  /// Takes the state at a time [s], not before that of the last one. `position_at` is that of a joint, by its index in
-  /// `joints`, on the spline with a delay [s].
+  /// Takes the state at a time [s], not before the time of the last one. `position_at` is the position of a joint, by
+  /// its index in `joints`, on the spline with a delay [s].
   void observe(double time, const std::vector<MeasuredJoint>& joints,
                const std::function<double(std::size_t joint, double delay)>& position_at);
 

@@ -11,8 +11,8 @@
 #include <variant>
 #include <vector>
 
-// Objects in the form of files and parameters, before a robot is known. The names of the fields are those of
-// ObjectChange.msg; config/README.md describes the format.
+// Objects in the form of files and parameters, before a robot is known. The fields have the names of ObjectChange.msg;
+// config/README.md describes the format.
 
 namespace proximity_server::scene {
 
@@ -73,7 +73,8 @@ ObjectFile readObjectFile(const std::string& path);
 /// Writes objects and rules as YAML. Reading it gives the same objects and rules; only the order of shapes of different
 /// kinds may differ, and rotations and normals may differ by roundings.
 /// The text is put together from strings, 0.15 s for a mesh of 200,000 triangles. libyaml's emitter takes as long, with a
-/// call for each value and bracket; that of yaml-cpp takes 6 times as long, and writes 0.1 as 0.10000000000000001.
+/// call for each value and bracket; the emitter of yaml-cpp takes 6 times as long, and writes 0.1 as
+/// 0.10000000000000001.
 /// Failure: throws std::invalid_argument, naming the object, for a shape that the format does not have.
 std::string yamlOf(const ObjectFile& file);
 

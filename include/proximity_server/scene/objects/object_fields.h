@@ -13,7 +13,7 @@
 #include <vector>
 
 // One description of an object, for messages, files and scripts: each of them fills an ObjectEdit, makes its shapes by
-// the functions below, and then calls completeFields(). The names of fields are those of ObjectChange.msg.
+// the functions below, and then calls completeFields(). Fields have the names of ObjectChange.msg.
 //
 // Failure: all functions throw std::invalid_argument with the field and the reason, but without the object.
 
@@ -50,7 +50,7 @@ struct ObjectEdit {
   ShapePoses shape_poses = {};  ///< of `shapes` until completeFields(); Move: of the shapes of the object
 };
 
-/// A kind of shapes, with the names of its lists. The index is that of ObjectShape::geometry.
+/// A kind of shapes, with the names of its lists. The index is the one of ObjectShape::geometry.
 struct ShapeKind {
   const char* shapes;
   const char* poses;

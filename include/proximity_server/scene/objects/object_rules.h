@@ -7,7 +7,7 @@
 
 namespace proximity_server::scene {
 
-/// The rules that tell which pairs with an object may touch. Names are those of links and objects, and need not exist:
+/// The rules that tell which pairs with an object may touch. The names of links and objects need not exist:
 /// an object may be added later. Pairs of two links are decided by the pair filter alone.
 ///
 /// Three kinds of rules apply to a pair: for both of its names, for one of them and all others ("*"), and for all pairs

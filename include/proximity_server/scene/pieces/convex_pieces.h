@@ -38,7 +38,7 @@ struct MeshOptions {
 struct MeshPieces {
   std::vector<narrowphase::ConvexHull> hulls;
   Representation representation = Representation::Exact;
-  double tolerance = 0.0;  ///< [m] that of the options, or a coarser one because the time budget was spent
+  double tolerance = 0.0;  ///< [m] the tolerance of the options, or a coarser one because the time budget was spent
   /// [m] the largest distance from the mesh that was found for a point of the pieces outside of the mesh
   double deviation = 0.0;
   /// [m] the largest distance from the pieces that was found for a point of the mesh's triangles

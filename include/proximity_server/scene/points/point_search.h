@@ -43,10 +43,9 @@ class PointSearch {
 
   /// One answer for each point: `a` is the closest shape, `b` is ShapeRef::ofPoint() of its number. The reference is
   /// valid until the next question.
-  ///
-  /// Frame:    that of the poses. Metres.
-  /// Sign:     negative inside: minus the shortest way out of a piece or of the inside of a closed mesh. That of the whole
-  ///           shape may be longer where `depth_is_lower_bound`. For a ball, its radius is subtracted.
+  /// Frame:    the frame of the poses. Metres.
+  /// Sign:     negative inside: minus the shortest way out of a piece or of the inside of a closed mesh. That of the
+  ///           whole shape may be longer where `depth_is_lower_bound`. For a ball, its radius is subtracted.
   /// Error:    Question::tolerance, as for pairs; the bounds include the rounding of poses and coordinates. The same bits
   ///           alone and among other points, in any order.
   /// Distance: only a lower bound beyond the threshold, with Status::Threshold; then `a` names nothing.

@@ -58,8 +58,7 @@ class RaySearch {
 
   /// One answer for each ray. `shapes`: links, <collision> elements and objects; empty: allShapes(). The reference is
   /// valid until the next question.
-  ///
-  /// Frame:   that of the poses. Metres.
+  /// Frame:   the frame of the poses. Metres.
   /// Error:   at `distance` the ray is within the tolerance and the rounding of the poses from the surface, and before
   ///          `free` it is farther. A ray that passes the surface as near as that may count as a hit. The same bits alone
   ///          and among other rays, in any order.

@@ -19,10 +19,10 @@ namespace proximity_server::scene {
 ///    would separate them best.
 ///
 /// flawIn() accepts what it writes: both take the bounds of the same boxes. The bound of a certificate may be smaller
-/// than that of the proof, but it is above the contact distance. It is a thousandth smaller than what the axes prove, so
-/// that computers whose cosines are rounded otherwise accept it, too.
-///
-/// `question`: that of the proofs. most_boxes counts the nodes of each tree; nothing is written where they do not
+/// than the bound of the proof, but it is above the contact distance. It is a thousandth smaller than what the axes
+/// prove, so that computers whose cosines are rounded otherwise accept it, too.
+/// `question`: the question of the proofs.
+/// most_boxes counts the nodes of each tree; nothing is written where they do not
 /// suffice, or once the flag of the deadline is set. Its time does not matter.
 /// Failure: throws std::invalid_argument as proveApart() does.
 std::vector<std::optional<PairCertificate>> certify(const std::shared_ptr<const SceneModel>& model,

@@ -17,13 +17,13 @@ using JointBox = std::vector<JointRange>;
 JointBox knownRanges(const RobotModel& robot);
 
 /// The positions within the limits that differ from `state` [rad] or [m] by at most `radii` [rad] or [m], both with one
-/// entry for each of RobotModel::joints; those of mimic joints are ignored. Joints without limits are not cut, and a
+/// entry for each of RobotModel::joints; mimic joints are ignored. Joints without limits are not cut, and a
 /// continuous joint may go beyond a turn.
 /// Throws std::invalid_argument, naming the joint, if there are none, for a state that is not finite, for radii that
 /// are negative or not finite, and for a wrong size of either.
 JointBox boxAbout(const RobotModel& robot, const Positions& state, const std::vector<double>& radii);
 
-/// Reads YAML with an interval, or one position, for each joint that it names; all others have those of `box`:
+/// Reads YAML with an interval, or one position, for each joint that it names; all others have the intervals of `box`:
 ///
 ///   elbow: [-0.5, 1.2]
 ///   lift: 0.3

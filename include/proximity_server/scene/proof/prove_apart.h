@@ -14,7 +14,7 @@ namespace proximity_server::scene {
 /// 1. Only the joints between the two bodies matter, and of mimic joints their leaders. So a pair has its own box.
 /// 2. At the centre of a box the narrowphase measures the distance. If it is in contact there, the pair is refuted. A
 ///    corner of the box may also be in contact, see GuaranteedDistances::reached(); that is verified in the same way.
-/// 3. The lower bound of the box is that of GuaranteedDistances with the half widths as the uncertainty of the
+/// 3. The lower bound of the box is computed by GuaranteedDistances with the half widths as the uncertainty of the
 ///    positions, minus what rounding can do to the kinematics.
 /// 4. The box with the smallest bound is halved, along the joint that moves the points of the two the most. (Weighing
 ///    joints by the derivative of the distance left more pairs undecided.) It ends when all boxes have a bound above

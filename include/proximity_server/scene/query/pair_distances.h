@@ -18,7 +18,7 @@ class PairDistances {
   PairDistances() = default;
   PairDistances(double of_links, double of_objects) : links(of_links), objects(of_objects) {}
 
-  /// Gives two links a distance of their own. It replaces that of an earlier call.
+  /// Gives two links a distance of their own. It replaces the distance of an earlier call.
   void setPair(int link_a, int link_b, double distance);
 
   /// Gives the pairs of a link with objects a distance of their own.
@@ -54,7 +54,8 @@ class PairDistances {
 
  private:
   struct Own {
-    int link_a, link_b;  ///< link_a < link_b; for pairs with objects link_b is 0, and link_a may be that of an object
+    int link_a, link_b;  ///< link_a < link_b; for pairs with objects link_b is 0, and link_a may be the number of an
+                         ///< object
     double distance;
     bool operator==(const Own& other) const {
       return link_a == other.link_a && link_b == other.link_b && distance == other.distance;

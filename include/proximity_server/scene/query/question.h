@@ -38,7 +38,7 @@ struct PairProximity {
 struct PairCounts {
   int total = 0;
   int unknown = 0;    ///< a pose or all geometry is missing, the deadline came first, or numbers overflowed
-  int at_rest = 0;    ///< the relative pose of the two bodies is that of the last computed answer
+  int at_rest = 0;    ///< the relative pose of the two bodies is the same as in the last computed answer
   int by_motion = 0;  ///< an earlier bound, minus the motion since then, was enough
   int by_bounds = 0;  ///< bounding volumes were enough, or `first` had found a pair before
   int computed = 0;   ///< at least one pair of pieces was computed by the narrowphase

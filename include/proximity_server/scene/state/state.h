@@ -62,7 +62,7 @@ class State {
 
   /// Takes the next objects of the robot. All that no link holds are at rest like the roots. Those in frames that had
   /// no objects before have no pose until the next poses are set.
-  /// Failure: throws std::invalid_argument without objects, and for those of another model.
+  /// Failure: throws std::invalid_argument without objects, and for objects of another model.
   void set(std::shared_ptr<const Objects> objects);
 
   /// Takes also the bodies that carry objects that no link holds.

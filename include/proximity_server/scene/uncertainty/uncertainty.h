@@ -31,14 +31,14 @@ struct Uncertainty {
   /// frame only.
   std::vector<double> positions;
   /// One for each of RobotModel::joints: the place of the joint on its parent. So a link that is 3 mm longer displaces
-  /// all that is behind it. The origin is that of the joint; for planar and floating joints it is that of the child.
+  /// all that is behind it. The origin is the joint's; for planar and floating joints it is the child's.
   std::vector<PoseUncertainty> frames;
   /// One for each of RobotModel::robots: the pose of its root, relative to everything that it does not carry.
   std::vector<PoseUncertainty> bases;
   /// [m] One for each of RobotModel::links: its surface may be this far outside of its geometry.
   std::vector<double> swellings;
-  /// The pose of each object on what carries it, without and with an entry of its own. The origin is that of the
-  /// object. An id may be that of an object that does not exist.
+  /// The pose of each object on what carries it, without and with an entry of its own. The origin is the object's. An
+  /// object with the id need not exist.
   PoseUncertainty objects;
   std::map<std::string, PoseUncertainty> own_objects;
 
