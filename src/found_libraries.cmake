@@ -1,6 +1,6 @@
-# Libraries of which one of our systems has no CMake package, a wrong one, or another one: that of assimp in Debian 11 names a
-# folder that does not exist, and the targets of urdfdom have other names in Debian 13. As targets, so that who links our static
-# libraries looks for them where he has them: src/proximity_server-targets.cmake.in.
+# Libraries of which one of our systems has no CMake package, a wrong one, or another one: the package of assimp in
+# Debian 11 names a folder that does not exist, and the targets of urdfdom have other names in Debian 13. As targets, so
+# that who links our static libraries looks for them where he has them: src/proximity_server-targets.cmake.in.
 
 # proximity_find_library(<name> <header> [<subfolder of /usr/include where the header may be>]): the target proximity_server::<name>;
 # an error if library or header is not found.

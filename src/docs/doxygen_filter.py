@@ -61,7 +61,7 @@ def other_files():
 
 
 def sections():
-    """The pages of the sections, and those of other files."""
+    """The pages of the sections, and of other files."""
     pages = {section: [page_of(path) for path in documents(section)] for section in SECTIONS}
     files = sorted(set(other_files()))
     pages["Other files"] = [page_of(path) for path in files]

@@ -28,8 +28,8 @@ bool isComputable(double rounding) {
 }
 
 /// True if, within the tolerance, only one pair of points of the cores has this distance: the features of the cores
-/// along the normal of the result (vertex, edge or face) have no direction in common. `numbers`: those of the vertices
-/// that are the farthest along the normal, if they are known.
+/// along the normal of the result (vertex, edge or face) have no direction in common. `numbers`: the numbers of the
+/// vertices that are the farthest along the normal, if they are known.
 bool meetInOnePoint(const Query& query, const SignedDistance& result, const WarmStart::Pair& numbers) {
   const double tolerance = query.options.distance_tolerance;
   const Vector3d& normal = result.normal;
@@ -128,8 +128,8 @@ bool holdsThreshold(const SignedDistance& result, const Options& options) {
 }
 
 /// The answer of a search without the threshold that `searched` has left undecided; `by_threshold`: the search had ended
-/// by it. Both begin with the same warm start, `begun_with`, which becomes that of the next query. Returns nullopt where
-/// the search without the threshold could not decide it either.
+/// by it. Both begin with the same warm start, `begun_with`, which becomes the warm start of the next query. Returns
+/// nullopt where the search without the threshold could not decide it either.
 template <typename Observer>
 [[gnu::noinline]] std::optional<SignedDistance> byWholeSearch(const Query& query, const SignedDistance& searched,
                                                               bool by_threshold, WarmStart& begun_with,

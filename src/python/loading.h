@@ -23,7 +23,7 @@ namespace proximity_server::python {
 struct LoadOptions {
   std::optional<double> mesh_tolerance;              ///< [m] see scene::ModelOptions
   std::optional<double> padding;                     ///< [m] see scene::ModelOptions::default_padding
-  std::optional<std::vector<std::string>> packages;  ///< folders of packages; nullopt: those of ROS_PACKAGE_PATH
+  std::optional<std::vector<std::string>> packages;  ///< folders of packages; nullopt: by ROS_PACKAGE_PATH
   scene::PairFilterOptions pairs;
   bool allow_missing_meshes;                         ///< see scene::ModelOptions
   bool allow_broken_mimics;                          ///< see scene::ModelOptions
@@ -66,7 +66,7 @@ scene::ConfigFile configOf(const RobotText& text, const LoadOptions& options);
 std::shared_ptr<const scene::SceneModel> load(const RobotText& text, const LoadOptions& options,
                                               const std::atomic<bool>* stop);
 
-/// The options for objects of the robot. Relative paths, packages and meshes are treated like those of the links;
+/// The options for objects of the robot. Relative paths, packages and meshes are treated as for links;
 /// `stop` must outlive the use of the options.
 scene::ObjectOptions objectOptions(const RobotText& text, const LoadOptions& options, const std::atomic<bool>* stop);
 

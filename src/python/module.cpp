@@ -341,8 +341,8 @@ released while a question is computed. Ctrl-C ends a question, and a load. A rob
 from the texts of its files, and its meshes are read again from their files.
 
 The argument q of each question holds joint positions [rad] or [m]: shape (..., joints), or (joints,) for one state, in
-the order of Robot.joints, which need not be that of the URDF. The answer has the leading shape. The columns of mimic
-joints are ignored, as they follow their leaders, and so are those of floating and planar joints, which stay where they
+the order of Robot.joints, which need not be the order of the URDF. The answer has the leading shape. The columns of
+mimic joints are ignored, as they follow their leaders, and so are floating and planar joints, which stay where they
 are at 0. Any array that numpy casts to float64 safely is taken, in C or Fortran order; other strides and types are
 copied (float32 exactly), complex numbers, objects and masked arrays are a TypeError. A wrong shape is a ValueError. A
 state with a position that is not finite, in any column, has no answer: Status.UNKNOWN, Verdict.UNKNOWN. Limits of
@@ -350,7 +350,7 @@ joints are not looked at.
 
 Each answer depends on its state alone, to the last bit: not on the other states and their number, nor on the threads,
 the processor and the C library, with objects as without. The fields of the rows are described at the top of the module,
-help(proximity); where the robot has thresholds, those of PAIR are rows of LEVELED_PAIR.
+help(proximity); if the robot has thresholds, rows of PAIR become rows of LEVELED_PAIR.
 
 A question that takes `time_budget` [s] ends when it is over, and returns what it has: the states that are not answered by
 then have no answer (Status.UNKNOWN, Verdict.UNKNOWN, NaN), and neither have edges that were not begun. The bounds of an
@@ -363,13 +363,13 @@ srdf             path of a file that tells which pairs not to check; None: neigh
                  pairs are
 mesh_tolerance   [m] how far the convex pieces may lie from the mesh that they stand for; 0: its triangles; None: that
                  of `config`, or 0.005
-packages         folders in which package:// is looked for; None: those of ROS_PACKAGE_PATH, and /usr/share
-padding          [m] is added to every piece; None: that of `config`, or 0
-group            of the SRDF: only pairs that its joints can move are checked; "": that of `config`, or all
-exclude_pairs    pairs of names of links that are not checked, in place of those of `config`
+packages         folders in which package:// is looked for; None: the folders of ROS_PACKAGE_PATH, and /usr/share
+padding          [m] is added to every piece; None: as in `config`, or 0
+group            of the SRDF: only pairs that its joints can move are checked; "": as in `config`, or all
+exclude_pairs    pairs of names of links that are not checked, in place of the pairs of `config`
 only_pairs       if there are any, no other pair is checked
-thresholds       path of YAML with the stop and warn distances, also those of single pairs, links and groups; then rows
-                 about pairs have a level. None: those of `config`, or none
+thresholds       path of YAML with the stop and warn distances, also of single pairs, links and groups; then rows
+                 about pairs have a level. None: as in `config`, or none
 config           path of YAML with the node's parameters, or of a dump of rosparam: what they say about geometry, pairs,
                  coupled limits, levels and objects counts; an argument that says otherwise is stronger
 allow_missing_meshes  True: a mesh that cannot be read is a warning, and that geometry is NOT checked
@@ -390,10 +390,10 @@ Relative paths of meshes begin at `folder`. All else is as in Robot(urdf).)";
 
 constexpr char kWithObjectDoc[] = R"(Returns the robot with one more object.
 
-name         neither that of a link nor "*"; the pairs with the object are named by it
+name         neither the name of a link nor "*"; the pairs with the object are named by it
 shapes       a shape (proximity.Box, Sphere, Mesh, ...), or a list of shapes and of pairs of a shape and its pose in the
              object
-pose         of the object, in the frame of the root link, or in that of `link` or `frame`: a matrix (4, 4), or a
+pose         of the object, in the frame of the root link, or in the frame of `link` or `frame`: a matrix (4, 4), or a
              position (3,);
              None: the identity
 link         that holds the object, so that they do not touch each other; "": none
@@ -414,7 +414,7 @@ changes.)";
 constexpr char kMovedDoc[] =
     R"(Returns the robot with an object in another place, in which it stands or moves with a frame.
 
-The arguments are those of with_object(). Raises ValueError for an object that a link holds: see detached().)";
+The arguments are the same as of with_object(). Raises ValueError for an object that a link holds: see detached().)";
 
 constexpr char kAttachedDoc[] = R"(Returns the robot with a link that holds an object.
 
@@ -430,7 +430,7 @@ constexpr char kWithoutDoc[] = R"(Returns the robot without an object.)";
 constexpr char kAllowingDoc[] =
     R"(Returns the robot with two that may touch each other: an object, and a link or another object.
 
-"*" stands for all others. Pairs of two links are those of the SRDF, exclude_pairs and only_pairs.)";
+"*" stands for all others. Pairs of two links depend on the SRDF, exclude_pairs and only_pairs.)";
 
 constexpr char kThreadsDoc[] = R"(How many threads a question uses, from 1 to 1024; fewer if there are few states.
 

@@ -42,7 +42,7 @@ using TimeBudget = std::optional<double>;  // [s]; nullopt: none
 
 // --- arrays
 
-/// Makes a new array. Its shape is that of the states, followed by `shape`.
+/// Makes a new array. Its shape is the shape of the states, followed by `shape`.
 py::array newArray(const py::dtype& type, const JointPositions& positions, std::vector<py::ssize_t> shape) {
   shape.insert(shape.begin(), positions.shape().begin(), positions.shape().end());
   py::ssize_t bytes = type.itemsize();
@@ -242,7 +242,7 @@ py::object minimum(Robot& robot, const py::object& q, std::optional<double> accu
 
 constexpr char kLevelDoc[] = R"(The level of each state: the pair that sets it, with its level.
 
-That is, of the pairs at the worst level the one with the smallest distance less its threshold (that of WARN if the
+That is, of the pairs at the worst level the one with the smallest distance less its threshold (of WARN if the
 level is CLEAR). It need not be the closest one.
 Returns rows of the dtype LEVELED_PAIR, of the shape of the states; for q of shape (joints,) one row. The level is
 INVALID where the status is UNKNOWN, as in minimum.
@@ -269,7 +269,7 @@ py::object closest(Robot& robot, const py::object& q, long k, TimeBudget time_bu
 
 constexpr char kGradientDoc[] = R"(Distances with their derivatives by q.
 
-Returns the rows of minimum(q), or those of closest(q, k) if k is given, and the gradients of their distances: the same
+Returns the rows of minimum(q), or of closest(q, k) if k is given, and the gradients of their distances: the same
 shape with one more dimension, for the columns of q. Units are [m/rad] and [m/m]; positive where the distance grows, in
 overlap where the depth shrinks. Columns that are ignored have 0: the part of a mimic joint is in the column of its
 leader. A row without an answer has NaN.
@@ -342,7 +342,7 @@ py::object pairsBelow(Robot& robot, const py::object& q, double distance, TimeBu
 
 // --- uncertainty and motions
 
-/// [m] In each state of the block the smallest guaranteed distance is that of a pair that is not farther apart.
+/// [m] In each state of the block the smallest guaranteed distance belongs to a pair that is not farther apart.
 double reachOfGuarantees(Scratch& scratch, const Block& block, const scene::Deadline& deadline) {
   constexpr double kSlack = 1e-6;  // [m] more than the tolerance of a distance and all rounding
   const std::vector<scene::PairProximity>& closest = scratch.batch().minimum(block, deadline);
@@ -585,7 +585,7 @@ threshold    [m] beyond it a lower bound is enough: the status is THRESHOLD, and
              points are far
 gradient     True: returns (rows, gradients), as the question gradient() does, of points at rest
 tolerance    [m] between lower and upper
-Returns rows of the dtype POINT, of the shape of the states and then that of the points; for one of each one row. Negative
+Returns rows of the dtype POINT, of the shape of the states and then of the points; for one of each one row. Negative
 inside: minus the shortest way out of a convex piece or of a closed mesh, which may be longer for the whole link where
 depth_is_lower_bound. The same bits for a point alone and among others.
 Raises ValueError for a point that is not finite and a radius that is negative or not finite, by their numbers; for a
@@ -642,7 +642,7 @@ directions   the same, of any length; origins, directions and ranges are of shap
 ranges       [m] how far the rays go: a number, or one for each
 links        names of the links and objects that count; None: all links and all objects
 tolerance    [m] a ray that passes a surface as near as that may be a hit
-Returns rows of the dtype HIT, of the shape of the states and then that of the rays; for one of each one row. A ray that
+Returns rows of the dtype HIT, of the shape of the states and then of the rays; for one of each one row. A ray that
 begins inside hits at 0.
 Raises ValueError for an origin or direction that is not finite, a direction of 0 and a range that is not positive, by their
 numbers; for a name of nothing, a link without geometry, and a tolerance that is NaN.)";
@@ -764,7 +764,7 @@ py::object firstContact(Robot& robot, const py::object& start, const py::object&
 
 constexpr char kMinimumBetweenDoc[] = R"(The smallest signed distance on the way from start to goal.
 
-The way is that of first_contact, with the same keywords.
+The way is the same as in first_contact, with the same keywords.
 Returns rows of the dtype EDGE_MINIMUM, of the shape of the edges; for one edge one row. lower and upper are proven for
 the whole way, and upper is the distance of the pair at the time. With a tracking_error lower is proven for every motion
 within it, and upper is the distance of a state within it; the two may be farther apart than the tolerance.

@@ -34,7 +34,7 @@ def build_module():
     try:
         import pybind11
         found = [f"-Dpybind11_DIR={pybind11.get_cmake_dir()}"]
-    except ImportError:  # that of the distribution, perhaps
+    except ImportError:  # the one of the distribution, perhaps
         found = []
     cmake("-S", ROOT, "-B", BUILD, "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON",
           f"-DPython3_EXECUTABLE={sys.executable}", *found)

@@ -71,7 +71,7 @@ class Approach {
     terms.robot_uncertainty = state.largest_loss;
   }
 
-  /// `motion` is that of the stop.
+  /// `motion` is the motion of the stop.
   Separation find(const Motion& motion) {
     found_.scale = 1.0;
     found_.status = Status::Converged;

@@ -38,7 +38,7 @@ struct ProcessLimits {
 /// Thread-safe, and legal in a process with several threads; the child has only the calling thread. Therefore `work`
 /// must not need a lock that another thread may hold at that moment: no locks of this package, no logging, no name
 /// look-up. It relies on glibc, whose fork() leaves malloc and stdio usable, and which unwinds exceptions without a
-/// lock (2.35). If a lock is held nevertheless, e.g. that of std::locale::global(), the call ends after `time`.
+/// lock (2.35). If a lock is held nevertheless, e.g. the lock of std::locale::global(), the call ends after `time`.
 ///
 /// Failure: throws std::runtime_error with the error that `work` threw, or with how the child ended: "it takes more
 ///          than 1024 MiB of memory", "it crashes: Segmentation fault". Throws std::system_error if no child can be

@@ -35,8 +35,9 @@ void runPipeline(const PipelineSteps<const std::size_t>& steps, std::size_t bloc
 /// Reads, works on and writes a sequence of blocks in several threads. Each thread reads the next block, works on it,
 /// and then writes all blocks whose turn has come. Blocks are reused, so that their memory is allocated once, and their
 /// number bounds the memory.
-/// Failure: throws the error of a step; if several blocks fail, that of the first one in their order. The blocks before
-///          it are written, no other block is, and no more are read. Throws std::runtime_error if threads are refused.
+/// Failure: throws the error of a step; if several blocks fail, the error of the first one in their order. The blocks
+///          before it are written, no other block is, and no more are read. Throws std::runtime_error if threads are
+///          refused.
 ///
 /// Own code, because TBB cannot do with fewer threads than it asks for. A wrapper around its parallel_pipeline() passes
 /// pipeline_test, but with RLIMIT_NPROC = 1 TBB 2020 (Debian 11) ends the process, and oneTBB 2021 (Debian 12) throws.

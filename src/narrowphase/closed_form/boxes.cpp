@@ -48,7 +48,7 @@ Padded nearestIn(const Padded& half, const Padded& point) { return point.max(-ha
 constexpr double kSmallest = 1e-300;
 
 /// Moves a point along an edge to where it is the nearest to a box, but not beyond an end of the edge: one step of
-/// Newton's method. `place` is that of the point, `half_length` that of the ends.
+/// Newton's method. `place` is where the point is, `half_length` where the ends are.
 inline void moveAlong(const Padded& edge, double half_length, const Padded& half, Padded& point, double& place) {
   const Padded difference = point - nearestIn(half, point);
   // 1 for the coordinates outside of the box, which the squared distance depends on, and 0 for the others.
@@ -186,8 +186,8 @@ double overlapByAxes(const Vector3d& half_a, const Vector3d& half_b, const Eigen
   constexpr double kRoundings = 64.0, kParallel = 1e-3;
   const double upper = greatest.maxCoeff() + kRoundings * rounding;
   if (upper < 0.0) return upper;
-  // With a small tilt each axis of b has one large component, along that of a to which it is nearly parallel. With a
-  // larger one the products of edges are long enough to decide.
+  // With a small tilt each axis of b has one large component, along the axis of a to which it is nearly parallel. With
+  // a larger one the products of edges are long enough to decide.
   const double tilt = std::max((sizes.rowwise().sum() - sizes.rowwise().maxCoeff()).maxCoeff(),
                                (sizes.colwise().sum() - sizes.colwise().maxCoeff()).maxCoeff());
   const double shrink = tilt * half_b.maxCoeff();

@@ -16,7 +16,7 @@ namespace proximity_server::narrowphase {
 /// The penetration depth of overlapping boxes is along one of these axes, so the greatest separation is their signed
 /// distance. Boxes that are apart may be farther from each other than the greatest separation.
 ///
-/// Frame:   that of a.
+/// Frame:   the frame of a.
 /// Error:   a few eps of the sizes and the offset. Every edge of a lies along a coordinate axis, so the axes are exact.
 /// Source:  Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996, Theorem 1.
 /// Differs: depth and points are computed, too. Edges count as parallel only if their product has no direction.
@@ -36,8 +36,8 @@ class BoxPair {
   std::optional<SignedDistance> distanceAlongNormal(double tolerance, double rounding) const;
 
  private:
-  // Axes 0 to 2 are the face normals of a, 3 to 5 those of b; axis 6 + 3 i + j is the product of edges i of a and j of
-  // b.
+  // Axes 0 to 2 are the face normals of a, 3 to 5 the ones of b; axis 6 + 3 i + j is the product of edges i of a and j
+  // of b.
   static constexpr int kAxes = 15;
 
   Eigen::Vector3d axisOf(int axis) const;
@@ -61,13 +61,13 @@ class BoxPair {
 ///
 /// It takes neither a root nor a division, as the products of edges are not normalised. None is longer than 1, so a
 /// negative separation along it, times its length, is not less than the separation. The component of the product of two
-/// axes of b along an edge of a is that of the third axis of b.
+/// axes of b along an edge of a is the component of the third axis of b.
 ///
 /// The products of nearly parallel edges have no direction and leave open whether the boxes overlap. Let the tilt be the
-/// largest sum of the two smaller cosines of an axis of one box with those of the other one. If b reaches farther than
-/// the tilt times its largest half size in each direction, it contains a box parallel to a whose half sizes are smaller by
-/// that, and which reaches less far along the axes of a than b does by at most twice that. Two parallel boxes overlap by
-/// as much as along the axis along which they overlap the least.
+/// largest sum of the two smaller cosines of an axis of one box with the axes of the other one. If b reaches farther
+/// than the tilt times its largest half size in each direction, it contains a box parallel to a whose half sizes are
+/// smaller by that, and which reaches less far along the axes of a than b does by at most twice that. Two parallel
+/// boxes overlap by as much as along the axis along which they overlap the least.
 ///
 /// Error: none, if `rounding` is csoRounding() and isRotation() is true. The axes of b then differ by less than 96 eps
 ///        from a rotation, so that the product of two and the third differ by less than 170 eps. That changes a
@@ -79,7 +79,7 @@ double overlapByAxes(const Eigen::Vector3d& half_a, const Eigen::Vector3d& half_
 /// difference.
 struct NearestOfBoxes {
   Eigen::Vector3d on_a, on_b;
-  double distance;  ///< [m] between the points, never less than that of the boxes
+  double distance;  ///< [m] between the points, never less than between the boxes
   double gap;  ///< [m] between the support planes, never more than the distance of the boxes; both but for rounding
 };
 
@@ -96,7 +96,7 @@ struct NearestOfBoxes {
 /// end in the nearest point as soon as they know its features: after one sweep in 82 %, after two in 95 % of random
 /// pairs.
 ///
-/// Frame:   that of a.
+/// Frame:   the frame of a.
 /// Failure: nullopt if the boxes overlap or are less than 1e-140 m apart, or if the points are not found in a few sweeps.
 /// Source:  Bertsekas, Nonlinear Programming, 1999, 2.7 (block coordinate descent); Ericson, Real-Time Collision
 ///          Detection, 2005, 5.1.4 (the point of a box nearest to a point).

@@ -226,7 +226,8 @@ SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen:
   const Vector3d outwards = kept.norm() > 0.5 ? Vector3d(kept.normalized()) : Vector3d(axis.unitOrthogonal());
   const auto inSpace = [&](const Vector2d& p) { return Vector3d(p.x() * outwards + p.y() * axis); };
 
-  // The sum of the profiles is that of a + (-b) about the centre of a. In it, the origin of the CSO lies at b's centre.
+  // The sum of the profiles is the profile of a + (-b) about the centre of a. In it, the origin of the CSO lies at b's
+  // centre.
   const Boundary boundary(Profile(a, 1.0), Profile(b, -std::copysign(1.0, axis_b.dot(axis))));
   const Nearest2d nearest = nearestOnBoundary(boundary, {radius, t.dot(axis)}, tolerance);
 

@@ -31,8 +31,8 @@ SignedDistance parallelAxesDistance(const Shape& a, const Shape& b, const Eigen:
 ///    The tilted solid has the axis (s y, c), with the sine s and the cosine c of the tilt and a unit vector y.
 /// 2. A corner of the sum of both profiles belongs to a disc of the straight solid (radius r, height z) and to one of
 ///    the tilted solid (radius p, height q on its axis, which begins at o). The support function of a tilted disc of
-///    radius 1 is at least c cos(v) - s sin(v) x . y, which is that of the point to which the tilt turns (x, 0). So the
-///    support function of both discs is at least (r + c p) cos(v) + (z + c q + o_z) sin(v)
+///    radius 1 is at least c cos(v) - s sin(v) x . y, which is the support function of the point to which the tilt
+///    turns (x, 0). So the support function of both discs is at least (r + c p) cos(v) + (z + c q + o_z) sin(v)
 ///    - |cos(v) (o_xy + s q y) - sin(v) s p y|.
 /// 3. Between the normals m and n of the two edges that meet in the corner, a unit direction is j m + k n with
 ///    j, k >= 0 and j + k >= 1. The bound is concave there, so it is at least the smaller of its values at m and

@@ -91,7 +91,8 @@ inline NearestPlaces nearestPlaces(double half_length, const Segment& b) {
 ///
 /// 1. Find the place of b nearest to the line of a. In the plane across a this is the place nearest to the origin.
 /// 2. If its height is on a, both are the nearest places. Otherwise the nearest place of a is the end on this side, and
-///    that of b is the one nearest to this end. The squared distance is convex in both places, so this is the minimum.
+///    the nearest place of b is the one nearest to this end. The squared distance is convex in both places, so this is
+///    the minimum.
 /// 3. If the segments cross, the normal is their common perpendicular (-v_y, v_x, 0). Its products with both segments
 ///    are zero even in floating point, so rounding does not tilt it, however near they are.
 /// 4. Otherwise it leads from point to point. If that is tilted by more than rounding, it is corrected.
@@ -155,7 +156,8 @@ inline SignedDistance pointBox(const Eigen::Vector3d& half, const Eigen::Isometr
     is_unique = in_b.unique;
   }
   const Eigen::Vector3d point_b = a_T_b.linear() * nearest + a_T_b.translation();
-  // If the point is near the box, rounding would tilt the difference of the points; the direction is that of the box.
+  // If the point is near the box, rounding would tilt the difference of the points; the direction is taken from the
+  // box.
   const double distance2 = towards_box.squaredNorm();
   const bool is_short = !(distance2 > support::kShortest * support::kShortest);
   if (is_short) towards_box /= towards_box.cwiseAbs().maxCoeff();  // the square of its normal would underflow

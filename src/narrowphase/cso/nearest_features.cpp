@@ -45,7 +45,7 @@ class Corners {
   Vector3d operator[](int number) const {
     return hull_ != nullptr ? hull_->vertices()[static_cast<std::size_t>(number)] : support::corner(half_, number);
   }
-  /// True if all vertices beside those of the feature are farther than `behind` [m] behind its support plane along the
+  /// True if all vertices beside the feature are farther than `behind` [m] behind its support plane along the
   /// direction.
   bool areOthersBehind(const Vertices& feature, const Vector3d& direction, double behind) const {
     return hull_ != nullptr ? areOthersOfHullBehind(feature, direction, behind)

@@ -14,12 +14,12 @@ struct DistanceOfFeatures {
   WitnessPoints points;
 };
 
-/// The distance of two cores, if their nearest features are those of the simplex with which the last query ended, and
-/// no other features are nearly as near. Otherwise nullopt.
+/// The distance of two cores, if their nearest features are the ones of the simplex with which the last query ended,
+/// and no other features are nearly as near. Otherwise nullopt.
 ///
 /// 1. The nearest points of a vertex and a vertex, an edge or a triangle, or of two edges, by a closed form. They must
 ///    lie inside of the features, away from their ends.
-/// 2. All vertices beside those of the features must lie behind the support planes through the nearest points. Only the
+/// 2. All vertices beside the features must lie behind the support planes through the nearest points. Only the
 ///    neighbours of the features are tested: a vertex of a convex polytope that is farther than its neighbours along a
 ///    direction is farther than all others.
 ///

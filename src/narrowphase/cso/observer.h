@@ -51,7 +51,7 @@ class Recorder {
   }
   /// GJK has found w along the normal, which proves the lower bound.
   void supports(const CsoVertex& w, const Eigen::Vector3d& normal, double lower_bound) const;
-  /// GJK has reduced the simplex with w to what the nearest point needs. `rounding` [m] is that of the CSO.
+  /// GJK has reduced the simplex with w to what the nearest point needs. `rounding` [m] is the rounding of the CSO.
   void reduces(const Simplex& simplex, const Nearest& nearest, double rounding) const;
 
   /// EPA begins with a polytope. The steps with a recalled one that led to no answer are forgotten: their faces name

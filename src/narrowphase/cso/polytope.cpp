@@ -38,7 +38,7 @@ Two greater(const Two& u, const Two& v) { return u > v ? u : v; }
 /// The planes of two triangles. The area vector is the cross product of the two edges at the apex.
 struct Polytope::TwoPlanes {
   TwoVectors area;
-  Two area2, height;  // as those of a face
+  Two area2, height;  // as in a face
   Two longer2;        // square of the longer edge at the apex
 
   static TwoPlanes of(const TwoVectors& from, const TwoVectors& to, const TwoVectors& apex) {

@@ -79,7 +79,7 @@ class Polytope {
   /// The polytope need not be convex. Proof: keep() has kept a closed surface, and moved vertices do not open it. So the
   /// number of faces that a ray meets, those whose outer side looks to the origin counted negatively, is the same for
   /// all rays that meet no edge. No face is counted negatively: its height exceeds the rounding error of the
-  /// determinant of its corners. So this number is that of the faces met by a ray through the inside of one of them, at
+  /// determinant of its corners. So this number counts the faces met by a ray through the inside of one of them, at
   /// least one.
   bool recall(const WarmPolytope& last, const Cso& cso, double ceiling);
 

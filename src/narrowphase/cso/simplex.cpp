@@ -76,7 +76,7 @@ Candidate nearestOfEdge(const Simplex& simplex, int w, int a) {
 ///   [ w . (a - w)  a . (a - w)  b . (a - w) ] [ l_a ] = [ 0 ]
 ///   [ w . (b - w)  a . (b - w)  b . (b - w) ] [ l_b ]   [ 0 ]
 ///
-/// The determinant is n . n. A weight is the part of the area that p spans with the opposite edge, that of w
+/// The determinant is n . n. A weight is the part of the area that p spans with the opposite edge, the weight of w
 /// n . ((a - p) x (b - p)) / (n . n); the terms with p vanish, as p is parallel to n:
 ///
 ///   l_w (n . n) = n . (a x b),   l_a (n . n) = n . (b x w),   l_b (n . n) = n . (w x a)
@@ -127,7 +127,7 @@ constexpr double kTripleProduct = 6.0 * std::numeric_limits<double>::epsilon();
 /// With a, b and c relative to w, the determinant (a x b) . c is the volume, times six. Its sign is the side of the
 /// plane w a b on which c lies: the inner side. The origin is at -w, so it lies there too if (a x b) . -w has the same
 /// sign. The planes w b c and w c a follow by turning the letters, which leaves the determinant as it is. A sign counts
-/// if it exceeds the rounding error; if that of the volume does not, no side is known.
+/// if it exceeds the rounding error; if the sign of the volume does not, no side is known.
 struct FacesTowardsOrigin {
   bool wab, wbc, wca;
 };
@@ -210,7 +210,7 @@ WitnessPoints pointsOfEdge(const CsoVertex& w, const CsoVertex& a) {
 ///
 /// With e = q - p, s = r - p and the foot f = (s . e) / (e . e) of r on the edge, the height h = s - f e is
 /// perpendicular to e. A point p + l_q e + l_r s = p + (l_q + l_r f) e + l_r h is nearest to the origin if its parts
-/// along e and h are those of -p:
+/// along e and h are the parts of -p:
 ///
 ///   l_r = -(p . h) / (h . h),   l_q = -(p . e) / (e . e) - l_r f
 ///

@@ -31,14 +31,14 @@ constexpr double kNothing = -std::numeric_limits<double>::infinity();
 /// digit of a sine is not the same on every processor.
 using Latitude = Vector2d;
 
-/// A direction in the frame of the search: z is the axis of a, and that of b is tilted towards x; if a has none, z is
-/// that of b.
+/// A direction in the frame of the search: z is the axis of a, and the axis of b is tilted towards x; if a has none, z
+/// is the axis of b.
 struct Direction {
   Latitude latitude;
   Complex azimuth;  ///< of length 1
 };
 
-/// The circle of latitude of a core through its support point. That of an ellipsoid may be an ellipse; that of a core
+/// The circle of latitude of a core through its support point. For an ellipsoid it may be an ellipse; for a core
 /// without an axis is the support point alone.
 struct Circle {
   double radius;    ///< [m] the mean one of an ellipse
@@ -52,8 +52,8 @@ constexpr int kNoAxis = -1;
 /// A core, or the mirror image of b's, about an axis that is tilted towards x, if it has one.
 class TiltedCore {
  public:
-  /// `axes` are those of the core in the frame of the search, `axis` is the number of that of revolution; `side` is 1
-  /// for a and -1 for b.
+  /// `axes` are the axes of the core in the frame of the search, `axis` is the number of the axis of revolution; `side`
+  /// is 1 for a and -1 for b.
   TiltedCore(const Shape& shape, int axis, const Matrix3d& axes, double side)
       : shape_(shape), axis_(axis), mirrored_axes_(side * axes) {
     if (shape.kind() == Kind::Ellipsoid) ball_ = ballOf(shape.halfExtents(), axis);
@@ -244,7 +244,7 @@ Vector3d chord(const Shape& shape, const Vector3d& direction) {
   return supportPoint(shape, direction, vertex) - supportPoint(shape, -direction, vertex);
 }
 
-/// The direction of the longest chord along an axis: nearly that of a needle. UnitZ for a point.
+/// The direction of the longest chord along an axis: nearly the direction of a needle. UnitZ for a point.
 Vector3d longestChord(const Shape& shape) {
   Vector3d longest = Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -378,7 +378,7 @@ bool isRoundAbout(const Shape& shape, int axis, double rounding) {
 }
 
 /// True if the search needs no axis of a core: a polytope that is thin beside both cores, so that the kinks of h between
-/// its vertices are slight, or nearly a ball. `size` [m] is that of both cores.
+/// its vertices are slight, or nearly a ball. `size` [m] is the size of both cores.
 bool needsNoAxis(const Shape& shape, double size) {
   constexpr double kThin = 5e-3, kNearlyABall = 0.9;
   const Vector3d& radii = shape.halfExtents();
@@ -402,7 +402,7 @@ int axisOf(const Shape& shape, double rounding, bool needs_none) {
   return roundest;
 }
 
-/// The two axes that are tilted least against each other, or that of one core if the other one needs none. Returns
+/// The two axes that are tilted least against each other, or the axis of one core if the other one needs none. Returns
 /// nullopt if the tilt is large.
 std::optional<Axes> axesOf(const Cso& cso) {
   double greatest = 1.0 - 2e-4;  // cosine of 0.02 rad

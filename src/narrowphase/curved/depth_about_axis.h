@@ -38,9 +38,9 @@ using RefineDirection = std::function<double(const std::array<Eigen::Vector3d, 2
 ///    first, so that they fit into a fixed place.
 ///
 /// A curved sweep that is not along the axis is replaced by its start. The search then bounds the depth of these inner
-/// cores, which is at most that of the CSO, while the known depth is always that of the CSO. Where the CSO reaches
-/// farther than the inner cores, all other patches come first: it may reach as far as they do in a part of the ring only.
-/// The search is given up after 64 such directions, or after 2000 patches.
+/// cores, which is at most the depth of the CSO, while the known depth is always the depth of the CSO. Where the CSO
+/// reaches farther than the inner cores, all other patches come first: it may reach as far as they do in a part of the
+/// ring only. The search is given up after 64 such directions, or after 2000 patches.
 ///
 /// The loss is of second order in the size of the patch across the ring, and in the tilt times its size along the ring;
 /// with a polytope it is of first order at the kinks between its vertices. So some hundred patches suffice, whatever the
@@ -48,7 +48,7 @@ using RefineDirection = std::function<double(const std::array<Eigen::Vector3d, 2
 ///
 /// Kinds:   ellipsoids of which two radii are nearly equal, solids of revolution, and their sweeps along the axis. The
 ///          axes may be tilted by 0.02 rad. One of them or both may instead, in any pose, be nearly a ball or a
-///          polytope that is thin beside both cores; and other sweeps if the depth is that of their start.
+///          polytope that is thin beside both cores; and other sweeps if they are as deep as their start.
 /// Returns: [m] the bound, which is half the tolerance below the smallest depth that was known or found; -infinity for
 ///          other cores, for a known depth that is not positive, for a tolerance that rounding exceeds, or if the search
 ///          is given up.

@@ -8,7 +8,7 @@ namespace proximity_server::narrowphase {
 /// in a ring of directions, or nearly so, EPA would have to cover the ring with faces; the ellipsoid covers it at once.
 ///
 /// 1. Write the support function of each core as p . n + sum |S_k n|, with symmetric S_k: a segment of half length H
-///    along u has S = H u u', a disc S = r (1 - u u'), a cylinder is the sum of both, a box that of three segments. A
+///    along u has S = H u u', a disc S = r (1 - u u'), a cylinder is the sum of both, a box of three segments. A
 ///    cone is replaced by its apex or its base, whichever lies farther along the stationary direction n; if both lie as
 ///    far, by the spheroid inside of it that touches the slant where the witness point lies. A hull or a sweep is
 ///    replaced by its witness point.

@@ -222,8 +222,8 @@ double depthByTilt(const Cso& cso) {
   return depth > 0.0 ? depth : kNone;
 }
 
-/// The shallowest direction found so far, and caps of directions in which the depth is proven to be at least that of
-/// the direction in the middle of the cap.
+/// The shallowest direction found so far, and caps of directions in which the depth is proven to be at least the depth
+/// of the direction in the middle of the cap.
 class SmallestDepth {
  public:
   SmallestDepth(const Cso& cso, EpaResult& result) : result_(result), depth_inside_(depthByTilt(cso)) {}

@@ -38,7 +38,7 @@ struct EpaResult {
 ///    needles in round cores, are searched by patches of directions (depth_about_axis.h). Repeat from step 3 if a cap
 ///    proves the directions about the face.
 /// 6. Replace all faces that w sees by triangles from w to their horizon (polytope.h), and repeat from step 3.
-/// 7. At the end, the witness points are those of the face that the ray from the origin along the normal leaves
+/// 7. At the end, the witness points are the ones of the face that the ray from the origin along the normal leaves
 ///    through, or if rounding hides this face, the nearest ones of a face or of GJK's simplex.
 ///
 /// A query of two polytopes may also begin with the polytope that the last one has kept (WarmPolytope): step 3 follows

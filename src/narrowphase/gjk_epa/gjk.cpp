@@ -116,7 +116,7 @@ void remember(Cso& cso, const Simplex& simplex) {
     if (simplex.has(place)) warm_start.simplex[warm_start.simplex_size++] = simplex[place].numbers;
 }
 
-/// Sets the answer of two polytopes to that of the nearest features with which the last query ended. Returns false, and
+/// Sets the answer of two polytopes by the nearest features with which the last query ended. Returns false, and
 /// changes nothing, if it is not, or if the bounds do not meet the tolerance.
 [[gnu::noinline]] bool takeFeatures(const Cso& cso, const WarmStart& last, const Options& options, GjkResult& result) {
   const std::optional<DistanceOfFeatures> exact = distanceOfFeatures(cso, last, options.distance_tolerance);

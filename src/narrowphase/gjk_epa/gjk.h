@@ -21,7 +21,7 @@ struct GjkResult {
   Eigen::Vector3d normal;           ///< unit, a towards b
   Simplex simplex;
   WitnessPoints points;  ///< of the distance, if the outcome is Apart
-  /// True if the answer is that of nearest features beside which no others are nearly as near: then only one pair of
+  /// True if the answer is by nearest features beside which no others are nearly as near: then only one pair of
   /// points has this distance.
   bool by_features = false;
   int iterations = 0;
@@ -40,7 +40,7 @@ struct GjkResult {
 ///    search ends by step 4 while nothing proves that the cores are apart.
 /// 6. If a core is curved, let Newton's method finish from the third iteration on, if it can (refinement.h).
 /// 7. Add the vertex of the CSO farthest towards the origin, and repeat from step 2.
-/// 8. If options.repeatability asks for it, the converged answer about polytopes is that of their nearest features
+/// 8. If options.repeatability asks for it, the converged answer about polytopes is by their nearest features
 ///    (nearest_features.h), if no others are nearly as near.
 ///
 /// Error:   outcome Apart with Status::Converged: distance - lower_bound <= options.distance_tolerance, up to rounding.

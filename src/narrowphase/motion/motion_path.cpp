@@ -50,7 +50,7 @@ Turning turningOf(const ScrewPath& screw, Symmetry symmetry) {
 
 }  // namespace
 
-/// The loop runs from the last frame to the first. In each frame `centre` and `radius` are those of a ball that
+/// The loop runs from the last frame to the first. In each frame `centre` and `radius` describe a ball that
 /// contains the given ball at all times. A point with speed s in a frame that rotates at w has a Coriolis acceleration
 /// of 2 w s.
 MotionBound MotionPath::bound(const Vector3d& ball_centre, double ball_radius, double begin, double end,

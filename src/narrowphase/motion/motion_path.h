@@ -21,7 +21,7 @@ class MotionPath {
   ScrewPath::Pose at(double time) const;
 
   /// See motionBound(). A symmetric body, whose centre is on its axis, occupies the same space as a body that follows
-  /// the axis but does not spin about it. So the bound is that of the points of the latter, if their acceleration is
+  /// the axis but does not spin about it. So the bound is about the points of the latter, if their acceleration is
   /// smaller.
   MotionBound bound(const Eigen::Vector3d& centre, double radius, double begin, double end,
                     Symmetry symmetry = Symmetry::None) const;

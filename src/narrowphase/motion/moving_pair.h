@@ -45,7 +45,7 @@ class AxisBound {
 
 /// Two shapes that move along chains: poses, distances and bounds at any time.
 ///
-/// Frame: the axes are those of the common frame of the chains; the origin is at the start of a's chain, so that the
+/// Frame: the axes are parallel to the common frame of the chains; the origin is at the start of a's chain, so that the
 ///        numbers are small.
 class MovingPair {
  public:

@@ -134,7 +134,7 @@ int greatest(double h0, double h1, double h2, double h3) {
   return first ^ (-is_second & (first ^ second));
 }
 
-// There are no branches on the axis, as that of a random direction cannot be predicted.
+// There are no branches on the axis, as the axis of a random direction cannot be predicted.
 int cellOf(const Vector3d& direction, int cells) {
   static constexpr std::array<int, 3> kNext{1, 2, 0}, kLast{2, 0, 1};
   // Neither the division nor the products overflow with it, if the direction is shorter.

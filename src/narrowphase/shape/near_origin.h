@@ -17,8 +17,8 @@ namespace proximity_server::narrowphase {
 /// Error: a distance, and a height along a unit vector, change by at most error(). With eps / 2 the unit roundoff, and
 ///        x - p, y - q within the reach of the moved shapes:
 ///        * Each coordinate of x - p and of y - q is rounded once. No point moves by more than eps / 2 of its distance
-///          from the origin, the moved hull is that of the moved vertices, and the axes of a pose that is used as it
-///          stands lengthen nothing by more than 32 eps. Together less than eps (reach_a + reach_b).
+///          from the origin, the moved hull is the hull of the moved vertices, and the axes of a pose that is used as
+///          it stands lengthen nothing by more than 32 eps. Together less than eps (reach_a + reach_b).
 ///        * A coordinate of the offset is a sum of five terms, three of them products, as if computed with twice the
 ///          digits: its error is eps / 2 of itself and (5 eps / 2)^2 / (1 - 5 eps) of the sum of the terms' sizes. The
 ///          sums of the three coordinates are a vector of at most sqrt(3) |q| + |t| + |p|. Together less than eps

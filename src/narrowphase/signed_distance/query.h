@@ -172,8 +172,8 @@ inline Status statusByBounds(const SignedDistance& result, const Options& option
   return result.status == Status::IterationLimit ? Status::IterationLimit : Status::Degenerate;
 }
 
-/// Steps 5 and 6: makes the signed distance of the cores that of the shapes. The margins move both surfaces outwards
-/// along the normal.
+/// Steps 5 and 6: makes the signed distance of the shapes from the distance of the cores. The margins move both
+/// surfaces outwards along the normal.
 [[gnu::always_inline]] inline SignedDistance completed(const Query& query, SignedDistance result) {
   const double margins = query.margins();
   result.distance -= margins;

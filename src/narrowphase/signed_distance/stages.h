@@ -47,10 +47,11 @@ template <typename Vector>
 
 /// [m] Lower bound of the distance of two shapes by the gap between the support planes of their cores along a direction
 /// of this length; `gap` is multiplied by it.
-///
-/// The rounding of the CSO covers that of heights, too. To first order in eps, a height has an error of 2 eps of the
-/// reach, and the turned direction adds 2.6 eps of it to that of b. The last sum adds eps / 2, the norm and the quotient
-/// 1.75 eps, rounding and margins 1 eps: together 7.85 eps of b's reach, and less of a's reach and of the offset.
+/// The rounding of the CSO covers the rounding of heights, too.
+/// To first order in eps, a height has an error of 2 eps of the
+/// reach, and the turned direction adds 2.6 eps of it to the height of b. The last sum adds eps / 2, the norm and the
+/// quotient 1.75 eps, rounding and margins 1 eps: together 7.85 eps of b's reach, and less of a's reach and of the
+/// offset.
 inline double boundByPlanes(const Query& query, double gap, double length) {
   return gap / length - query.rounding - query.margins();
 }
@@ -64,10 +65,10 @@ inline bool asksFirstPlanes(const Query& query) {
 
 /// [m] Upper bound of the distance of two cores, by the ball inside of each of them.
 ///
-/// A translation that parts the cores parts the balls. So the signed distance of the cores is at most that of the
-/// balls: the distance of the centres less both radii. The rounding of the CSO covers the distance of the centres, too:
-/// it is computed as the norm of a CSO vertex is, from points of the cores, and the radii have the error of a support
-/// point.
+/// A translation that parts the cores parts the balls. So the signed distance of the cores is at most the distance of
+/// the balls: the distance of the centres less both radii. The rounding of the CSO covers the distance of the centres,
+/// too: it is computed as the norm of a CSO vertex is, from points of the cores, and the radii have the error of a
+/// support point.
 template <typename Vector>
 double distanceOfInnerBalls(const Query& query, const Vector& centres) {
   return centres.norm() - (query.a.innerRadius() + query.b.innerRadius()) + query.rounding;
@@ -92,7 +93,7 @@ class FirstPlanes {
     gap_ = direction.dot(cso.bOrigin()) - on_a.height - on_b.height;
   }
 
-  /// [m] times the length of the direction; its rounding is that of boundByPlanes().
+  /// [m] times the length of the direction; its rounding is in boundByPlanes().
   double gap() const { return gap_; }
   CsoVertex vertex(const Cso& cso) const { return are_hulls_ ? cso.recalled(numbers_) : vertex_; }
 
@@ -113,7 +114,7 @@ template <typename Observer, typename Otherwise>
   const auto endsBy = [&](Algorithm algorithm, double upper_bound) {
     observer.endsAtFirst(algorithm, direction / length, gap / length - query.rounding,
                          [&] { return query.cso().vertex(direction); });
-    query.warm_start.axis = direction / length;  // the direction may be that of the warm start: it is not read any more
+    query.warm_start.axis = direction / length;  // the direction may be the warm start's: it is not read any more
     return decided(query.warm_start.axis, lower_bound, upper_bound);
   };
   if (lower_bound > query.options.stop_above) return endsBy(Algorithm::FirstDirection, kNoThreshold);
@@ -137,7 +138,7 @@ template <typename Observer, typename Otherwise>
   const double length = direction.norm();
   const FirstPlanes planes(cso, direction);
   const double lower_bound = planes.gap() / length - query.rounding;
-  // The normal is that of the first vertex, so that the warm start keeps the axis of the last search.
+  // The normal belongs to the first vertex, so that the warm start keeps the axis of the last search.
   const auto endsBy = [&](Algorithm algorithm, double upper_bound) {
     query.warm_start.axis = direction / length;
     observer.endsAtFirst(algorithm, query.warm_start.axis, lower_bound, [&] { return planes.vertex(cso); });

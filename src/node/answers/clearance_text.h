@@ -14,9 +14,9 @@ namespace proximity_server::node {
 /// Writes the sentence of QueryStatus::message about the pair that sets the level: "forearm is 12.3 mm from table,
 /// closing 80 mm/s by elbow; stop below 20 mm".
 ///
-/// The velocity of a joint is the difference of its positions in two cycles, divided by that of their stamps, because
-/// joint_states need not have velocities. A joint closes the gap at -gradient . velocity; at most two are named. The
-/// rate is the sum over all joints, so it lacks what tf frames of objects and bases contribute.
+/// The velocity of a joint is the difference of its positions in two cycles, divided by the difference of their stamps,
+/// because joint_states need not have velocities. A joint closes the gap at -gradient . velocity; at most two are
+/// named. The rate is the sum over all joints, so it lacks what tf frames of objects and bases contribute.
 class ClearanceText {
  public:
   /// The robot must outlive it.
@@ -26,7 +26,7 @@ class ClearanceText {
   /// Takes the poses of this cycle.
   void move(const scene::BodyPoses& poses, const ros::Time& stamp);
 
-  /// Writes about a clearance that is not INVALID. `gradient` is that of its deciding pair; empty: the motion is
+  /// Writes about a clearance that is not INVALID. `gradient` belongs to its deciding pair; empty: the motion is
   /// not told.
   /// Allocates nothing if the text has a capacity of capacity().
   void write(std::string& text, const Clearance& clearance, const std::vector<double>& gradient) const;

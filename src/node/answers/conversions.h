@@ -34,7 +34,7 @@ struct RobotAndObjects {
 
 RayHit toMessage(const RobotAndObjects& model, const scene::Ray& ray, const scene::RayHit& hit);
 
-/// Converts a pair. `poses` are those of the scene that answered; they transform the points into the frames of the
+/// Converts a pair. `poses` are the poses of the scene that answered; they transform the points into the frames of the
 /// links. The gradient stays empty, and the guaranteed distance is the lower bound.
 Proximity toMessage(const RobotAndObjects& model, const scene::BodyPoses& poses, const scene::PairProximity& pair,
                     const scene::Question& question);

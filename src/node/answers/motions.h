@@ -22,7 +22,7 @@ namespace proximity_server::node {
 /// Whether the pose of a root link is known; all functions below need one.
 bool knowsRoot(const Robot& robot, const scene::BodyPoses& poses);
 
-/// The poses, in the reference frame, transformed into that of the first root link with a known pose.
+/// The poses, in the reference frame, transformed into the frame of the first root link with a known pose.
 scene::BodyPoses inRoot(const Robot& robot, scene::BodyPoses poses);
 
 /// The motions of the frames of moving objects, which are at these poses in the reference frame at the start. A frame of

@@ -11,7 +11,8 @@ Source: the comments in moveit_msgs, and where they are not clear, planning_scen
 Messages of both versions are read. They differ in the field `pose` of CollisionObject, which only Noetic has:
 * Without `pose`, the poses of shapes are in the frame of the header. With it they are relative to `pose`, and may be
   missing.
-* With `pose`, if it is empty and there is a single shape, the pose of this shape is that of the object, as in Noetic.
+* With `pose`, if it is empty and there is a single shape, the pose of this shape is the pose of the object, as in
+  Noetic.
 * MOVE without `pose` has a new pose for every shape. With `pose`, it has poses of shapes only if they change, too.
 
 Frames:  an object of the world stands still in the planning frame, even if the frame of its header moves later: the
@@ -25,7 +26,7 @@ Deviations from MoveIt:
 * A plane is solid below it (a x + b y + c z + d <= 0); in MoveIt it is a surface. So its normal has to point to the
   free side.
 * APPEND places its shapes by its own header and `pose`, as Melodic does and as the comments say. Noetic uses the frame
-  of the object, which is the same if `pose` is that of the object. APPEND does not move an attached object.
+  of the object, which is the same if `pose` is the pose of the object. APPEND does not move an attached object.
 * In MoveIt the world may have an object with the id of an attached one. Here it is called "<id> (world)".
 * Octomaps are not supported. link_padding and link_scale are not used: paddings are parameters of the node, and a
   message must not lower them. A warning tells that, and names the parameter.

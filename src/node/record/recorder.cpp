@@ -37,7 +37,7 @@ constexpr double kMegabyte = 1e6;
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
-/// The folder of the parameter; without one, that of ROS for files of nodes.
+/// The folder of the parameter; without one, the folder of ROS for files of nodes.
 std::string folderOf(const Config& config) {
   if (!config.record_directory.empty()) return config.record_directory;
   if (const char* home = std::getenv("ROS_HOME")) return std::string(home) + "/proximity_server";
@@ -95,8 +95,8 @@ const std::uint8_t* get(const std::uint8_t* place, std::size_t count, scene::Bod
 }
 
 /// A stream for roscpp that relies on there being room. If all calls are inlined, its place stays in a register: that
-/// halves the instructions of a cycle, which are 2.6 % of those of Monitor::cycle() for the robot of the demo, 3.0 %
-/// for a Panda and 0.24 % for a PR2 (callgrind, g++ 12, 2026-11-27).
+/// halves the instructions of a cycle, which are 2.6 % of the instructions of Monitor::cycle() for the robot of the
+/// demo, 3.0 % for a Panda and 0.24 % for a PR2 (callgrind, g++ 12, 2026-11-27).
 struct UncheckedStream {
   std::uint8_t* place;
 
@@ -291,7 +291,7 @@ bool Recorder::isEnding() const {
 }
 
 void Recorder::run() {
-  setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kNiceness);  // on Linux that of this thread
+  setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + kNiceness);  // on Linux the priority of this thread
   for (bool is_last = false; !is_last;) {
     is_last = isEnding();
     if (!is_saving_.load(std::memory_order_acquire)) {

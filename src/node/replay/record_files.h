@@ -15,8 +15,8 @@ struct RecordFiles {
 };
 
 /// Writes a record as files that `clearance` and the other tools read: for each stretch a folder "1", "2", ... in
-/// `folder`, which must exist. The SRDF disables every pair that the node does not check. The states are those of all
-/// cycles with known poses; joints that move no checked pair have no column. The additions of the parameters to the
+/// `folder`, which must exist. The SRDF disables every pair that the node does not check. There is a state for each
+/// cycle with known poses; joints that move no checked pair have no column. The additions of the parameters to the
 /// URDF are not in the files: padding, and mesh tolerances of single links.
 /// Failure: throws std::invalid_argument as replay(); for several robots, for a planar or floating joint, which tables
 ///          of states do not have; if a file cannot be written; and if there is no state.

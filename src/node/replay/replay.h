@@ -17,10 +17,10 @@ constexpr double kRoundingOfMessages = 1e-9;
 
 struct ReplayOptions {
   std::string file;
-  std::optional<double> mesh_tolerance;  ///< [m] in place of that of the record
+  std::optional<double> mesh_tolerance;  ///< [m] in place of the record's
 };
 
-/// The answers of a replay, compared with those of the record.
+/// The answers of a replay, compared with the record.
 struct ReplayResult {
   std::uint64_t cycles = 0, different = 0;
   std::vector<std::string> first_differences;  ///< a line for each of the first ten

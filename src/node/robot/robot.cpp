@@ -177,7 +177,7 @@ scene::FrameSpeeds baseSpeedsOf(const scene::RobotModel& robot, const Config& co
   return speeds;
 }
 
-/// The columns of the named joints; those of all joints if none is named.
+/// The columns of the named joints; of all joints if none is named.
 std::vector<int> constraintColumnsOf(const scene::RobotModel& robot, const std::vector<std::string>& joints) {
   const scene::DegreesOfFreedom all(robot);
   std::vector<bool> moves(static_cast<std::size_t>(all.size()), joints.empty());

@@ -65,8 +65,8 @@ class Robot {
   const std::string& referenceFrame() const { return reference_frame_; }
   int referenceLink() const { return reference_link_; }
 
-  /// The robot with the reference link, as an index into RobotModel::robots; -1 if the reference frame is not that of a
-  /// link.
+  /// The robot with the reference link, as an index into RobotModel::robots; -1 if the reference frame is not the frame
+  /// of a link.
   int referenceRobot() const;
 
   /// The transforms that the robot needs from tf. There is one edge for each of RobotModel::joints. Behind them there
@@ -111,7 +111,7 @@ class Robot {
   /// thresholds(), with the distances of tracked sources for their objects among these.
   scene::LevelThresholds thresholdsWith(const scene::Objects& objects) const;
 
-  /// Gives all pairs without thresholds of their own those of `settings`.
+  /// Gives all pairs without thresholds of their own the thresholds of `settings`.
   /// Failure: throws std::invalid_argument naming a pair if its stop distance is above its warn distance, or if a stop
   ///          distance of its own is not below influence_distance. Then nothing changes.
   void useDefaults(const MonitorSettings& settings) const;
@@ -147,7 +147,7 @@ class Robot {
   scene::FrameSpeeds base_speeds_, object_speeds_;
   std::vector<int> constraint_columns_;
   struct Thresholds : scene::LevelThresholds {
-    scene::LevelDistances usual;  ///< those of the settings
+    scene::LevelDistances usual;  ///< the distances of the settings
   };
   mutable std::shared_ptr<const Thresholds> thresholds_;  ///< accessed by std::atomic_load and atomic_store
   std::unique_ptr<ObjectSlot> objects_;

@@ -62,7 +62,7 @@ class FreeMotions {
     for (int i = 0; i < degrees_.size(); ++i) motion_[i] = motion[degrees_[i].joint].value_or(0.0);
   }
 
-  /// Adds those of a state.
+  /// Adds the free motions of a state.
   void add(PosedScenes& scenes, QueryConfigurationResponse& response) {
     free_.find(scenes.scene, scenes.state, question_);
     for (int i = 0; i < degrees_.size(); ++i) response.free_motion.push_back(free_.alone(i));

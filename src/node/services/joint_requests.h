@@ -39,7 +39,7 @@ JointSnapshot missingFromTf(const Robot& robot, TfPoses& tf, const std::vector<i
                             const std::vector<JointValues>& states, const ros::Time& stamp,
                             const std::vector<int>& joints = {});
 
-/// Looks up in tf the needed frames that are not those of links, at the time of the joints. Waits at most
+/// Looks up in tf the needed frames that are not frames of links, at the time of the joints. Waits at most
 /// Config::tf_timeout.
 FrameSnapshot framesFromTf(const Robot& robot, TfPoses& tf, CarrierFrames frames, const JointSnapshot& joints,
                            const ros::Time& stamp);
@@ -59,7 +59,7 @@ bool isTurnAssumed(const Robot& robot, int joint, const JointSnapshot& from_tf, 
 /// The joints without a position in a state whose other joints share an inequality with them.
 std::vector<int> coupledJoints(const scene::RobotModel& robot, const std::vector<JointValues>& states);
 
-/// The positions of a state for inequalities: those that are given, or else those of tf; NaN where neither has one.
+/// The positions of a state for inequalities: the given ones, or else the positions of tf; NaN where neither has one.
 scene::Positions positionsOf(const Robot& robot, const JointValues& given, const JointSnapshot& from_tf);
 
 /// A text about the inequality that these positions break most; "" if they break none.

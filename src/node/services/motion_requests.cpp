@@ -18,7 +18,8 @@ using Twist = scene::RobotMotion::Twist;
 
 Eigen::Vector3d toEigen(const geometry_msgs::Vector3& vector) { return {vector.x, vector.y, vector.z}; }
 
-/// Converts the twist of a link into that of its body. The two differ in the point whose linear velocity they have.
+/// Converts the twist of a link into the twist of its body. The two differ in the point whose linear velocity they
+/// have.
 Twist twistOfBody(const scene::Link& link, const Eigen::Isometry3d& body_pose, const geometry_msgs::Twist& twist) {
   const Eigen::Vector3d angular = toEigen(twist.angular);
   const Eigen::Vector3d link_to_body = -(body_pose.linear() * link.body_T_link.translation());

@@ -20,7 +20,7 @@ scene::Question questionOf(const Robot& robot, const QueryPairsRequest& request)
 /// number is not finite.
 double thresholdOrNone(double threshold);
 
-/// The uncertainty of a text of a request, or if it is empty that of the parameters. Throws RequestError naming the field
+/// The uncertainty of a text of a request, or if it is empty, of the parameters. Throws RequestError naming the field
 /// of the text that is wrong.
 scene::Uncertainty uncertaintyOf(const Robot& robot, const std::string& text);
 

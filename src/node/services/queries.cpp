@@ -143,7 +143,7 @@ auto asked(const Ask& ask) try {
 
 /// [m] The offset of the plane halfway between the two points of a pair, along the normal.
 double planeOffset(const narrowphase::SignedDistance& pair) {
-  // Not dot(), which adds in another order: the last digits stay those of 1.0.0.
+  // Not dot(), which adds in another order: the last digits stay as in 1.0.0.
   const auto along = [&](const Eigen::Vector3d& point) {
     return pair.normal.x() * point.x() + pair.normal.y() * point.y() + pair.normal.z() * point.z();
   };

@@ -47,7 +47,7 @@ struct Trajectory {
   }
 };
 
-/// The motions between successive points; times are those of the trajectory.
+/// The motions between successive points; times count as in the trajectory.
 std::vector<scene::Motion> motionsBetween(const Trajectory& trajectory, const std::vector<double>& tracking_error) {
   const std::vector<scene::TrajectoryPoint>& points = trajectory.way.points;
   std::vector<scene::Motion> motions;

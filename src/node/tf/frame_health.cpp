@@ -16,7 +16,7 @@ constexpr std::size_t kLongestChain = 1000;  // [frames] as in tf2
 constexpr std::size_t kMaxSources = 4;       // no more parents or publishers of a frame are known
 /// [ns] After this pause a parent or a publisher that comes again counts as a new one.
 constexpr std::int64_t kPause = 2'000'000'000;
-/// A rate counts as that of the monitor from this share of it on, because stamps and drivers' rates are rounded.
+/// A rate counts as the monitor's from this share of it on, because stamps and drivers' rates are rounded.
 constexpr double kFullRate = 0.9;
 
 std::int64_t nanoseconds(const ros::Time& time) { return static_cast<std::int64_t>(time.toNSec()); }

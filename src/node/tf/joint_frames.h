@@ -16,7 +16,7 @@ using JointFrames = std::vector<std::optional<Eigen::Isometry3d>>;
 /// A number for each of RobotModel::joints; nullopt if none was given.
 using JointValues = std::vector<std::optional<double>>;
 
-/// The pose of each robot's root link. It is in the reference frame, or, if the reference frame is that of a link
+/// The pose of each robot's root link. It is in the reference frame, or, if the reference frame is the frame of a link
 /// (which joints may move), in the root link of the robot with that link. It is nullopt for that robot itself, and if
 /// it is not known.
 using RootPoses = std::vector<std::optional<Eigen::Isometry3d>>;
@@ -45,8 +45,8 @@ JointFrames framesAt(const scene::RobotModel& robot, const JointValues& position
 /// known have no pose. The result uses the memory of `reused`.
 scene::BodyPoses posesInRoot(const scene::RobotModel& robot, const JointFrames& joints, scene::BodyPoses reused = {});
 
-/// The pose of a root link in the reference frame. If the reference frame is that of a link, the root is that of the
-/// link's robot, and its pose follows from `poses_in_root`. Otherwise `pose_from_tf` is returned.
+/// The pose of a root link in the reference frame. If the reference frame is the frame of a link, the root is the root
+/// of the link's robot, and its pose follows from `poses_in_root`. Otherwise `pose_from_tf` is returned.
 std::optional<Eigen::Isometry3d> referenceToRoot(const Robot& robot, const scene::BodyPoses& poses_in_root,
                                                  const std::optional<Eigen::Isometry3d>& pose_from_tf);
 

@@ -60,7 +60,7 @@ struct FrameSnapshot {
   std::vector<int> may_move;
 };
 
-/// The tf frames that carry objects, and those of them whose poses are needed.
+/// The tf frames that carry objects, and the ones among them whose poses are needed.
 struct CarrierFrames {
   std::vector<std::string> names;
   std::vector<int> needed;  ///< indices into `names`
@@ -93,7 +93,7 @@ struct TfLookup {
 /// latest stamps of all joints, so that nothing is extrapolated. Fixed joints are taken from the URDF, so /tf_static is
 /// not needed. If a transform is missing, is not finite or is no rotation, the poses of the bodies beyond it are
 /// unknown. If the stamp of a transform is too far from the clock, all poses are unknown. If the clock jumps back, all
-/// transforms are forgotten. The turns of joints, which transforms do not tell, are those of joint_states, if it tells
+/// transforms are forgotten. The turns of joints, which transforms do not tell, come from joint_states, if it tells
 /// them; it is never waited for. Thread-safe.
 class TfPoses {
  public:
@@ -144,7 +144,7 @@ class TfPoses {
   JointSnapshot awaitJoints(const Robot& robot, const std::vector<int>& edges, const ros::Time& stamp,
                             std::optional<double> timeout = {});
 
-  /// An argument of standingStill(): it stands for a reference frame that is not that of a link.
+  /// An argument of standingStill(): it stands for a reference frame that is not the frame of a link.
   static constexpr int kReferenceFrame = -1;
 
   /// Returns whether the roots of these robots stand still relative to each other. `robots` are ascending indices into

@@ -22,7 +22,7 @@ namespace proximity_server::node {
 ///
 /// roscpp's own port serves the same services. So a client needs the address from the ROS master, see
 /// registerService(). If roscpp has a fixed port (__tcpros_server_port, as behind a firewall), there is no second one,
-/// and address() is that of roscpp.
+/// and address() is roscpp's.
 class ServicePort {
  public:
   ServicePort();

@@ -9,7 +9,7 @@
     contact = cell.first_contact(start, goal)    # on the straight way in joint space, or with velocities on a spline
 
 Every question is a method of Robot, and answers with a structured array of numpy, one row for each state, pair or edge.
-A q of shape (joints,) is one state, and its answer one row; more dimensions are those of the answer too. Lengths are in
+A q of shape (joints,) is one state, and its answer one row; the answer has its other dimensions, too. Lengths are in
 metres, angles in radian; points and normals are in the frame of the root link.
 
 The fields of PAIR, the dtype of rows about a pair in a state:
@@ -55,7 +55,7 @@ The fields of PROOF, the dtype of Robot.prove:
     undecided             the share of the volume of the box that is not decided
 
 POINT, the dtype of Robot.point_distance, has the fields of PAIR with `link` in place of `pair`: the first of the two is
-the closest link or object, the second the ball about the point, and all distances are those of the point. One more:
+the closest link or object, the second the ball about the point, and all distances are distances of the point. One more:
     link                  number in Robot.links; from len(Robot.links) on in the order of Robot.objects; -1 for none
     point                 number of the point, from 0; with several dimensions as numpy.ndarray.flat counts
 
@@ -101,7 +101,7 @@ class Verdict(enum.IntEnum):
 
 
 class Hit(enum.IntEnum):
-    """What a ray meets; the numbers are those of RayHit.msg."""
+    """What a ray meets; the numbers are the same as in RayHit.msg."""
 
     UNKNOWN = 0  #: no answer, or it is not known what is behind free_until
     HIT = 1  #: a surface; or the ray begins inside
@@ -117,7 +117,7 @@ class Outcome(enum.IntEnum):
 
 
 class Level(enum.IntEnum):
-    """How near a pair is by its own thresholds; the numbers are those of Clearance.msg, the worst last."""
+    """How near a pair is by its own thresholds; the numbers are the same as in Clearance.msg, the worst last."""
 
     CLEAR = 0  #: farther than its warn distance
     WARN = 1  #: at or below its warn distance

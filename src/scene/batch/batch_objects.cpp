@@ -78,7 +78,7 @@ BatchObjects::BatchObjects(std::shared_ptr<const Objects> of_robot, const std::v
     else
       carried_pairs.push_back({number, carried_of[a], carried_of[b]});
   }
-  std::vector<Eigen::AlignedBox3d> boxes;  // that of an object with half-spaces is empty, so infinitely far away
+  std::vector<Eigen::AlignedBox3d> boxes;  // the box of an object with half-spaces is empty, so infinitely far away
   for (std::size_t i = 0; i < fixed.size(); ++i) {
     boxes.push_back(fixed[i]->box);
     if (fixed[i]->isUnbounded()) unbounded.push_back(static_cast<int>(i));

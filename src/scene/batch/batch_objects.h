@@ -42,8 +42,8 @@ struct BatchObjects {
   std::vector<int> frame_links;  ///< for each of Objects::frames(): its link
   std::vector<Carried> carried;
   std::vector<CarriedPair> carried_pairs;
-  std::vector<const PlacedObject*> fixed;  ///< those of a checked pair
-  std::vector<int> unbounded;              ///< those of them with half-spaces, as indices into `fixed`
+  std::vector<const PlacedObject*> fixed;  ///< the fixed objects of a checked pair
+  std::vector<int> unbounded;              ///< the fixed objects with half-spaces, as indices into `fixed`
   BoxTree tree;                            ///< of all others; the items are indices into `fixed`
   std::vector<std::vector<int>> numbers;   ///< of the pair of one that is carried and a fixed object; -1: not checked
 

@@ -140,7 +140,7 @@ bool ExactState::isNearLast() {
   return edge_begin_ != state_;
 }
 
-/// The pieces of a pair that were the closest the last time on this edge, and the place for those of this state.
+/// The pieces of a pair that were the closest the last time on this edge, and the place for the pieces of this state.
 LeafPair* ExactState::guessFor(int pair) {
   takeStep();
   Guess& guess = guesses_[pair];

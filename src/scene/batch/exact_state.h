@@ -24,7 +24,7 @@ bool areNear(const States& states, Eigen::Index a, Eigen::Index b);
 ///
 /// 1. place() stores where the positions are in memory.
 /// 2. A question places the two bodies of its pair and the bodies that carry them, unless an earlier question about
-///    this state has placed them. The poses are those of forwardKinematics().
+///    this state has placed them. The poses are the same as by forwardKinematics().
 /// 3. PairMeasurement answers. If the state is near the last one, as along an edge, it computes the pieces first that
 ///    were the closest there, and begins where the searches ended there. No answer depends on that.
 ///

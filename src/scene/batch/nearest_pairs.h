@@ -30,14 +30,14 @@ namespace proximity_server::scene {
 ///
 /// Along an edge, the pairs that were the closest in the last state mostly are again. They are computed first, and give
 /// all others a small limit. Then few pairs are left, and lanes do not pay: step 2 leaves these states out, and step 3
-/// takes the pairs that no lower bound excludes. From the cheapest to the most expensive, it is that of an earlier
-/// state minus the travel of both links since then, that of the balls, that of an earlier state minus the motion of the
-/// links relative to each other, and that of the boxes.
+/// takes the pairs that no lower bound excludes. From the cheapest to the most expensive, it is the bound of an earlier
+/// state minus the travel of both links since then, the bound of the balls, the bound of an earlier state minus the
+/// motion of the links relative to each other, and the bound of the boxes.
 ///
 /// If only bounds of the smallest distance are asked for, the lanes bound the pieces of the kept pairs after step 2. What
 /// they leave open is computed, until the bounds are as near as asked.
 ///
-/// The pairs with objects within the limit come from NearObjects, and enter the queue with those of links.
+/// The pairs with objects within the limit come from NearObjects, and enter the queue with the pairs of links.
 ///
 /// If pairs have thresholds of their own, these are subtracted from bounds and distances before they are compared.
 ///
@@ -142,7 +142,7 @@ class NearestPairs {
   std::vector<OnEdge> on_edge_;            ///< all that have geometry
   std::vector<double> travel_;             ///< see LaneBounds::travel()
   std::vector<unsigned char> is_on_edge_;  ///< for each state: 1 if the lanes need not bound its pairs
-  std::vector<Kept> kept_;                 ///< those of one pair lie side by side
+  std::vector<Kept> kept_;                 ///< the entries of one pair lie side by side
   std::vector<std::vector<int>> kept_of_;  ///< for each state: indices of its kept pairs
   std::vector<int> nearest_;               ///< for each state: index of the kept pair with the smallest lower bound
   std::vector<int> asked_;                 ///< indices of the kept pairs whose pieces are bounded
@@ -154,7 +154,7 @@ class NearestPairs {
 
   double first_limit_ = 0.0;  ///< [m] for the current state
   VisitQueue queue_;
-  std::vector<float> upper_bounds_;       ///< [m] for each pair: that of the lanes in the current state
+  std::vector<float> upper_bounds_;       ///< [m] for each pair: by the lanes in the current state
   std::vector<int> last_found_;           ///< the pairs found in the last state
   std::vector<unsigned char> was_found_;  ///< for each pair: 1 if it is one of these
   std::vector<PairProximity> measured_, answers_;

@@ -31,10 +31,10 @@ std::vector<JointRange> withInterval(std::vector<JointRange> box, const JointRan
 /// 5. If there would be too many functions, a disc about the arc takes the place of the polygon: the function at its
 ///    centre, whose direction is off by no more than the radius allows.
 ///
-/// A mimic joint has an interval of its own, which follows from that of its leader.
+/// A mimic joint has an interval of its own, which follows from the interval of its leader.
 class AxisHeights {
  public:
-  /// `direction`: a unit vector in the frame of the body `from`; the points are those of the body `to`. The box has an
+  /// `direction`: a unit vector in the frame of the body `from`; the points belong to the body `to`. The box has an
   /// interval for each joint between the two, or for its leader.
   AxisHeights(const RobotModel& robot, const std::vector<JointRange>& box, int from, int to,
               const Eigen::Vector3d& direction);

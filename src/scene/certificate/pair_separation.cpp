@@ -54,7 +54,7 @@ std::pair<int, Isometry3d> carrierOf(const PlacedObject& object, const RobotMode
 Side sideOfObject(const PlacedObject& object, const RobotModel& robot) {
   const auto [body, body_T_frame] = carrierOf(object, robot);
   Side side{body, {}, {}};
-  // excessRounding() is that of the lengths of transforms that have cancelled each other.
+  // excessRounding() is the rounding by the lengths of transforms that have cancelled each other.
   const double excess = object.geometry->excessRounding() / kChainRounding;
   const double chain = body_T_frame.translation().norm() + excess;
   for (const Piece& piece : object.geometry->pieces()) addPiece(piece, body_T_frame, chain, side);

@@ -40,7 +40,7 @@ class PairSeparation {
   /// The joints that move the two relative to each other, without mimic joints, ascending.
   const std::vector<int>& leaders() const { return leaders_; }
 
-  /// The bodies from that of a to that of b.
+  /// The bodies from the body of a to the body of b.
   const std::vector<int>& bodies() const { return bodies_; }
 
   const CarriedShape& a() const { return a_; }

@@ -41,7 +41,7 @@ const FileValue& parametersIn(const FileValue& value, const std::vector<std::str
   throw std::invalid_argument(source + ": there is no parameter of the node in it");
 }
 
-/// Reads the rows, which are those of the file.
+/// Reads the rows that the file has.
 void readBy(const std::vector<Parameter>& rows, ParameterReader& reader, const ConfigFile& file) {
   for (const Parameter& row : rows) reader.read(row);
   const std::string problem = contradictionIn(file.levels);

@@ -137,8 +137,8 @@ struct ContactFeatures::Side {
   const std::vector<PlacedHalfSpace>* half_spaces;  ///< nullptr: none
   Isometry3d pose;
 
-  /// True if the plane is that of a half-space. Directions count as equal if they move points that are 1 m away by at
-  /// most 1e-6 m. More common points can only make the smallest value smaller.
+  /// True if the plane is the boundary of a half-space. Directions count as equal if they move points that are 1 m away
+  /// by at most 1e-6 m. More common points can only make the smallest value smaller.
   bool fills(const ContactPlane& plane, double tolerance) const {
     constexpr double kSameDirection = 1e-6;
     if (!half_spaces) return false;

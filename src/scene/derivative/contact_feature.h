@@ -34,8 +34,8 @@ std::optional<double> findSupportFigure(const narrowphase::Shape& shape, const E
                                         const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure);
 
 /// The contact features of the pairs of one robot: the points that may be their witness points. It has the working
-/// memory of one caller. Nothing is allocated if no shape has more vertices than those of the robot and of the objects
-/// before.
+/// memory of one caller. Nothing is allocated if no shape has more vertices than the shapes of the robot and of the
+/// objects before.
 class ContactFeatures {
  public:
   explicit ContactFeatures(const SceneModel& model);

@@ -133,7 +133,7 @@ void DisplacedPair::improve(Along& best, double enough, double little) {
 
 /// Turns the normal so that the bound becomes larger. To first order the bound is the support height of a convex set,
 /// all differences of displaced points of the cores, and the best normal points to the point of this set that is the
-/// nearest to the origin. As in GJK, that of the support points so far gives the next normal.
+/// nearest to the origin. As in GJK, the nearest point of the support points so far gives the next normal.
 void DisplacedPair::turn(Along& best, double enough, double little) {
   constexpr int kMostSteps = 6;
   constexpr double kMuch = 0.05;  // of the loss

@@ -75,7 +75,7 @@ class DisplacedPair {
   bool is_exchanged = false;
   RelativePose a_T_b;
   double padding = 0.0, swelling = 0.0;
-  int frame = kCommon;  ///< that of the first bound of all pieces
+  int frame = kCommon;  ///< the frame of the first bound of all pieces
 
  private:
   void turn(Along& best, double enough, double little);

@@ -21,9 +21,9 @@ class DividedBound {
   void divideInto(int most_parts) { most_parts_ = most_parts; }
 
   /// Returns a bound [m] of all states that is at least `whole`, and not improved above `enough`. The pieces that decide
-  /// the pair in the present state stay those of `pieces`. It ends when the bound loses at most kMuch times as much as a
-  /// state that was found, or when such a state is in contact, or with the work of the pair. `lower_bound` [m]: that of
-  /// the pair in the present state.
+  /// the pair in the present state stay the deciding ones of `pieces`. It ends when the bound loses at most kMuch times
+  /// as much as a state that was found, or when such a state is in contact, or with the work of the pair. `lower_bound`
+  /// [m]: the lower bound of the pair in the present state.
   double improved(double whole, double lower_bound, double enough);
 
   /// By joint, the positions of the leaders relative to the present ones in the nearest state that the last division

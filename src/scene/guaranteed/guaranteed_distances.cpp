@@ -105,8 +105,8 @@ double GuaranteedDistances::largestLossOf(const State& state, const Pairs& pairs
   return pairs.areCandidates() ? largestLoss(state) : kInfinity;
 }
 
-/// Lowers the minimum to that of the listed pairs of this kind, none of which loses more than `loss` [m]. Returns whether
-/// no other pair can be below it. `others` of the list is here a distance minus a threshold.
+/// Lowers the minimum to the minimum of the listed pairs of this kind, none of which loses more than `loss` [m].
+/// Returns whether no other pair can be below it. `others` of the list is here a distance minus a threshold.
 bool GuaranteedDistances::settle(const State& state, const ListedPairs& listed, PairKind kind,
                                  const PairDistances& thresholds, double enough, double loss,
                                  GuaranteedMinimum& minimum) {
@@ -125,7 +125,7 @@ bool GuaranteedDistances::settle(const State& state, const ListedPairs& listed, 
       minimum.excess = guaranteed - threshold;
     }
   };
-  // The pair of the last minimum is likely to be that of this one, and then excludes most others by cheap bounds.
+  // The pair of the last minimum is likely to be the pair of this one, and then excludes most others by cheap bounds.
   ShapeRefPair& found = found_[static_cast<std::size_t>(kind)];
   const PairProximity* const likely =
       std::find_if(listed.begin, listed.end, [&](const PairProximity& pair) { return pair.asked.isSameAs(found); });

@@ -165,8 +165,8 @@ double LargestLoss::of(const std::vector<double>& travel) {
   findRadii();
   const double sum =
       lossOfBodies(waysOf(travel).of_slides) + lossOfSurfaces() + lossOfObjects() + lossOfHalfSpaces(travel);
-  // The sum is of positive numbers, four for each body and a few more; that of a pair is rounded up, too. Each radius
-  // is a sum over at most all bodies.
+  // The sum is of positive numbers, four for each body and a few more; the loss of a pair is rounded up, too. Each
+  // radius is a sum over at most all bodies.
   return (1.0 + static_cast<double>(robot().bodies.size() + 8) * 2.0 * kPoseRounding) * sum;
 }
 

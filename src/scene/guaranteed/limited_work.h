@@ -17,7 +17,7 @@ class LimitedWork {
     end_ = GuaranteeEnd::None;
   }
 
-  /// Begins with a pair. It may take half of the steps that are left, so that no pair takes those of all others.
+  /// Begins with a pair. It may take half of the steps that are left, so that no pair takes the steps of all others.
   void beginPair() { share_ = steps_ + std::max<std::int64_t>(0, limits_.most_steps - steps_) / 2; }
 
   /// After the end of the time nothing is counted, so that steps() tells when that was.

@@ -21,7 +21,7 @@ class PairBounds {
   void limit(const GuaranteeLimits& limits);
   LimitedWork& work() { return work_; }
 
-  // The state is that of the places.
+  // The state is the one of the places.
   double of(const PairProximity& pair, double enough);
   const ReachedState* reached(const PairProximity& pair, double threshold);
 

@@ -87,8 +87,8 @@ double PiecesBound::ofVolumes(const PartPair& volumes, double enough) const {
   return bound;
 }
 
-/// Lowers the bound of all pieces to that of the pieces of two volumes, which have the bound `own`. After kMostVisits,
-/// or when the work of the pair is over, the bounds of what is left are taken as they are.
+/// Lowers the bound of all pieces to the bound of the pieces of two volumes, which have the bound `own`. After
+/// kMostVisits, or when the work of the pair is over, the bounds of what is left are taken as they are.
 void PiecesBound::boundVolumes(const PartPair& volumes, double own, double& lowest) {
   if (own >= lowest || lowest <= known_.without_pieces) return;
   if (work_.isOver()) {
@@ -151,7 +151,7 @@ double PiecesBound::ofInteriors(const Vector3d& normal) {
   return bound - margins;
 }
 
-/// Lowers the bound of all pieces to that of two of them.
+/// Lowers the bound of all pieces to the bound of two of them.
 void PiecesBound::boundPieces(const LeafPair& leaves, double& lowest) {
   DisplacedPair::Along best{
       -kInfinity, -kInfinity, 0.0, pair_.frame, {leaves, Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};

@@ -23,8 +23,9 @@ class PiecesBound {
   /// [m] A lower bound of the distance of all pieces. It is not improved above `enough`.
   double ofAllPieces(const Known& known, double enough);
 
-  /// [m] A lower bound of the distance of what the interior of one part adds: that of the balls of the representatives of
-  /// the other part, see findInteriorDepths(), along the normal. An interior is in the convex hull of the pieces.
+  /// [m] A lower bound of the distance of what the interior of one part adds: the distance of the balls of the
+  /// representatives of the other part, see findInteriorDepths(), along the normal. An interior is in the convex hull
+  /// of the pieces.
   double ofInteriors(const Eigen::Vector3d& normal);
 
   /// The pair of pieces whose bound is the smallest, and where it is attained.
@@ -51,7 +52,7 @@ class PiecesBound {
   Known known_;
   // Only if there is a normal:
   Eigen::Vector3d in_a_, in_b_;  ///< the normal in the frames of the parts
-  double between_ = 0.0;         ///< [m] from the origin of a to that of b, along it, less padding and rounding
+  double between_ = 0.0;         ///< [m] from the origin of a to the origin of b, along it, less padding and rounding
   double loss_ = 0.0;            ///< [m] no pieces come closer by more along it; infinite for single pieces
   int visits_ = 0;               ///< of pairs of volumes
 };

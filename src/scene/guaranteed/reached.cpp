@@ -49,7 +49,7 @@ void ReachedStates::displace(const Displacement& own, const Vector3d& point, con
   }
 }
 
-/// Sets the positions of all joints from those of the leaders, relative to the present ones.
+/// Sets the positions of all joints from the positions of the leaders, relative to the present ones.
 void ReachedStates::moveLeaders(const std::vector<double>& positions) {
   for (std::size_t i = 0; i < places_.robot().bodies.size(); ++i) {
     const int joint = places_.robot().bodies[i].joint;

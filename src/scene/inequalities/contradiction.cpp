@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kZero = 1e-12;  // a smaller coefficient is rounding; those of the program are about 1
+constexpr double kZero = 1e-12;  // a smaller coefficient is rounding; the coefficients of the program are about 1
 constexpr int kMostSteps = 100'000;
 
 /// A linear program as equations of its basic variables, a row for each: value + row . the others, which are 0. The

@@ -14,8 +14,7 @@ namespace proximity_server::scene {
 /// 2. That is a linear program in the positions and t. Move the lower limits to 0 and solve it by the simplex method,
 ///    beginning where all joints are at their lower limits and t is the largest excess.
 /// 3. If t is above the tolerance, inequalities with a multiplier in the optimum contradict each other.
-///
-/// Error:   that of t is about 1e-15 times the largest limit, far below the tolerance.
+/// Error:   the error of t is about 1e-15 times the largest limit, far below the tolerance.
 /// Source:  Chvatal, Linear Programming, 1983, chapter 3. Bland's rule keeps the method from cycling.
 std::vector<int> contradiction(const RobotModel& robot);
 

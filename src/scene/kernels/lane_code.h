@@ -197,7 +197,7 @@ int findNear(const PairPoses& poses, int count, double reach, const double* limi
   for (int first = 0; first < count; first += kTile, pose_a += poses.stride, pose_b += poses.stride) {
     const Tile &a = *pose_a, &b = *pose_b;
     // The square of a distance in float has a relative error of 2 u from the differences and of 4 u from products and
-    // sums; that of a limit is rounded to float.
+    // sums; the square of a limit is rounded to float.
     alignas(64) float squares[kTile];
     for (int i = 0; i < kTile; ++i) {
       const double within = reach + limits[first + i];
@@ -381,8 +381,8 @@ Support vertex(const Balls& core, const Point& direction) {
 struct Nearest {
   Point point;        ///< a combination of the vertices whose weights are in [0, 1]
   Float square;       ///< of its length
-  Point direction;    ///< that of the point; of a face its normal, which is more exact near contact
-  Int first, second;  ///< the numbers of the other vertices of the edge or face; those of a vertex or an edge repeat
+  Point direction;    ///< the direction of the point; of a face its normal, which is more exact near contact
+  Int first, second;  ///< the numbers of the other vertices of the edge or face; they repeat for a vertex or an edge
   Int is_inside;      ///< the origin is on the inner side of the three faces
 };
 

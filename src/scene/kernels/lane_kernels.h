@@ -111,7 +111,7 @@ struct FoundLeafGaps {
   float smallest_of_others;  ///< [m] a lower bound of the distances of all pairs that were not written
 };
 
-/// The bodies of a robot, and the place of their poses: one tile for each, then those of the next columns.
+/// The bodies of a robot, and the place of their poses: one tile for each, then the tiles of the next columns.
 struct Bodies {
   const BodyPlan* plans;
   int count;

@@ -4,9 +4,8 @@
 //
 // No product is fused with a sum (-ffp-contract=off), and the order of sums is fixed: so the bits do not depend on the
 // number of lanes.
-//
-// The vectors are those of the compiler (GCC, clang) and not those of a library. They need only operators here, their
-// code is the same as that of xsimd (vmaxps, vblendmps), and they define no inline function in sources with other
+// The vectors are built into the compiler (GCC, clang), and not from a library. They need only operators here, their
+// code is the same as with xsimd (vmaxps, vblendmps), and they define no inline function in sources with other
 // options.
 
 namespace proximity_server::scene::lanes {

@@ -48,8 +48,8 @@ Point leafAxis(const Leaf& leaf, int k) {
   return {leaf[kLeafAxes + k], leaf[kLeafAxes + 3 + k], leaf[kLeafAxes + 6 + k]};
 }
 
-/// Like boxGap() in bounds.h. `offset` is the vector from the centre of a to that of b, in their common frame, and
-/// `distance` is its length.
+/// Like boxGap() in bounds.h. `offset` is the vector from the centre of a to the centre of b, in their common frame,
+/// and `distance` is its length.
 template <typename A, typename B>
 Float leafBoxGap(const A& a, const B& b, const Point& offset, Float distance) {
   Float cosines[9], offset_in_a[3], offset_in_b[3], half_a[3], half_b[3], along_offset = all(0.0f);

@@ -15,8 +15,8 @@ namespace proximity_server::scene {
 
 /// Bounds of the signed distances of the candidate pairs in a block of states. Each lane of a vector has one state.
 ///
-/// 1. place() computes the frames of all bodies in double and those of the links in float, with a bound of their errors
-///    (LaneError).
+/// 1. place() computes the frames of all bodies in double and the frames of the links in float, with a bound of their
+///    errors (LaneError).
 /// 2. Enclosing balls, then boxes give lower bounds.
 /// 3. A search in the Minkowski difference of the outlines of two links moves a point towards the origin, step by step.
 ///    The support plane at each point gives a lower bound, and the point itself gives an upper bound if the links are
@@ -51,9 +51,10 @@ class LaneBounds {
   /// The lower bounds alone. A bound that is above the limit [m] need not be the best one.
   void lowerBounds(int pair, const int* states, int count, double limit, float* lower) const;
 
-  /// Narrows bounds of a pair in each of the listed, placed states to those of its pieces, by GJK, until they are at most
-  /// `accuracy` [m] apart where float allows it. States whose lower bound is above limits[i] [m] need no more. An upper bound is found for pieces that are hulls of points, with any
-  /// margin. `upper` is at most 0 if the pair is proven to overlap; the depth is only bounded.
+  /// Narrows bounds of a pair in each of the listed, placed states to the bounds of its pieces, by GJK, until they are
+  /// at most `accuracy` [m] apart where float allows it. States whose lower bound is above limits[i] [m] need no more.
+  /// An upper bound is found for pieces that are hulls of points, with any margin. `upper` is at most 0 if the pair is
+  /// proven to overlap; the depth is only bounded.
   void boundPieces(int pair, const int* states, int count, const double* limits, double accuracy, float* lower,
                    float* upper) const;
 

@@ -19,7 +19,7 @@ namespace proximity_server::scene {
 /// Let u be 2^-53, and measure matrices by their Frobenius norm. Let A + sine B + cosine C be the rotation of a body on
 /// its parent. Its constants, products and sums have an error of at most 4 u (|A| + |B| + |C|), and sine and cosine add
 /// lanes::kSineError (|B| + |C|). Let a frame with the error e stand on a parent R with the error E, with the rotation
-/// M and the origin at the distance m from that of the parent. The product of the two rotations has the error E (1 + e)
+/// M and the origin at the distance m from the parent's. The product of the two rotations has the error E (1 + e)
 /// + e, and 3 u |R| |M| from its dot products of three terms. The origin has the error E m, plus the error of its own
 /// position, 3 u |R| m, and u of the sum.
 ///

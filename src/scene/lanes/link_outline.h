@@ -57,7 +57,7 @@ struct LinkOutline {
   std::vector<Ball> representatives;
 };
 
-/// Makes the outline of a link that has geometry; `bounds` are those of the link.
+/// Makes the outline of a link that has geometry; `bounds` contain the link.
 ///
 /// Inner balls: take the surface point that is farthest from all balls so far. Add the ball that touches the surface
 /// there and whose radius is the depth of its centre, which is proven by the planes of the surface. A capsule has balls

@@ -9,8 +9,8 @@
 
 namespace proximity_server::scene {
 
-/// Bounds the distance of two links by those of their convex pieces, in many states at once. It has the working memory
-/// of one caller.
+/// Bounds the distance of two links by the distances of their convex pieces, in many states at once. It has the working
+/// memory of one caller.
 ///
 /// 1. The boxes of all pieces give lower bounds.
 /// 2. GJK bounds the two pieces whose boxes are nearest in each state.
@@ -41,7 +41,7 @@ class PieceBounds {
 
   std::shared_ptr<const LaneModel> model_;
   const lanes::Kernels* kernels_;
-  std::vector<Part> gaps_;  ///< [m] the lower bound of each pair of pieces: the items of one after those of another
+  std::vector<Part> gaps_;  ///< [m] the lower bound of each pair of pieces: the items of one after the items of another
   std::size_t stride_ = 0;  ///< from one pair of pieces to the next
   std::size_t count_ = 0;
   float accuracy_ = 0.0f;                        ///< [m]

@@ -78,7 +78,8 @@ class GeometryReader {
   std::map<MeshKey, Outcome> meshes_;
 };
 
-/// Three <collision> elements of a link that together form a capsule. The frame of the capsule is that of the cylinder.
+/// Three <collision> elements of a link that together form a capsule. The frame of the capsule is the frame of the
+/// cylinder.
 struct CapsuleParts {
   int cylinder;                ///< index into the link's collisions
   std::array<int, 2> spheres;  ///< indices of the spheres at its lower and upper end

@@ -182,8 +182,8 @@ void addCollision(int link, const urdf::Collision& urdf, bool is_visual, const M
   }
 }
 
-/// Adds the pieces of a link to its body: those of its collisions, but a capsule instead of the three parts that form
-/// it.
+/// Adds the pieces of a link to its body: the pieces of its collisions, but a capsule instead of the three parts that
+/// form it.
 void addPiecesToBody(int link, const std::vector<CapsuleParts>& capsules, const ModelOptions& options,
                      RobotModel& model) {
   const Link& owner = model.links[link];

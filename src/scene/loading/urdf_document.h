@@ -12,7 +12,7 @@ namespace proximity_server::scene {
 /// The links of which <visual> geometry stands for the <collision> geometry that they do not have.
 struct FromVisual {
   std::vector<std::string> wanted;       ///< names, or kAllLinks
-  std::set<std::string> taken{};         ///< those of them that have visual, but no collision geometry
+  std::set<std::string> taken{};         ///< the links among them that have visual, but no collision geometry
   std::vector<std::string> only_seen{};  ///< the others that have visual, but no collision geometry
   int seen = 0;                          ///< links with visual geometry
 };

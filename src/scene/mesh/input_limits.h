@@ -33,7 +33,7 @@ constexpr std::size_t kLongestAttribute = 1024;
 
 // --- robots
 
-/// Links, and joints: ten times those of the largest robot that we know. Their pairs are two million.
+/// Links, and joints: ten times as many as the largest robot that we know has. Their pairs are two million.
 constexpr int kMaxLinks = 2000;
 /// <collision> elements; finding capsules among them takes time in proportion to the square of their number.
 constexpr std::size_t kMaxCollisions = 20000;

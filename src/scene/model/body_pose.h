@@ -13,7 +13,7 @@ namespace proximity_server::scene {
 std::optional<Eigen::Isometry3d> usablePose(const std::optional<Eigen::Isometry3d>& pose);
 
 /// The pose of a body that a joint carries, in the frame in which its parent body has the pose `parent`; `motion` is
-/// the jointMotion() of the joint. Poses that are computed by this function have the same bits as those of
+/// the jointMotion() of the joint. Poses that are computed by this function have the same bits as the poses of
 /// forwardKinematics().
 inline Eigen::Isometry3d poseOnParent(const RobotModel& model, const Body& body, const Eigen::Isometry3d& parent,
                                       const Eigen::Isometry3d& motion) {

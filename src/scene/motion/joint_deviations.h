@@ -30,11 +30,12 @@ struct Carried {
   const Bounds& bounds;
 };
 
-/// [m] An upper bound of how much the distance of two geometries can differ, at any time, from that of the motion.
+/// [m] An upper bound of how much the distance of two geometries can differ, at any time, from the distance in the
+/// motion.
 ///
 /// 1. See FreeMotion: seen from one frame on the path between the two, each joint between this frame and a geometry
 ///    moves the points of the geometry by at most its deviation times their largest distance from the axis. The
-///    distances are those of the motion, and nothing is linearised.
+///    distances are taken along the motion, and nothing is linearised.
 /// 2. The distances from an axis are computed in the middle of the motion. Until its ends they grow by no more than the
 ///    joints behind the axis move the points by their own motion.
 /// 3. The frame is free to choose. A joint near geometry a is seen to move a, and a joint near b to move b: the frame

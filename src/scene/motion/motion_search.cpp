@@ -110,7 +110,8 @@ class SplineSearch {
   const RobotModel& robot_;
   const std::vector<double>& tube_;
   bool has_tube_ = false;
-  RobotMinimum best_;  ///< its upper bound is that of the smallest guaranteed distance at any state of the spline
+  RobotMinimum best_;  ///< its upper bound is the upper bound of the smallest guaranteed distance at any state of the
+                       ///< spline
   double proven_ = kInfinity;  ///< [m] the smallest lower bound of the parts that need no further search
   Heap<Part> parts_;
 };
@@ -153,7 +154,7 @@ MotionQuestion SplineSearch::within(double tolerance) const {
 
 // --- minimum
 
-/// Takes the guaranteed distance of one state of the spline, if it is smaller than that of all before.
+/// Takes the guaranteed distance of one state of the spline, if it is smaller than of all before.
 void SplineSearch::considerState(double time, const Pairs& pairs) {
   const Straight& rest = atTime(time);
   const RobotMinimum here =
@@ -175,8 +176,9 @@ void SplineSearch::considerClosest(double time) {
 }
 
 /// True if the state of the spline, at the time at which the straight motion of a part is nearest, is probably nearer
-/// than those before. The deviations of the pair without the tube are taken to be the same share as those of all joints
-/// together. If they approach 0, and no state is promising, then the bounds of the part approach the upper bound.
+/// than the ones before. The deviations of the pair without the tube are taken to be the same share as the deviations
+/// of all joints together. If they approach 0, and no state is promising, then the bounds of the part approach the
+/// upper bound.
 bool SplineSearch::isPromising(const RobotMinimum& found, const SplineSegment::Chord& chord) const {
   if (!(found.time >= 0.0)) return false;
   const double of_chord = std::accumulate(chord.deviation.begin(), chord.deviation.end(), 0.0);

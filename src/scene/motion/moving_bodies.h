@@ -12,7 +12,7 @@ namespace proximity_server::scene {
 /// The poses of a robot and its objects in motion. The poses of the robot are computed once for each time.
 ///
 /// A frame has a number. -1 is the frame of the poses, and each body of the robot has its own number. The next numbers
-/// are those of the world, if it is not the frame of the poses, of the frames of moving objects, and of the frames that
+/// belong to the world, if it is not the frame of the poses, of the frames of moving objects, and of the frames that
 /// add() added.
 class PosesInTime {
  public:
@@ -132,7 +132,7 @@ class MovingBodies {
   double reach() const;
 
   /// `gap`: a lower bound [m] of the signed distance, during an interval, of the contents of two spheres that are fixed
-  /// to the bodies. `travel`: how far [m] the sphere of b moves as seen from that of a.
+  /// to the bodies. `travel`: how far [m] the sphere of b moves as seen from the sphere of a.
   struct SphereGap {
     double gap, travel;
   };
@@ -148,13 +148,13 @@ class MovingBodies {
   double roundingAt(double time, PosesInTime& poses) const;
 
   /// `motion`: an upper bound [m] of how far a point of one body moves during an interval, seen from the other body,
-  /// from its place in the middle of the interval. `rounding` [m]: that of a distance.
+  /// from its place in the middle of the interval. `rounding` [m]: the rounding of a distance.
   struct Drift {
     double motion, rounding;
   };
   Drift driftIn(const Interval& interval, PosesInTime& poses);
 
-  /// [m] A lower bound like that of sphereGap(), for boxes: the gap in the middle of the interval, minus how far a
+  /// [m] A lower bound like sphereGap(), for boxes: the gap in the middle of the interval, minus how far a
   /// point can move from there.
   double boxGap(const Bounds& a, const Bounds& b, const Interval& interval, PosesInTime& poses);
 

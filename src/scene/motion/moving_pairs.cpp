@@ -153,8 +153,8 @@ bool MovingPairs::add(const Participant& a, const Participant& b) {
 /// pairs, and costs a fraction of their exact motion.
 ///
 /// A point moves from its place in the middle of a motion by at most half of the way of its frame's origin, which has a
-/// constant speed, and half of the turn times its distance from this origin. The frames move one after the other, those
-/// next to the geometry last: so each distance is that of the middle of the motion.
+/// constant speed, and half of the turn times its distance from this origin. The frames move one after the other, the
+/// ones next to the geometry last: so each distance is taken in the middle of the motion.
 bool MovingPairs::stayApart(const Participant& a, const Participant& b, double limit) {
   if (a.isUnbounded() || b.isUnbounded() || a.whole().isEmpty() || b.whole().isEmpty()) return false;
   const Bounds &of_a = a.whole().bounds, &of_b = b.whole().bounds;
@@ -292,7 +292,7 @@ void MovingPairs::addFixedObjects(const Participant& searcher) {
   pair.bodies.follow(poses_, searcher.body, bounds, all.body, of_all, SeenFrom::B);
   pair.deviation = deviationOf(searcher, bounds, all, of_all);
   pair.contact_distance = contactDistanceOf(pair.asked);
-  if (contact_ && contact_->thresholds)  // that of each object counts
+  if (contact_ && contact_->thresholds)  // the distance of each object counts
     pair.contact_distance =
         std::max(pair.contact_distance, contact_->contact_distance + contact_->thresholds->largestOfObjects());
 }

@@ -29,7 +29,7 @@ void require(const Count& given, const Count& expected) {
   throw std::invalid_argument("the robot has " + expected.text() + ", but there are " + given.text());
 }
 
-/// [rad] or [m] The travel of a joint, computed from that of its leader.
+/// [rad] or [m] The travel of a joint, computed from the travel of its leader.
 double travelOf(const RobotModel& model, int joint, const std::vector<double>& travel) {
   const Joint::Mimic leader = model.leaderOf(joint);
   const double own = leader.multiplier * travel[leader.joint];

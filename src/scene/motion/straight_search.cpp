@@ -568,7 +568,7 @@ bool StraightSearch::isVain(const IntervalVisit& visit, double upper_bound, cons
   return at_middle > narrowphase::usableTolerance(question.tolerance) && at_middle >= visit.travel;
 }
 
-/// Searches for depths in closed meshes that are larger than those of the pieces, the deepest first.
+/// Searches for depths in closed meshes that are larger than the depths of the pieces, the deepest first.
 void StraightSearch::searchInteriors(const MotionQuestion& question, RobotMinimum& answer) {
   queue_.clear();
   for (int i = 0; i < pairs_.size(); ++i)
@@ -596,7 +596,7 @@ void StraightSearch::searchInteriors(const MotionQuestion& question, RobotMinimu
 }
 
 /// Turns a result of the narrowphase into an answer about links and objects, and transforms it from the frame
-/// MovingBodies::middle() into that of the poses.
+/// MovingBodies::middle() into the frame of the poses.
 PairProximity StraightSearch::inPosesFrame(const IntervalVisit& visit, const narrowphase::SignedDistance& in_middle,
                                            double time) {
   const PairInMotion& moving = movingPairOf(visit);
@@ -621,8 +621,8 @@ PairProximity StraightSearch::inPosesFrame(const IntervalVisit& visit, const nar
   return proximity;
 }
 
-/// Widens the bounds of a pair to those of all pieces of its shapes: only two pieces were measured, and others may be
-/// nearer.
+/// Widens the bounds of a pair to the bounds of all pieces of its shapes: only two pieces were measured, and others may
+/// be nearer.
 PairProximity StraightSearch::ofAllPieces(PairProximity pair, double time) {
   if (!found_pieces_) return pair;
   placeStates(time);

@@ -47,7 +47,7 @@ class StraightSearch {
                                    const MotionQuestion& question);
 
   /// The minimum of these smaller distances; it is searched only below `limit` [m]. The distance of the pair in the
-  /// answer is that of the motion.
+  /// answer is taken in the motion.
   RobotMinimum minimumBelow(double limit, const Pairs& pairs, const RobotMotion& motion,
                             const JointDeviations& deviations, const MotionQuestion& question);
 
@@ -150,7 +150,7 @@ class StraightSearch {
   bool found_pieces_ = false;  ///< true if the last pair was measured by two of several pieces
   bool are_open_pairs_known_ = false;
   bool links_have_interiors_ = false, objects_have_interiors_ = false;
-  std::vector<IntervalVisit> settled_nodes_;    ///< those of the tree of fixed objects that enter() left out
+  std::vector<IntervalVisit> settled_nodes_;    ///< nodes of the tree of fixed objects that enter() left out
   narrowphase::MotionChain chain_a_, chain_b_;  ///< of two pieces; kept for their memory
   Order order_ = Order::Nearest;
   Heap<IntervalVisit> queue_;

@@ -83,7 +83,7 @@ void ObjectEditor::remove(const std::string& id) {
   for (const std::string& each : ids()) set(each, nullptr);
 }
 
-/// Puts the shapes of the object before those of the edit, and transforms the latter into the object's frame.
+/// Puts the shapes of the object before the shapes of the edit, and transforms the latter into the object's frame.
 void ObjectEditor::append(ObjectEdit& edit, Object& object) {
   const Isometry3d object_T_added = poseInCarrier(object).inverse() * poseIn(carrierOf(object, frames_), edit.place);
   for (ObjectShape& shape : edit.shapes) shape.object_T_shape = object_T_added * shape.object_T_shape;

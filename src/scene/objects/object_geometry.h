@@ -49,7 +49,7 @@ class ObjectGeometry {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// The volumes of the pieces; the first is the root. The root is empty if there are half-spaces only. Its
-  /// representation and its reach are those of the whole object.
+  /// representation and its reach are about the whole object.
   const std::vector<Volume>& volumes() const { return volumes_; }
   const Volume& root() const { return volumes_.front(); }
   const std::vector<WideVolume>& wideVolumes() const { return wide_volumes_; }

@@ -28,9 +28,9 @@ struct Crossing {
   bool is_certain = true;  ///< true if rounding cannot have changed the sign
 };
 
-/// The relative error of the differences of coordinates is eps/2, that of a product of two differences 3/2 eps, and
-/// that of the difference of two products 2 eps of the sum of their sizes, to first order in eps. The weighted heights
-/// add as much. Rounded up to 8.
+/// The relative error of the differences of coordinates is eps/2, the error of a product of two differences 3/2 eps,
+/// and the error of the difference of two products 2 eps of the sum of their sizes, to first order in eps. The weighted
+/// heights add as much. Rounded up to 8.
 Crossing crossingOf(const Triangle& t, const Vector3d& p) {
   constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   const std::array<Vector3d, 3> corners{t[0] - p, t[1] - p, t[2] - p};

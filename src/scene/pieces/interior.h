@@ -14,7 +14,7 @@ namespace proximity_server::scene {
 ///
 /// A point is inside if the winding number of all closed parts around it is not 0: parts that face outwards and overlap
 /// are one solid, and a part inside another one that faces into a cavity takes the cavity away.
-/// Frame: that of the mesh. Metres.
+/// Frame: the frame of the mesh. Metres.
 class Interior {
  public:
   /// `closed`: at least one triangle.

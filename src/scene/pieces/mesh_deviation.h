@@ -35,7 +35,7 @@ std::vector<Triangle> surfaceOf(const narrowphase::ConvexHull& hull);
 ///    along the mesh, or cut through it, are settled by one measurement.
 class MeshSolid {
  public:
-  /// `surface`: all triangles, at least one; `closed`: those of the closed parts. `effort` must outlive this.
+  /// `surface`: all triangles, at least one; `closed`: the triangles of the closed parts. `effort` must outlive this.
   MeshSolid(std::vector<Triangle> surface, const std::vector<Triangle>& closed, Effort& effort, Rooms rooms = {});
 
   Effort& effort() const { return effort_; }

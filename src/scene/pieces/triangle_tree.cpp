@@ -38,8 +38,8 @@ struct NearestOffered {
 Vector3d placeOf(const Triangle& t) { return t[0] + t[1] + t[2]; }
 
 /// True if planes perpendicular to `axis` keep both triangles apart in spite of rounding. The rounding of a scalar
-/// product of three terms is at most 3/2 eps of the sum of their sizes, and that of the coordinates 1/2 eps; there are
-/// two products. Rounded up to 8.
+/// product of three terms is at most 3/2 eps of the sum of their sizes, and the rounding of the coordinates 1/2 eps;
+/// there are two products. Rounded up to 8.
 bool separates(const Vector3d& axis, const Triangle& s, const Triangle& t) {
   constexpr double kRounding = 8.0 * std::numeric_limits<double>::epsilon();
   const Eigen::Array3d along_s(axis.dot(s[0]), axis.dot(s[1]), axis.dot(s[2]));

@@ -16,8 +16,8 @@ class PointPart {
   const Part& part() const { return part_; }
   const narrowphase::Shape& shape() const { return pieces_.front().shape; }
 
-  /// The pair of it at a place and a part with this pose, both in one frame. The distances of the pair are those of the
-  /// point; `radius` [m] is added to the threshold of the question, which is about a ball.
+  /// The pair of it at a place and a part with this pose, both in one frame. The distances of the pair are distances of
+  /// the point; `radius` [m] is added to the threshold of the question, which is about a ball.
   PlacedPair pairAt(const Eigen::Vector3d& place, const Part& part, const RelativePose& pose, double radius) const {
     return {part_, part, {pose.rotation, pose.translation - place}, 0.0, radius};
   }

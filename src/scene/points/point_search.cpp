@@ -132,7 +132,7 @@ class PointSearch::Work {
     return best;
   }
 
-  /// The distance of one shape from a ball: that of its centre, less the radius.
+  /// The distance of one shape from a ball: the distance from its centre, less the radius.
   PairProximity distanceFrom(const PlacedShapes::Place& place, const Vector3d& point, double radius, double limit,
                              const Question& question) {
     const PlacedPair pair = point_.pairAt(point, place.part, place.pose, radius);

@@ -61,8 +61,8 @@ class CertificateWriter {
   }
   bool isEnough(double separation) const { return lowered(separation) > question_.contact_distance; }
 
-  /// Finds axes that separate the two in a box. Returns the least separation [m]. If it is not enough, it is that of
-  /// the pieces a_ and b_ along the last axis; without axes it is that of the half-spaces.
+  /// Finds axes that separate the two in a box. Returns the least separation [m]. If it is not enough, it is the
+  /// separation of the pieces a_ and b_ along the last axis; without axes, of the half-spaces.
   double separate(const JointBox& box) {
     axes_.clear();
     const double from_half_spaces = separation_.fromHalfSpaces(box);

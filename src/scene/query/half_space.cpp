@@ -83,8 +83,8 @@ SignedDistance halfSpaceDistance(const Piece& piece, const PlacedHalfSpace& half
   const Vector3d lowest = piece.body_T_piece * supportPoint(piece.shape, down, vertex);
   SignedDistance result;
   result.distance = plane.normal.dot(lowest) - plane.offset - piece.shape.margin();
-  // Besides the rounding of the poses there is that of the support point, less than 4 eps of the piece's radius, and
-  // that of the sums here. Both are smaller than the rounding of the poses.
+  // Besides the rounding of the poses there is the rounding of the support point, less than 4 eps of the piece's
+  // radius, and the rounding of the sums here. Both are smaller than the rounding of the poses.
   result.lower_bound = result.distance - 2.0 * rounding;
   result.upper_bound = result.distance + 2.0 * rounding;
   result.normal = -plane.normal;

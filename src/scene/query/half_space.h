@@ -7,8 +7,7 @@ namespace proximity_server::scene {
 /// The signed distance of a piece from a half-space, in closed form. The normal of the plane gives the point of the
 /// piece that is lowest above the plane. The way out is along the normal, because no other way is shorter. The normal
 /// of the result points from the piece into the half-space.
-///
-/// Frame: that of the body of the piece; a_T_b maps coordinates of the half-space into it. Metres.
+/// Frame: the frame of the body of the piece; a_T_b maps coordinates of the half-space into it. Metres.
 /// Error: `rounding` [m], see PlacedRobot::rounding(); the bounds include it.
 narrowphase::SignedDistance halfSpaceDistance(const Piece& piece, const PlacedHalfSpace& half_space,
                                               const RelativePose& a_T_b, double rounding, double tolerance);

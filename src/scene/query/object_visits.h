@@ -14,7 +14,7 @@ namespace proximity_server::scene {
 /// Finds the pairs with objects that are near, the nearest first, without looking at the objects that are far.
 ///
 /// A searcher is a link, an attached object, or, if pairs of free objects are checked, a moving object. Each of them
-/// searches the tree of the fixed objects and that of the moving ones. The objects that are in no tree are few, and
+/// searches the tree of the fixed objects and the tree of the moving ones. The objects that are in no tree are few, and
 /// each searcher visits all of them: attached objects, objects with a half-space, and objects that came after the tree
 /// was built. A searcher with a half-space visits all objects.
 ///

@@ -61,10 +61,10 @@ class PairMeasurement {
                         LeafPair* guess = nullptr);
 
   /// Answers a question about one pair with all steps: by bounds if they decide the question's threshold, otherwise it
-  /// is computed. `guess` is that of measure().
+  /// is computed. `guess` is as in measure().
   PairProximity settle(const ShapeRefPair& pair, const Question& question, LeafPair* guess = nullptr);
 
-  /// True if the lower bound of a pair is above `distance` [m]. The result is the same as that of settle() with this
+  /// True if the lower bound of a pair is above `distance` [m]. The result is the same as by settle() with this
   /// threshold, but the distance of nearer pairs is not computed. `visit`: the pair with the bound of its spheres.
   bool isProvenBeyond(const Visit& visit, double distance);
 
@@ -98,8 +98,8 @@ class PairMeasurement {
   PlacedPair placed(const Visit& visit, const RelativePose& a_T_b) const {
     return {(*robot_)[visit.a], (*robot_)[visit.b], a_T_b, visit.padding, visit.threshold};
   }
-  // PairProximity has the frame of the body of a in the following functions; asAsked() transforms it into that of the
-  // poses.
+  // PairProximity has the frame of the body of a in the following functions; asAsked() transforms it into the frame of
+  // the poses.
   std::optional<PairProximity> answerAtRest(const Visit& visit, const RelativePose& a_T_b,
                                             const Question& question) const;
   PairProximity compute(const Visit& visit, const RelativePose& a_T_b, double limit, const Question& question,

@@ -221,7 +221,7 @@ RelativeMotionBound PlacedRobot::relativeMotion(const Part& a, const Part& b, co
   };
   const double of_a = (seenFrom_b(now) - seenFrom_b(before)).norm() + chord * bounds_a.radius;
   const double margin = rounding(a.whole(), b.whole(), now);
-  // Points on b are kept in the frame of a; the points on a half-space move with those of a.
+  // Points on b are kept in the frame of a; the points on a half-space move with the points of a.
   if (b.isUnbounded()) return {of_a + margin, of_a <= margin};
   const double of_b = ((now.rotation - before.rotation) * bounds_b.centre + step).norm() + chord * bounds_b.radius;
   return {std::min(of_a, of_b) + margin, of_b <= margin};

@@ -38,7 +38,7 @@ struct Leaf {
 /// Parts:   links, <collision> elements and objects by their numbers, see Volumes::of().
 /// Frame:   results are in the frame of the body of part a. Only the difference of two bodies' origins matters to a
 ///          distance, so that a robot far from the origin of the poses' frame gives the same answers. The body of an
-///          attached object is that of its link; every other object is a body of its own.
+///          attached object is the body of its link; every other object is a body of its own.
 class PlacedRobot {
  public:
   PlacedRobot(const RobotModel& model, std::shared_ptr<const Volumes> volumes);

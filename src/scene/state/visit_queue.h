@@ -15,7 +15,7 @@ struct Visit : PartPair {
   int number;          ///< decides between equal bounds
   double padding;      ///< [m]
   Bound bound = Bound::Sphere;
-  double threshold = 0.0;  ///< [m] the threshold of the pair, which is added to that of the question
+  double threshold = 0.0;  ///< [m] the threshold of the pair, which is added to the threshold of the question
 
   /// [m] How far the lower bound is above the threshold of the pair.
   double excess() const { return lower_bound - threshold; }

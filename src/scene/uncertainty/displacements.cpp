@@ -142,7 +142,8 @@ double Displacements::simpleRemainder(const Vector3d& n) const {
     }
     velocities += velocity;
   }
-  // The sums of positive numbers are off by a relative error. The angles are off by that of the sum of all of them.
+  // The sums of positive numbers are off by a relative error. The angles are off by the error of the sum of all of
+  // them.
   return (1.0 + 2.0 * roundingOfSums()) * sum + roundingOfSums() * (angles_ * velocities + travel_) + rounding_;
 }
 
@@ -181,8 +182,8 @@ double Displacements::secondOrder(const Vector3d& across, const Placed& outer, c
   return std::min(simple, now + within_outer * own.speed() + sine * change);
 }
 
-/// `from_body` is the origin of the piece minus that of its body, in the frame of the poses, and n is in the frame of
-/// the piece.
+/// `from_body` is the origin of the piece minus the origin of its body, in the frame of the poses, and n is in the
+/// frame of the piece.
 void Displacements::findChanges(const Matrix3d& rotation, const Vector3d& from_body, const Vector3d& n) {
   changes_.clear();
   shift_ = 0.0;

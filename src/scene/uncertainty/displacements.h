@@ -39,8 +39,8 @@ struct Displacement {
 };
 
 /// A bound of where the points of a shape can be, over a box of displacements: lower bounds of their coordinates along
-/// a direction that is fixed in the common frame. Two shapes are farther apart than the sum of those of one shape along
-/// a direction, and of the other one against it, whether they overlap or not.
+/// a direction that is fixed in the common frame. Two shapes are farther apart than the sum of the bounds of one shape
+/// along a direction, and of the other one against it, whether they overlap or not.
 ///
 /// 1. Let E_1 ... E_k be the rigid motions of the displacements, that next to the common frame first, about their
 ///    present axes. They move a point x to E_1 ... E_k x, whatever the positions of the joints are now (Brockett,

@@ -36,7 +36,7 @@ class UncertainPlaces {
 
   /// The leader of each joint.
   const std::vector<Joint::Mimic>& leaders() const { return leaders_; }
-  /// That of the joint which makes a displacement; nullptr if it is that of a frame, a base or an object.
+  /// The leader of the joint which makes a displacement; nullptr if a frame, a base or an object makes it.
   const Joint::Mimic* leaderOf(const Displacement& own) const;
 
   /// The displacements of a body relative to its parent.
@@ -53,7 +53,7 @@ class UncertainPlaces {
 
   /// The uncertainty of an object, by its number.
   const PoseUncertainty& ofObject(int number) const { return object_frames_[number].uncertainty; }
-  /// Its origin, about which it is turned: in the frame of what carries it, and in that of the poses.
+  /// Its origin, about which it is turned: in the frame of what carries it, and in the frame of the poses.
   const Eigen::Vector3d& originOf(int number) const { return object_frames_[number].origin; }
   Eigen::Vector3d originAt(int number, const Eigen::Isometry3d& pose) const;
 

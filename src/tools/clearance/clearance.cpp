@@ -72,7 +72,7 @@ std::string withoutUncertainty(const ClearanceOptions& options) {
   return withoutLevels(options);
 }
 
-/// Sets the thresholds: those of --thresholds, or of --config where levels go.
+/// Sets the thresholds: from --thresholds, or of --config where levels go.
 void setThresholds(const ClearanceOptions& options, const scene::ConfigFile& config, ClearanceQuestion& question) {
   const RobotFiles& files = options.robot;
   const scene::RobotModel& robot = question.model->robot;
@@ -88,7 +88,7 @@ void setThresholds(const ClearanceOptions& options, const scene::ConfigFile& con
   }
 }
 
-/// Sets the uncertainty: that of --joint-uncertainty, or of --config where it goes.
+/// Sets the uncertainty: from --joint-uncertainty, or of --config where it goes.
 void setUncertainty(const ClearanceOptions& options, const scene::ConfigFile& config, ClearanceQuestion& question) {
   const RobotFiles& files = options.robot;
   if (!question.uncertainty_text.empty()) {

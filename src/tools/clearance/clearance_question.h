@@ -51,7 +51,7 @@ enum class Interpolation : unsigned char { Linear, Cubic, Quintic };
 struct ClearanceQuestion {
   std::shared_ptr<const scene::SceneModel> model;
   PairFilter filter = PairFilter::On;
-  std::vector<scene::ShapeRefPair> pairs;   ///< those of links, as the filter says
+  std::vector<scene::ShapeRefPair> pairs;   ///< pairs of links, as the filter says
   std::shared_ptr<ObjectSchedule> objects;  ///< nullptr: there are none
   /// Those of the filter, if there are objects; nullopt: all pairs that have geometry.
   std::optional<scene::Candidates> candidates;
@@ -67,7 +67,7 @@ struct ClearanceQuestion {
   Interpolation interpolation = Interpolation::Linear;  ///< for segments
   std::vector<double> tracking_error;                   ///< [rad] or [m] of each joint, for segments; empty: none
   std::optional<scene::TrajectoryPoint> start;  ///< of the controller, for segments; nullopt: the first way point
-  /// The rows that are written are those of a run without it. Then the run ends with an error.
+  /// The rows are the same as without it. Then the run ends with an error.
   TimeBudget budget;
   int threads = 1;
 };
@@ -78,7 +78,7 @@ class QuestionPairs {
   /// The question must outlive this.
   explicit QuestionPairs(const ClearanceQuestion& question) : question_(question) {}
 
-  /// Takes the pairs of the objects, if they are others than those of before. Returns whether they are.
+  /// Takes the pairs of the objects, if they are others than before. Returns whether they are.
   bool use(const std::shared_ptr<const scene::Objects>& objects) {
     if (!objects || objects == objects_) return false;
     objects_ = objects;
@@ -91,7 +91,7 @@ class QuestionPairs {
     return question_.objects ? with_objects_ : question_.pairs;
   }
 
-  /// The pairs of get() one by one; `objects` are those of the last use(), nullptr if there are none.
+  /// The pairs of get() one by one; `objects` are from the last use(), nullptr if there are none.
   std::vector<scene::ShapeRefPair> list(const scene::Objects* objects) const;
 
  private:
@@ -114,7 +114,7 @@ struct SegmentLevel {
 
 /// The answer about one state, or about one segment of a trajectory, for those who read more than its row.
 struct ClearanceAnswer {
-  /// The answer about a pair. Its bounds are those of the whole segment. With an uncertainty the lower one is guaranteed.
+  /// The answer about a pair. Its bounds are about the whole segment. With an uncertainty the lower one is guaranteed.
   struct OfPair {
     scene::PairProximity pair;
     narrowphase::Status status = narrowphase::Status::Unknown;  ///< of the search for it in the whole segment

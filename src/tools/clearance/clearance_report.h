@@ -18,8 +18,7 @@ namespace proximity_server::tools {
 
 /// Collects what --report shows of the answers: the smallest distance of every pair and of every state or segment, and
 /// the pairs that were never checked. clearance_report.py makes a page of it.
-///
-/// Frame: that of the root link. Metres, radians, seconds.
+/// Frame: the frame of the root link. Metres, radians, seconds.
 class ClearanceReport {
  public:
   static constexpr std::size_t kMoments = 5;  ///< the pairs whose closest state is shown with a picture

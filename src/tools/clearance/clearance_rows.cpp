@@ -160,7 +160,7 @@ void addContact(const ClearanceAnswer& answer, const Surroundings& named, Row& r
 
 // These functions define the columns and their order.
 
-/// `thresholds` and `guaranteed` are those of the columns of that name; nullptr: there is none.
+/// `thresholds` and `guaranteed` are for the columns of that name; nullptr: there is none.
 void addState(std::uint64_t state, const scene::PairProximity& pair, const Surroundings& named,
               const scene::LevelThresholds* thresholds, const double* guaranteed, Row& row) {
   row.add("state", state);

@@ -21,13 +21,13 @@ struct StateColumns {
   bool level = false, guaranteed = false, point = false;
 };
 
-/// The format of the rows of states, where so many pairs of links have numbers; and that of the rows of segments.
+/// The format of the rows of states, where so many pairs of links have numbers; and the format of the rows of segments.
 OutputFormat stateFormat(RowFormat format, const PairSelection& selection, std::size_t pairs, StateColumns columns);
 OutputFormat segmentFormat(const ClearanceQuestion& question, RowFormat format);
 
 /// One segment: the closest pair at the time when it is closest, with the bounds of the whole segment, then the first
-/// contact, and with thresholds the level; all times are those of the trajectory. A contact that is not decided is `unknown` in CSV and null in JSON.
-/// JSON also has the positions of the joints at contact, without mimic joints.
+/// contact, and with thresholds the level; all times count as in the trajectory. A contact that is not decided is
+/// `unknown` in CSV and null in JSON. JSON also has the positions of the joints at contact, without mimic joints.
 std::string rowText(const ClearanceAnswer& answer, const ClearanceQuestion& question, RowFormat format);
 
 /// The verdict about a state where the question is whether any pair is at or below a distance.
@@ -46,8 +46,8 @@ class StateRows {
   /// The place of a pair in the list of the question; -1 for a pair that is not in it, and one with an object.
   int numberOf(const scene::ShapeRefPair& pair) const;
 
-  /// One pair of a state, with its guaranteed distance if the question has an uncertainty. One without links is that of
-  /// a state without an answer. Without objects `objects` is nullptr.
+  /// One pair of a state, with its guaranteed distance if the question has an uncertainty. One without links is the row
+  /// of a state without an answer. Without objects `objects` is nullptr.
   void addPair(std::uint64_t state, const scene::PairProximity& pair, double guaranteed, const scene::Objects* objects,
                WrittenRows& to) const;
 

@@ -26,7 +26,7 @@ double placeOf(const narrowphase::SignedDistance& result) {
 }
 
 /// The closest pair, from an answer that lists it and all that is closer. A pair that is not listed is not closer in the
-/// order of Scene, but its lower bound may be below that of the closest by the tolerance.
+/// order of Scene, but its lower bound may be below the bound of the closest by the tolerance.
 ClosestPair closestOf(const StateAnswer& listed) {
   ClosestPair closest{{}, listed.unknown};
   double place = kInfinity;

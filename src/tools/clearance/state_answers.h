@@ -26,7 +26,7 @@ struct StateBlock {
 
 /// The closest pair of a state.
 struct ClosestPair {
-  /// Without links if no pair has an answer. Its lower bound is that of all pairs that have one, with an uncertainty in
+  /// Without links if no pair has an answer. Its lower bound holds for all pairs that have one, with an uncertainty in
   /// all states that it allows.
   scene::PairProximity pair;
   int unknown_pairs = 0;  ///< pairs without an answer, as a pose is not finite

@@ -236,7 +236,7 @@ class StateSweep {
   ClearanceQuestion all_pairs_;  ///< the same question about all pairs, for the report
   StateSource& states_;
   scene::TrajectoryPoint state_;  ///< the one that was read last
-  std::exception_ptr error_;      ///< that of the state that ended the last block
+  std::exception_ptr error_;      ///< the error of the state that ended the last block
   const StateRange range_;
   AnswerOutput& output_;
   const StateRows rows_, plot_rows_;

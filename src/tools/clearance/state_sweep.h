@@ -36,9 +36,9 @@ struct AnswerOutput {
 };
 
 /// Answers the question about the states of a range, and writes their rows. `states` must not have been read from. An
-/// end of kToTheEnd is that of the states.
+/// end of kToTheEnd is the end of the states.
 ///
-/// The bytes are the same for any number of threads, and those of a range are the same as within the whole; see
+/// The bytes are the same for any number of threads, and the bytes of a range are the same as within the whole; see
 /// isForBatch().
 /// Failure: throws the error of reading a state, after the rows of all states before it were written; and
 ///          std::invalid_argument if the range has an end that the states do not reach.

@@ -26,7 +26,7 @@ struct TrajectorySegment {
   TrajectorySegment between(double fraction, double end_fraction) const;
 };
 
-/// Reads a trajectory segment by segment; each row of the states is a way point. The times are those of the column
+/// Reads a trajectory segment by segment; each row of the states is a way point. The times come from the column
 /// "time"; without that column, way point n is at n seconds.
 ///
 /// Failure: throws std::invalid_argument naming the source (and line) for less than two way points, for a time that is

@@ -19,8 +19,8 @@ struct Explanation {
 Explanation explain(const ExplainedPair& pair, const narrowphase::Options& options,
                     const Eigen::Vector3d& first_direction);
 
-/// A row for each step, and the answer: numbers rounded for reading. All bounds are those of the signed distance of the
-/// shapes, margins included.
+/// A row for each step, and the answer: numbers rounded for reading. All bounds are bounds of the signed distance of
+/// the shapes, margins included.
 std::string tableOf(const Explanation& explanation);
 
 /// Whether jsonOf() adds what a picture needs: the surfaces of the shapes and of the CSO, as support mappings show them.

@@ -25,8 +25,8 @@ int countOfPoints(const ExplainedShape& shape) {
   }
 }
 
-/// Names a vertex by its number in the narrowphase, which numbers the corners of a box by their signs, and those of a
-/// point and a segment, too.
+/// Names a vertex by its number in the narrowphase, which numbers the corners of a box by their signs, and the ends of
+/// a point and a segment, too.
 int indexOf(const ExplainedShape& shape, int number) {
   switch (shape.shape.kind()) {
     case Shape::Kind::Point:

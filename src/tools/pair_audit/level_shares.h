@@ -12,8 +12,9 @@
 
 namespace proximity_server::tools {
 
-/// The states in which levels are counted. First that of rest: `rest`, or all joints at 0; a joint at 0 that cannot be
-/// there is in the middle of its range. Then all joints in the middle. Then random ones, the same for the same seed.
+/// The states in which levels are counted. First the state of rest: `rest`, or all joints at 0; a joint at 0 that
+/// cannot be there is in the middle of its range. Then all joints in the middle. Then random ones, the same for the
+/// same seed.
 std::vector<scene::Positions> levelStates(const scene::RobotModel& robot, unsigned long seed,
                                           const std::optional<scene::Positions>& rest = std::nullopt);
 

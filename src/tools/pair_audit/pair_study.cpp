@@ -64,7 +64,7 @@ int kindsSeen(const PairEvidence& evidence) {
   return evidence.contact.has_value() + evidence.within.has_value() + evidence.apart.has_value();
 }
 
-/// `evidence` is that of pairs of which nothing was seen yet.
+/// `evidence` is for pairs of which nothing was seen yet.
 BlockEvidence sampleBlock(scene::Scene scene, scene::State state, const std::vector<scene::JointRange>& ranges,
                           BlockEvidence evidence, std::mt19937_64 random, long states, const TimeBudget& budget) {
   scene::Question question;

@@ -25,10 +25,9 @@ enum class NearClass : unsigned char {
 /// The evidence about the distance of two links that do not belong to one body.
 struct PairEvidence {
   scene::ShapeRefPair pair;
-  bool are_neighbours = false;   ///< see RobotModel::areNeighbours
-  bool has_known_ranges = true;  ///< of all joints between the two, see scene::hasKnownRange()
-  double near =
-      kContactDistance;  ///< [m] that of the options; of neighbours, which are near by design, kContactDistance
+  bool are_neighbours = false;     ///< see RobotModel::areNeighbours
+  bool has_known_ranges = true;    ///< of all joints between the two, see scene::hasKnownRange()
+  double near = kContactDistance;  ///< [m] as in the options; of neighbours, which are near by design, kContactDistance
   double measured = kContactDistance;  ///< [m] at least `near`; `largest` is exact up to it
   long samples = 0;                    ///< random states until both contact and separation had been seen
   bool is_searched = false;            ///< false: the time was over before

@@ -89,7 +89,7 @@ std::string replaced(std::string text, const std::string& word, const std::strin
   return text.replace(text.find(word), word.size(), by);
 }
 
-/// The name of the folder as that of a package: lower case letters, digits and underscores.
+/// The name of the folder as the name of a package: lower case letters, digits and underscores.
 std::string packageName(const fs::path& folder) {
   const fs::path whole = fs::absolute(folder).lexically_normal();
   std::string name = (whole.has_filename() ? whole : whole.parent_path()).filename();

@@ -33,7 +33,7 @@ struct RobotSetup {
 void requireEmpty(const std::string& folder);
 
 /// Makes the folder: a catkin package with URDF, SRDF, parameters, a launch file that starts the node with them, and a
-/// rostest that holds the robot in the state of rest. Its name is that of the folder.
+/// rostest that holds the robot in the state of rest. It has the name of the folder.
 /// Failure: throws as requireEmpty() does, and std::invalid_argument naming the file that cannot be written.
 void writeSetup(const std::string& folder, const scene::RobotModel& robot, const RobotSetup& setup);
 

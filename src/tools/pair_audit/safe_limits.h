@@ -17,7 +17,7 @@ struct SafeLimits {
     scene::ShapeRefPair pair;
     std::string reason;
   };
-  scene::JointBox limits;                    ///< those of the URDF, as far as they are known
+  scene::JointBox limits;                    ///< the limits of the URDF, as far as they are known
   std::optional<scene::JointBox> box;        ///< nullopt: none was proven
   std::vector<scene::ShapeRefPair> covered;  ///< proven apart in the box
   std::vector<Uncovered> uncovered;          ///< the box says nothing about them
@@ -40,7 +40,7 @@ struct SafeLimits {
 SafeLimits safeLimits(const std::shared_ptr<const scene::SceneModel>& model, const PairStudy& study,
                       const RangeOptions& options);
 
-/// The limits beside those of the URDF, for people.
+/// The limits beside the limits of the URDF, for people.
 std::string safeLimitsText(const scene::RobotModel& robot, const SafeLimits& safe);
 
 /// The limits as YAML that jointBoxFrom() takes, as `prove --box` does. Throws std::invalid_argument if there is no box.

@@ -1,4 +1,4 @@
-// One command for all tools, which are programs in the same folder, or in lib/proximity_server beside that of the
+// One command for all tools, which are programs in the same folder, or in lib/proximity_server beside the folder of the
 // command.
 
 #include "proximity_server/scene/model/names.h"

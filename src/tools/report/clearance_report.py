@@ -85,7 +85,7 @@ def table(heads, rows):
 
 
 def svg_of(figure, name, number):
-    """The drawing as an element of the page; the number keeps its ids apart from those of all others."""
+    """The drawing as an element of the page; the number keeps its ids apart from the ids of all others."""
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None}, facecolor="none")
     plt.close(figure)

@@ -41,7 +41,7 @@ class ObjectSchedule {
   /// A warning about changes that are not made yet; "" if there are none.
   std::string leftOver() const;
 
-  /// All objects that the file makes, without a place: those from the start, then those of its changes.
+  /// All objects that the file makes, without a place: the objects from the start, then the objects of its changes.
   const std::vector<scene::Object>& all() const { return all_; }
 
   /// One sentence about each oddity of a mesh.
@@ -60,7 +60,7 @@ class ObjectSchedule {
   std::vector<std::string> warnings_;
 };
 
-/// Reads the objects of a file, or else of --config, with the meshes as those of the robot, and prints their warnings.
+/// Reads the objects of a file, or else of --config, with the meshes as of the robot, and prints their warnings.
 /// nullptr if there are none.
 /// Failure: throws std::invalid_argument as readObjectFile() and ObjectSchedule do.
 std::shared_ptr<ObjectSchedule> loadObjects(const std::string& path, const RobotFiles& robot,

@@ -15,7 +15,7 @@ namespace proximity_server::tools {
 using scene::kContactDistance;
 
 /// CSV with a row for each joint that moves: joint, type, lower, upper, unit, mimic. The limits are inf where there are
-/// none, the unit is that of a position (rad, m), and mimic is the joint that it follows.
+/// none, the unit is the unit of a position (rad, m), and mimic is the joint that it follows.
 std::string jointList(const scene::RobotModel& robot);
 
 /// The positions of the joints that lead, by their names.

@@ -23,7 +23,7 @@ struct OtherAnswer {
 using AskOther = std::function<OtherAnswer(const PlacedPieces& a, const PlacedPieces& b)>;
 
 /// FCL, with the solver that it uses by default (libccd), over the same convex pieces; flat ones are triangles. The
-/// distance of two bodies is that of their closest pieces, and the depth that of their deepest: both from
+/// distance of two bodies is the distance of their closest pieces, and the depth the depth of their deepest: both from
 /// fcl::distance(), the depth with enable_signed_distance, and none where triangles overlap. Empty if this build has no
 /// FCL.
 AskOther makeFcl();

@@ -24,7 +24,7 @@ struct ProvenBounds {
   double upper = std::numeric_limits<double>::infinity();
 };
 
-/// Proves bounds of the signed distance of two links or objects (that of their closest or deepest pieces), from the
+/// Proves bounds of the signed distance of two links or objects (by their closest or deepest pieces), from the
 /// definition of their shapes alone:
 ///
 /// 1. A lower bound of two pieces is their gap along an axis: how far all of b lies beyond all of a, by the extents of

@@ -38,7 +38,7 @@ void refuseEncrypted(const std::string& path) {
 
 std::string withSlash(const std::string& topic) { return topic.compare(0, 1, "/") == 0 ? topic : "/" + topic; }
 
-/// The topics of a bag, each with its type, those of joint states first.
+/// The topics of a bag, each with its type, topics of joint states first.
 std::string topicsText(rosbag::View& all) {
   std::set<std::string> wanted, others;
   for (const rosbag::ConnectionInfo* connection : all.getConnections())

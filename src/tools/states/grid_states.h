@@ -42,7 +42,7 @@ class GridStates : public StateSource {
   struct Axis {
     double lower, upper;
     std::uint64_t count, intervals;  ///< positions, and intervals from lower to upper
-    std::uint64_t index = 0;         ///< that of the position
+    std::uint64_t index = 0;         ///< the index of the position
 
     double position() const;
   };

@@ -22,7 +22,7 @@ struct JointColumn {
 const char* suffixOf(JointColumn::Quantity quantity);
 
 /// The columns of these names. A column "time" is the time of the state, unless a joint has that name. The names of
-/// velocities and accelerations are those of their joints with a suffix, unless a joint has the whole name.
+/// velocities and accelerations are the names of their joints with a suffix, unless a joint has the whole name.
 /// Failure: throws std::invalid_argument naming the column: an unknown, repeated, fixed, floating or planar joint.
 std::vector<JointColumn> jointColumns(const std::vector<std::string>& names, const scene::RobotModel& robot);
 
@@ -41,11 +41,11 @@ class LimitCheck {
   /// The robot must outlive this.
   explicit LimitCheck(const scene::RobotModel& robot) : robot_(robot) {}
 
-  /// `line` is that of a text; 0: the source has no lines.
+  /// `line` is a line of a text; 0: the source has no lines.
   void beginState(std::uint64_t state, long line);
   /// `joint` is an index into RobotModel::joints; `position` [rad] or [m] is what the state sets.
   void add(int joint, double position);
-  /// `positions` are those of all joints.
+  /// `positions` are the positions of all joints.
   void endState(const std::vector<double>& positions);
 
   /// The warning about the states of `source` in a few sentences; "" if all were within the limits. It names all joints

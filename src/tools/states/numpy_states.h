@@ -36,7 +36,7 @@ class NumpyStates : public StateSource {
   void nameColumns(const std::vector<std::string>& names);
   void readBlock();
 
-  std::optional<NpyTable> table_, times_;  ///< the times are one more column, behind those of the table
+  std::optional<NpyTable> table_, times_;  ///< the times are one more column, behind the columns of the table
   // The block of rows that was read last.
   std::uint64_t block_begin_ = 0, block_end_ = 0;
   std::vector<double> block_;  ///< row by row, a number for each column

@@ -36,15 +36,16 @@ class JointRecording {
   int jointOf(const std::string& name);
 
   const scene::RobotModel& robot_;
-  std::map<std::string, int> joints_;  ///< those of the names seen so far; kNotUsed
+  std::map<std::string, int> joints_;  ///< the joints of the names seen so far; kNotUsed
   std::vector<std::string> left_out_;  ///< a sentence about each joint that is not used
   std::vector<Message> messages_;      ///< with positions of used joints
   std::vector<Position> positions_;
 };
 
-/// The states that the messages of a recording tell of. Messages count in the order of their times; those of one time
-/// make one state. A joint that a message does not name keeps its last position. The first state is the one in which
-/// all joints that the recording names are known; joints that it never names are at 0. The states are held in memory.
+/// The states that the messages of a recording tell of. Messages count in the order of their times; messages of one
+/// time make one state. A joint that a message does not name keeps its last position. The first state is the one in
+/// which all joints that the recording names are known; joints that it never names are at 0. The states are held in
+/// memory.
 class RecordedStates : public StateSource {
  public:
   /// With a rate [Hz] the states are those at the time of the first one and every 1 / rate seconds after it, up to that

@@ -17,10 +17,10 @@ class ProgramOptions;
 /// The options of the states.
 struct StateOptions {
   std::string file = "-";           ///< CSV, .npy or .npz; "-": CSV from standard input
-  std::vector<std::string> joints;  ///< those of the columns of a .npy or .npz; empty: named beside it
+  std::vector<std::string> joints;  ///< the joints of the columns of a .npy or .npz; empty: named beside it
   BagOptions bag;                   ///< if it has a file
   std::optional<std::uint64_t> sample;
-  std::uint64_t seed = 0;      ///< that of the sample
+  std::uint64_t seed = 0;      ///< the seed of the sample
   std::vector<GridAxis> grid;  ///< if there is one
   bool is_zero = false;        ///< one state, all joints at 0 or nearest to it
 };

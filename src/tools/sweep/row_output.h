@@ -27,7 +27,7 @@ struct WrittenRows {
 /// it is complete. Failure: the functions throw std::invalid_argument naming the stream or file.
 class RowOutput {
  public:
-  /// `name` is that of the stream in messages. The stream must outlive this.
+  /// `name` is the name of the stream in messages. The stream must outlive this.
   RowOutput(std::ostream& stream, std::string name, OutputFormat format);
   RowOutput(const std::string& file, OutputFormat format);
 

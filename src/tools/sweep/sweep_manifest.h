@@ -19,7 +19,7 @@ struct SweepManifest {
   StateRange range;
   std::uint64_t rows = 0;
   std::uint64_t bytes = 0;  ///< the size of the whole file
-  std::string hash;         ///< that of its rows: all bytes between what OutputFormat puts before and after them
+  std::string hash;         ///< the hash of its rows: all bytes between what OutputFormat puts before and after them
   SweepSummary summary;
 
   /// How many states the whole sweep has.

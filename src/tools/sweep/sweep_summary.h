@@ -22,7 +22,7 @@ enum class SummaryKind : unsigned char { Distances, Verdicts };
 struct NotableState {
   NumberedPair closest;
   std::string link_a, link_b;
-  nlohmann::ordered_json positions;  ///< those of the joints that lead, by their names
+  nlohmann::ordered_json positions;  ///< positions of the joints that lead, by their names
 };
 
 /// The results of a sweep, in numbers that do not depend on how it was divided: they are counts, and states in a total

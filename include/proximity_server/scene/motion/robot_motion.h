@@ -72,8 +72,8 @@ class RobotMotion {
   void carryObjects(const ObjectFrames& frames);
   const ObjectFrames& objectFrames() const { return object_frames_; }
 
-  /// The poses at one time in the world, as State::set() takes them: the poses of the bodies, and of ObjectFrames::moving.
-  /// All are missing if the pose of the world is missing.
+  /// The poses at one time in the world, as State::set() takes them: the poses of the bodies and of
+  /// ObjectFrames::moving. All are missing if the pose of the world is missing.
   struct State {
     BodyPoses bodies;
     std::vector<std::optional<Eigen::Isometry3d>> frames;
