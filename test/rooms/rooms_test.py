@@ -13,6 +13,8 @@ A room is a folder below src/ and include/proximity_server/, or a file with its 
 Includes with angle brackets are checked where they name a public header. Tests are not checked.
 
 The includes of a file, and of each test, begin with its own header; ours follow, then those of libraries, then the standard's.
+
+A cell of a table of the map has at most LONGEST_CELL characters, one of config/PARAMETERS.md at most two sentences.
 """
 
 import collections
@@ -27,6 +29,7 @@ PUBLIC = "include/proximity_server"
 SUFFIXES = (".h", ".cpp")
 MOST_UNITS = 12
 MOST_FLOORS = 10
+LONGEST_CELL = 200
 UNRELATED = (("tools", "node"), ("tools", "demo"), ("python", "tools"), ("python", "node"), ("python", "demo"))  # layers
 # Layers whose private headers others may include, and who.
 SHARED_WITH = {"system": ("scene", "tools", "python", "node", "demo"), "node": ("demo",)}
@@ -161,6 +164,12 @@ def floors(source):
     return floor
 
 
+def cells(document):
+    """The cells of all tables of a document."""
+    rows = re.findall(r"(?m)^\| (.*) \|$", (SOURCE / document).read_text())
+    return [cell for row in rows for cell in row.split(" | ")]
+
+
 def rank_of(bracket, name, path):
     """0: a header with the name of the file, 1: another one of this project, 2: of a library or the system, 3: of the standard library."""
     unit = re.sub("_test$", "", pathlib.PurePath(path).stem)
@@ -185,6 +194,12 @@ def problems_of_order(source):
 
 
 class Rooms(unittest.TestCase):
+    def test_cells_of_the_map_are_short(self):
+        self.assertEqual([], [cell for cell in cells("src/README.md") if len(cell) > LONGEST_CELL])
+
+    def test_a_parameter_is_explained_in_two_sentences(self):
+        self.assertEqual([], [cell for cell in cells("config/PARAMETERS.md") if len(re.findall(r"[.?!](?= |$)", cell)) > 2])
+
     def test_includes_stand_in_one_order(self):
         self.assertEqual([], list(problems_of_order(SOURCE)))
 
