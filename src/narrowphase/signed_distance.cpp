@@ -41,8 +41,8 @@ bool meetInOnePoint(const Query& query, const SignedDistance& result, const Warm
   if (on_a.dimension + on_b.dimension > 2) return false;
   const Vector3d along_b = query.a_T_b.linear() * on_b.along;
   const double longer = std::max(on_a.along.norm(), along_b.norm());
-  const double gap = result.upper_bound - result.lower_bound;
-  const double sideways = tolerance + sidewaysError(query.a, normal, gap) + sidewaysError(query.b, towards_a, gap);
+  const double width = result.upper_bound - result.lower_bound;
+  const double sideways = tolerance + sidewaysError(query.a, normal, width) + sidewaysError(query.b, towards_a, width);
   return on_a.along.cross(along_b).norm() > sideways * longer;
 }
 

@@ -101,7 +101,7 @@ class Approach {
     return true;
   }
 
-  double allowances() const { return who_.intrusion + who_.uncertainty + state_.largest_loss; }
+  double losses() const { return who_.intrusion + who_.uncertainty + state_.largest_loss; }
 
   /// [s] The time of the person until the robot stands from a scale of its velocities.
   double humanTime(double scale) const {
@@ -111,7 +111,7 @@ class Approach {
   /// [m] Its way in this time.
   double humanWay(double scale) const {
     const double time = humanTime(scale);
-    return kRoundedUp * std::min(who_.near_speed * time, std::max(0.0, kNearPerson - allowances()) + who_.speed * time);
+    return kRoundedUp * std::min(who_.near_speed * time, std::max(0.0, kNearPerson - losses()) + who_.speed * time);
   }
 
   void setTerms() {
@@ -126,7 +126,7 @@ class Approach {
     const double way = std::max(0.0, found_.distance - nearest_);
     found_.reaction_way = std::min(way, found_.robot_speed * braking_.latency);
     found_.stopping_way = way - found_.reaction_way;
-    found_.protective_distance = found_.human_way + way + allowances();
+    found_.protective_distance = found_.human_way + way + losses();
     found_.margin = found_.distance - found_.protective_distance;
   }
 
@@ -146,7 +146,7 @@ class Approach {
 
   /// The scale with which the robot stops in time if everybody has the time of a stop from `scale`.
   VelocityScale scaleFor(double scale) {
-    const PairDistances distances(0.0, allowances() + humanWay(scale) - state_.largest_loss);
+    const PairDistances distances(0.0, losses() + humanWay(scale) - state_.largest_loss);
     return velocityScale(pairs_, moving_, scene_, start_, state_, braking_, distances, deadline_);
   }
 
@@ -154,7 +154,7 @@ class Approach {
   /// kScaleTolerance of the velocities it comes nearer by more than the retreat tolerance.
   bool isTooLate() {
     Question question;
-    question.threshold = allowances() + humanWay(0.0);
+    question.threshold = losses() + humanWay(0.0);
     // [s] of the unscaled velocities, see velocityScale()
     const double length = kScaleTolerance * (braking_.latency + 0.5 * kScaleTolerance * found_.stopping_time);
     const auto approaches = [&](const PairProximity& pair) { return approachSpeed(pair) * length > kRetreatTolerance; };

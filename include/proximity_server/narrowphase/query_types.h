@@ -38,7 +38,7 @@ enum class Repeatability : unsigned char {
 };
 
 struct Options {
-  double distance_tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound; NaN counts as 0
+  double distance_tolerance = 1e-9;  ///< [m] accepted width of the bounds; NaN counts as 0
   int max_iterations = 500;          ///< of GJK, and of EPA; EPA's storage holds no more
 
   /// Thresholds that make a query cheaper. The search ends with Status::Threshold as soon as

@@ -277,23 +277,23 @@ class PatchSearch {
         }
   }
 
-  /// The depth in all directions is at least the returned one, which is `gap` below a known one.
-  double run(double depth, double gap, const RefineDirection& refine) {
+  /// The depth in all directions is at least the returned one, which is `width` below a known one.
+  double run(double depth, double width, const RefineDirection& refine) {
     int misses = 0;
     for (int patches = 0; count_ > 0; ++patches) {
-      if (patches == kMaxPatches || misses == kMaxMisses || count_ >= kMaxOpen || !(depth > gap)) return kNothing;
+      if (patches == kMaxPatches || misses == kMaxMisses || count_ >= kMaxOpen || !(depth > width)) return kNothing;
       const Patch patch = next();
-      const PatchBound bound(a_, b_, offset_, patch, partOfBalls(depth - kFarFromZero * gap));
-      if (bound.minimum() >= depth - gap) continue;
-      if (bound.depth() < depth - 0.5 * gap)
+      const PatchBound bound(a_, b_, offset_, patch, partOfBalls(depth - kFarFromZero * width));
+      if (bound.minimum() >= depth - width) continue;
+      if (bound.depth() < depth - 0.5 * width)
         depth = refine({inFrameOfA(bound.shallower()), inFrameOfA(bound.deeper())});
       // If the CSO reaches farther here than the inner cores, try all other patches before the parts of this one, and
       // the large ones first.
-      const bool is_missed = bound.depth() < depth - gap;
+      const bool is_missed = bound.depth() < depth - width;
       misses += is_missed ? 1 : 0;
       divide(patch, bound, is_missed ? depth * misses : bound.minimum());
     }
-    return depth - gap;
+    return depth - width;
   }
 
  private:
@@ -444,8 +444,8 @@ double depthAboutAxis(const Cso& cso, double depth, double tolerance, const Refi
   const double skew = (inner.bAxes().transpose() * inner.bAxes() - Matrix3d::Identity()).norm();
   const double reach = a.coreReach() + b.coreReach() + inner.bOrigin().norm();
   // Four of them are for the inner cores.
-  const double rounding = 16.0 * cso.rounding() + skew * reach, gap = 0.5 * tolerance - rounding;
-  return gap > rounding ? PatchSearch(inner, *axes).run(depth, gap, refine) - rounding : kNothing;
+  const double rounding = 16.0 * cso.rounding() + skew * reach, width = 0.5 * tolerance - rounding;
+  return width > rounding ? PatchSearch(inner, *axes).run(depth, width, refine) - rounding : kNothing;
 }
 
 }  // namespace proximity_server::narrowphase

@@ -113,7 +113,7 @@ FacePoint nearestPoint(std::array<CsoVertex, 3> corners, const EpaResult& result
 }
 
 /// Sets the witness points by the point of the CSO nearest to the one at the depth along the normal. The ray along the
-/// normal leaves the CSO below this point by no more than the gap of the bounds. has_points stays false if the point that
+/// normal leaves the CSO below this point by at most the width of the bounds. has_points stays false if the point that
 /// is found is farther away than nine tenths of the tolerance; the rest is for rounding.
 void setPointsAtDepth(const Cso& cso, double tolerance, EpaResult& result) {
   const Vector3d way_out = result.depth * result.normal;
@@ -137,12 +137,12 @@ void setPointsAtDepth(const Cso& cso, double tolerance, EpaResult& result) {
 /// face `guess`, or through the face with the nearest point. has_points stays false if this point is farther from the
 /// one at the depth than the bounds and the tolerance allow.
 void setWitnesses(const Polytope& polytope, const Polytope::Face* guess, const Options& options, EpaResult& result) {
-  const double gap = result.depth - result.lower_bound, accepted = gap + options.distance_tolerance;
-  const double enough = std::max(gap, options.distance_tolerance);
+  const double width = result.depth - result.lower_bound, accepted = width + options.distance_tolerance;
+  const double enough = std::max(width, options.distance_tolerance);
   FacePoint best{Vector3d::Zero(), Vector3d::Zero(), std::numeric_limits<double>::infinity()};
   if (guess != nullptr) best = passage(polytope, *guess, result);
   // The ray may pass through another face in the same plane. Written as !(<=) so that NaN searches, too.
-  if (!(best.error <= gap)) {
+  if (!(best.error <= width)) {
     best.error = std::numeric_limits<double>::infinity();
     polytope.forEachFace([&](const Polytope::Face& face) {
       if (!(face.area.dot(result.normal) > 0.0)) return;
@@ -398,8 +398,8 @@ int firstEllipsoid(const Cso& cso) {
 /// instead of 6 us, as most of them need no more than 48.
 constexpr int kExpansionsBeforePatches = 64;
 
-/// After so many expansions on a curved CSO, the tolerance ends the search as well as the smaller gap of
-/// Cso::finalGap(). Evidence: with 192, the accuracy table has an error of 2e-10 m for cylinder and cone instead of
+/// After so many expansions on a curved CSO, the tolerance ends the search as well as the smaller width of
+/// Cso::finalWidth(). Evidence: with 192, the accuracy table has an error of 2e-10 m for cylinder and cone instead of
 /// 4e-12.
 constexpr int kMaxForAccuracy = 320;
 
@@ -418,7 +418,7 @@ class Expansion {
         polytope_(polytope),
         options_(options),
         observer_(observer),
-        final_gap_(cso.finalGap(options.distance_tolerance)),
+        final_width_(cso.finalWidth(options.distance_tolerance)),
         first_ellipsoid_(firstEllipsoid(cso)),
         is_round_(isRound(cso.a().kind()) && isRound(cso.b().kind())),
         result_(resultOf(known)),
@@ -516,19 +516,19 @@ class Expansion {
   }
 
   /// The lower bound is lowered by rounding where it is set; the upper bound is raised by it here.
-  double gap() const { return result_.depth + cso_.rounding() - result_.lower_bound; }
+  double width() const { return result_.depth + cso_.rounding() - result_.lower_bound; }
 
-  /// A depth found by Newton's method is more accurate than its lower bound, so the tolerance suffices for the gap; and
-  /// it has to suffice where a curved CSO needs many faces.
+  /// A depth found by Newton's method is more accurate than its lower bound, so the tolerance suffices for the width;
+  /// and it has to suffice where a curved CSO needs many faces.
   bool isFinal() const {
     const bool is_long = !cso_.isPolytope() && result_.iterations > kMaxForAccuracy;
-    return gap() <= (result_.has_points || is_long ? options_.distance_tolerance : final_gap_);
+    return width() <= (result_.has_points || is_long ? options_.distance_tolerance : final_width_);
   }
 
   EpaResult finished(const Ending& ending) {
     const double inside = smallest_depth_.depthInside();
     result_.lower_bound = std::max(result_.lower_bound, std::min(inside, result_.depth) - cso_.rounding());
-    const bool converged = ending.status != Status::Threshold && gap() <= options_.distance_tolerance;
+    const bool converged = ending.status != Status::Threshold && width() <= options_.distance_tolerance;
     result_.status = converged ? Status::Converged : ending.status;
     observer_.ends(polytope_, result_.depth);
     if (result_.has_points) observer_.endsWithPoints(polytope_, {inside, result_.depth});
@@ -543,7 +543,7 @@ class Expansion {
   Polytope& polytope_;
   const Options& options_;
   const Observer observer_;
-  const double final_gap_;
+  const double final_width_;
   const int first_ellipsoid_;
   const bool is_round_;
   EpaResult result_;

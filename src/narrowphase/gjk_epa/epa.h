@@ -15,7 +15,7 @@ struct EpaResult {
   bool has_normal = false;   ///< false: lower_bound alone decided options.stop_below; depth and normal are not set
   Eigen::Vector3d normal;    ///< unit, a towards b: the direction in which b leaves
   bool has_points = false;   ///< false: no point of the CSO's surface along the normal is known
-  Eigen::Vector3d point_a;   ///< point_a - point_b is the depth along the normal, within the gap of the bounds
+  Eigen::Vector3d point_a;   ///< point_a - point_b is the depth along the normal, within the width of the bounds
   Eigen::Vector3d point_b;
   bool unique = true;  ///< false: another direction has the same depth
   int iterations = 0;

@@ -174,7 +174,7 @@ template <typename Observer>
 std::optional<Ending> search(Cso& cso, const CsoVertex& first, const Options& options, Observer observer,
                              Nearest& nearest, GjkResult& result) {
   Simplex& simplex = result.simplex;
-  const double rounding = cso.rounding(), final_gap = cso.finalGap(options.distance_tolerance);
+  const double rounding = cso.rounding(), final_width = cso.finalWidth(options.distance_tolerance);
 
   int newest = 0, sideways = 0;
   simplex[newest] = first;
@@ -185,8 +185,8 @@ std::optional<Ending> search(Cso& cso, const CsoVertex& first, const Options& op
     observer.supports(w, result.normal, result.lower_bound);
     if (result.lower_bound > options.stop_above) return Ending{Outcome::Threshold, Status::Threshold};
     const double upper_bound = nearest.distance + rounding;
-    const double gap = upper_bound - result.lower_bound;
-    if (gap <= final_gap) return Ending{Outcome::Apart, Status::Converged};
+    const double width = upper_bound - result.lower_bound;
+    if (width <= final_width) return Ending{Outcome::Apart, Status::Converged};
     if (upper_bound <= options.stop_below) return Ending{Outcome::Apart, Status::Threshold};
 
     const Nearest next = nearestToOrigin(simplex, newest);

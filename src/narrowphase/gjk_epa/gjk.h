@@ -46,7 +46,7 @@ struct GjkResult {
 /// Error:   outcome Apart with Status::Converged: distance - lower_bound <= options.distance_tolerance, up to rounding.
 /// Failure: none. A search without progress ends, and the bounds say how good the answer is.
 /// Source:  Gilbert, Johnson, Keerthi, A Fast Procedure for Computing the Distance Between Complex Objects in
-///          Three-Dimensional Space, IEEE J. Robotics and Automation 1988. The stop by the gap of the bounds is from
+///          Three-Dimensional Space, IEEE J. Robotics and Automation 1988. The stop by the width of the bounds is from
 ///          van den Bergen, A Fast and Robust GJK Implementation for Collision Detection of Convex Objects, 1999.
 /// Differs: the tolerance is absolute, not relative; the subalgorithm tests Voronoi regions instead of Johnson's
 ///          determinants; Newton's method finishes curved pairs.

@@ -136,7 +136,7 @@ inline SignedDistance certified(SignedDistance exact, double rounding) {
 
 /// Sets the points of the result. complete() will derive b's point from a's along the normal; the distance between this
 /// point and `point_b` widens the upper bound: for shapes apart the points prove it, and in overlap the points lie on
-/// the shapes within the gap of the bounds.
+/// the shapes within the width of the bounds.
 inline void setPoints(SignedDistance& result, const Eigen::Vector3d& point_a, const Eigen::Vector3d& point_b,
                       double rounding) {
   result.has_points = true;

@@ -168,7 +168,7 @@ inline std::optional<SignedDistance> byBoxAxes(const Query& query, const Options
 /// The answer of two boxes that are apart by their nearest points. Returns nullopt if these are not found.
 inline std::optional<SignedDistance> byNearestPoints(const Query& query, double tolerance) {
   const auto nearest = nearestOfBoxes(query.a.halfExtents(), query.b.halfExtents(), query.a_T_b,
-                                      finalGap(tolerance, query.rounding) - 2.0 * query.rounding);
+                                      finalWidth(tolerance, query.rounding) - 2.0 * query.rounding);
   if (!nearest) return std::nullopt;
   const Eigen::Vector3d normal = (nearest->on_b - nearest->on_a) / nearest->distance;
   SignedDistance result = decided(normal, nearest->gap - query.rounding, nearest->distance + query.rounding, 0);

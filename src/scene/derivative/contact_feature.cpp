@@ -116,7 +116,7 @@ Eigen::Matrix<double, 3, 2> axesAcross(const Vector3d& normal) {
 }  // namespace
 
 std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& frame_T_shape, const ContactPlane& plane,
-                                        double tolerance, double gap, PlaneFigure& figure) {
+                                        double tolerance, double width, PlaneFigure& figure) {
   // Most pieces of a mesh are so far away that their support point is not needed.
   const double reach = shape.coreRadius() + shape.margin() + tolerance;
   if (plane.heightOf(frame_T_shape * shape.centre()) < -reach) return std::nullopt;
@@ -127,7 +127,7 @@ std::optional<double> findSupportFigure(const Shape& shape, const Isometry3d& fr
   figure.begin();
   Collector(plane, height - tolerance, tolerance, figure).add(shape, frame_T_shape);
   if (!figure.isDisc()) figure.close();
-  return sidewaysError(shape, direction, gap);
+  return sidewaysError(shape, direction, width);
 }
 
 /// One of the two shapes of a pair, in its pose.
@@ -151,12 +151,12 @@ struct ContactFeatures::Side {
 
   /// Calls `visit(error)` for each figure in the plane: how far [m] it may lie beside its true place.
   template <class Visit>
-  void forEachFigure(const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure,
+  void forEachFigure(const ContactPlane& plane, double tolerance, double width, PlaneFigure& figure,
                      const Visit& visit) const {
     const std::size_t count = numbers ? numbers->size() : pieces->size();
     for (std::size_t i = 0; i < count; ++i) {
       const Piece& piece = (*pieces)[numbers ? (*numbers)[i] : i];
-      if (const auto error = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, gap, figure))
+      if (const auto error = findSupportFigure(piece.shape, pose * piece.body_T_piece, plane, tolerance, width, figure))
         visit(*error);
     }
   }
@@ -203,20 +203,20 @@ double ContactFeatures::minimum(const State& state, const PairProximity& pair, c
   const ContactPlane plane_b{result.point_b + from_surface, -result.normal, axes};
   const double rounding = kPoseRounding * (result.point_a.norm() + result.point_b.norm() +
                                            a->pose.translation().norm() + b->pose.translation().norm());
-  const double gap = result.upper_bound - result.lower_bound;
-  const double tolerance = std::max(gap, Question().tolerance) + rounding;
+  const double width = result.upper_bound - result.lower_bound;
+  const double tolerance = std::max(width, Question().tolerance) + rounding;
 
   const Vector2d in_plane = axes.transpose() * slope;
   double minimum = 0.0;
   const auto lower = [&](double value) { minimum = std::min(minimum, value); };
   if (a->fills(plane_a, tolerance)) {
-    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double) { lower(minimumOn(figure_b_, in_plane)); });
+    b->forEachFigure(plane_b, tolerance, width, figure_b_, [&](double) { lower(minimumOn(figure_b_, in_plane)); });
     return minimum;
   }
   const bool b_fills_plane = b->fills(plane_b, tolerance);
-  a->forEachFigure(plane_a, tolerance, gap, figure_a_, [&](double error_a) {
+  a->forEachFigure(plane_a, tolerance, width, figure_a_, [&](double error_a) {
     if (b_fills_plane) return lower(minimumOn(figure_a_, in_plane));
-    b->forEachFigure(plane_b, tolerance, gap, figure_b_, [&](double error_b) {
+    b->forEachFigure(plane_b, tolerance, width, figure_b_, [&](double error_b) {
       lower(minimumInCommon(figure_a_, figure_b_, in_plane, tolerance + error_a + error_b));
     });
   });

@@ -26,12 +26,12 @@ struct ContactPlane {
 
 /// Sets `figure` to the points of a shape that are farthest along the normal of the plane, projected into the plane:
 /// all points within `tolerance` [m] of the farthest. Returns the error [m] of their place in the plane, see
-/// sidewaysError(), for bounds with this gap [m]. Returns nullopt if the farthest points are not within `tolerance` of
-/// the plane.
+/// sidewaysError(), for bounds with this width [m]. Returns nullopt if the farthest points are not within `tolerance`
+/// of the plane.
 ///
 /// A disc that is the end of a swept cylinder or cone becomes a polygon around it.
 std::optional<double> findSupportFigure(const narrowphase::Shape& shape, const Eigen::Isometry3d& frame_T_shape,
-                                        const ContactPlane& plane, double tolerance, double gap, PlaneFigure& figure);
+                                        const ContactPlane& plane, double tolerance, double width, PlaneFigure& figure);
 
 /// The contact features of the pairs of one robot: the points that may be their witness points. It has the working
 /// memory of one caller. Nothing is allocated if no shape has more vertices than the shapes of the robot and of the
@@ -52,9 +52,9 @@ class ContactFeatures {
   /// 3. Projected along n, these x are the intersection of two plane figures. A linear function is smallest at a corner
   ///    of it.
   ///
-  /// Error:   points count that miss the planes or each other by no more than the tolerance: the gap of the bounds, or
-  ///          the default tolerance of a Question if that is larger, plus the rounding of the poses. This can only make
-  ///          the value smaller.
+  /// Error:   points count that miss the planes or each other by no more than the tolerance: the width of the bounds,
+  ///          or the default tolerance of a Question if that is larger, plus the rounding of the poses. This can only
+  ///          make the value smaller.
   /// Failure: NaN if the pose of one of the two is not known.
   double minimum(const State& state, const PairProximity& pair, const Eigen::Vector3d& slope);
 

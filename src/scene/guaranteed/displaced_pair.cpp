@@ -117,7 +117,7 @@ DisplacedPair::Along DisplacedPair::along(const LeafPair& leaves, const Vector3d
           {leaves, normal, from + of_a.point, from + of_b.point}};
 }
 
-void DisplacedPair::improve(Along& best, double enough, double little) {
+void DisplacedPair::improve(Along& best, double enough, double negligible) {
   // Other frames cannot help if only one of the two is displaced, and the closest points lose about as much in each.
   constexpr double kMuchMore = 1.05;
   if (b.part.isUnbounded()) return;
@@ -128,16 +128,16 @@ void DisplacedPair::improve(Along& best, double enough, double little) {
       if (other.bound > best.bound) best = other;
     }
   }
-  turn(best, enough, little);
+  turn(best, enough, negligible);
 }
 
 /// Turns the normal so that the bound becomes larger. To first order the bound is the support height of a convex set,
 /// all differences of displaced points of the cores, and the best normal points to the point of this set that is the
 /// nearest to the origin. As in GJK, the nearest point of the support points so far gives the next normal.
-void DisplacedPair::turn(Along& best, double enough, double little) {
+void DisplacedPair::turn(Along& best, double enough, double negligible) {
   constexpr int kMostSteps = 6;
   constexpr double kMuch = 0.05;  // of the loss
-  if (best.present - best.bound <= little) return;
+  if (best.present - best.bound <= negligible) return;
   const LeafPair leaves = best.where.leaves;
   const double margins =
       padding + Leaf(a.part, leaves.a).piece.shape.margin() + Leaf(b.part, leaves.b).piece.shape.margin();
@@ -152,7 +152,7 @@ void DisplacedPair::turn(Along& best, double enough, double little) {
     lowest = std::max(lowest, where.normal.dot(points[i + 1]));
     const Vector3d nearest = nearestToOrigin(points.data(), i + 2);
     const double length = nearest.norm();
-    if (!(length - lowest > std::max(little, kMuch * (best.present - best.bound)))) return;
+    if (!(length - lowest > std::max(negligible, kMuch * (best.present - best.bound)))) return;
     last = along(leaves, nearest / length, last.frame);
     if (last.bound > best.bound) best = last;
   }

@@ -37,8 +37,8 @@ class DisplacedPair {
   /// The gap along a unit vector, with the displacements as they are seen from one of the frames.
   Along along(const LeafPair& leaves, const Eigen::Vector3d& normal, int frame);
 
-  /// Tries other frames and directions, until the bound is `enough` [m]. `little` [m] is not worth the steps.
-  void improve(Along& best, double enough, double little);
+  /// Tries other frames and directions, until the bound is `enough` [m]. `negligible` [m] is not worth the steps.
+  void improve(Along& best, double enough, double negligible);
 
   /// The distance of two pieces, or of a piece and a half-space, in the frame of the body of a.
   narrowphase::SignedDistance measured(const LeafPair& leaves, const RelativePose& a_T_b, double stop_above);
@@ -78,7 +78,7 @@ class DisplacedPair {
   int frame = kCommon;  ///< the frame of the first bound of all pieces
 
  private:
-  void turn(Along& best, double enough, double little);
+  void turn(Along& best, double enough, double negligible);
 
   UncertainPlaces& places_;
   LimitedWork& work_;

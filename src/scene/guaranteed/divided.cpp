@@ -21,7 +21,7 @@ DividedBound::DividedBound(const UncertainPlaces& places, DisplacedPair& pair, P
 /// are none, or if one of them may be anywhere.
 bool DividedBound::findLeadersBetween() {
   intervals_.clear();
-  levers_.assign(places_.leaders().size(), 0.0);
+  lever_arms_.assign(places_.leaders().size(), 0.0);
   for (const DisplacedShape* side : {&pair_.a, &pair_.b}) {
     const Bounds& bounds = side->part.whole().bounds;
     for (const Displacement& own : side->chain) {
@@ -31,9 +31,9 @@ bool DividedBound::findLeadersBetween() {
       const double most = places_.uncertainty().positions[leader->joint];
       if (findInterval(0, leader->joint) == intervals_.end()) intervals_.push_back({leader->joint, -most, most});
       const bool slides = own.kind == Displacement::Kind::Slide;
-      const double lever =
+      const double lever_arm =
           slides ? 1.0 : own.axis.cross(side->pose * bounds.centre - own.origin).norm() + bounds.radius;
-      levers_[leader->joint] += std::abs(leader->multiplier) * lever;
+      lever_arms_[leader->joint] += std::abs(leader->multiplier) * lever_arm;
     }
   }
   leaders_between_ = intervals_.size();
@@ -63,8 +63,8 @@ double DividedBound::displaceSide(const DisplacedShape& whole, const Box& box, D
     const JointRange& left = *findInterval(box.intervals, leader->joint);
     own.width = std::abs(leader->multiplier) * halfWidth(left.lower, left.upper);
     present.displaceAfter(motion, leader->multiplier * 0.5 * (left.lower + left.upper));
-    const double lever = (whole.pose * bounds.centre - present.origin).norm() + bounds.radius;
-    rounding += (1.0 + present.width) * (lever + present.origin.norm() + whole.pose.translation().norm());
+    const double lever_arm = (whole.pose * bounds.centre - present.origin).norm() + bounds.radius;
+    rounding += (1.0 + present.width) * (lever_arm + present.origin.norm() + whole.pose.translation().norm());
   }
   side.pose = motion * whole.pose;
   return 64.0 * std::numeric_limits<double>::epsilon() * rounding;
@@ -76,7 +76,7 @@ DividedBound::Box DividedBound::halve(const Box& box) {
   high.intervals = intervals_.size();
   for (std::size_t i = 0; i < leaders_between_; ++i) intervals_.push_back(JointRange(intervals_[box.intervals + i]));
   JointRange *lows = &intervals_[box.intervals], *highs = &intervals_[high.intervals];
-  const auto way = [&](const JointRange& interval) { return levers_[interval.joint] * interval.width(); };
+  const auto way = [&](const JointRange& interval) { return lever_arms_[interval.joint] * interval.width(); };
   const int widest = std::max(0, placeToHalve(lows, leaders_between_, way));
   lows[widest].upper = highs[widest].lower = 0.5 * (lows[widest].lower + lows[widest].upper);
   return high;
@@ -89,13 +89,13 @@ void DividedBound::boundPart(Box& box, double enough, double& nearest) {
   const SignedDistance middle = pair_.measured(box.leaves, pair_.a_T_b, kInfinity);
   if (middle.upper_bound - pair_.swelling < nearest) {
     nearest = middle.upper_bound - pair_.swelling;
-    nearest_state_.assign(levers_.size(), 0.0);
+    nearest_state_.assign(lever_arms_.size(), 0.0);
     for (std::size_t i = 0; i < leaders_between_; ++i) {
       const JointRange& interval = intervals_[box.intervals + i];
       nearest_state_[interval.joint] = 0.5 * (interval.lower + interval.upper);
     }
   }
-  pieces_.likely = {pair_.asked, box.leaves};
+  pieces_.last_deciding = {pair_.asked, box.leaves};
   const Vector3d normal = pair_.a.pose.linear() * middle.normal;
   const double of_pieces =
       pieces_.ofAllPieces({normal, middle.lower_bound, pair_.travel(), box.bound, kNegligible}, enough + rounding);
@@ -139,7 +139,7 @@ double DividedBound::improved(double whole, double lower_bound, double enough) {
   pair_.b = whole_b_;
   pair_.place();
   pieces_.deciding = deciding;
-  pieces_.likely = {pair_.asked, deciding.leaves};
+  pieces_.last_deciding = {pair_.asked, deciding.leaves};
   return boxes_.front().bound;
 }
 

@@ -54,7 +54,7 @@ class DividedBound {
   LimitedWork& work_;
   int most_parts_ = kUsualParts;
   DisplacedShape whole_a_, whole_b_;  ///< the two in the present state
-  std::vector<double> levers_;        ///< [m/rad] or [m/m] by joint, an upper bound of the ways of all points
+  std::vector<double> lever_arms_;    ///< [m/rad] or [m/m] by joint, an upper bound of the ways of all points
   std::vector<JointRange> intervals_;
   std::size_t leaders_between_ = 0;  ///< the number of intervals of each part
   std::vector<Box> boxes_;           ///< a heap: the lowest bound first

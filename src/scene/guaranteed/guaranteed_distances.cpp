@@ -127,11 +127,11 @@ bool GuaranteedDistances::settle(const State& state, const ListedPairs& listed, 
   };
   // The pair of the last minimum is likely to be the pair of this one, and then excludes most others by cheap bounds.
   ShapeRefPair& found = found_[static_cast<std::size_t>(kind)];
-  const PairProximity* const likely =
+  const PairProximity* const last =
       std::find_if(listed.begin, listed.end, [&](const PairProximity& pair) { return pair.asked.isSameAs(found); });
-  if (likely != listed.end) consider(*likely);
+  if (last != listed.end) consider(*last);
   for (const PairProximity* pair = listed.begin; pair != listed.end; ++pair)
-    if (pair != likely) consider(*pair);
+    if (pair != last) consider(*pair);
   const bool are_all = listed.others == kInfinity;
   if (!are_all && !(listed.others - loss >= minimum.excess)) return false;
   found = minimum.pair.asked;

@@ -37,7 +37,7 @@ void PairBounds::limit(const GuaranteeLimits& limits) {
 }
 
 void PairBounds::forget() {
-  pieces_.likely = {};
+  pieces_.last_deciding = {};
   bounded_.clear();
 }
 
@@ -68,10 +68,10 @@ double PairBounds::boundOf(const PairProximity& pair, double enough) {
   constexpr double kApart = 1e-9;  // [m]
   const double apart = pair_.hasInterior() ? kApart - pair_.surfaces() : -kInfinity;
   enough = std::min(known.lower_bound, std::max(enough, apart));
-  constexpr double kLittle = 3e-4;  // [m]
+  constexpr double kNegligible = 3e-4;  // [m]
   const Vector3d normal = pair_.is_exchanged ? Vector3d(-known.normal) : known.normal;
-  double bound = pieces_.ofAllPieces({normal, known.lower_bound, loss, cheap, kLittle}, enough);
-  if (pieces_.deciding.leaves.areLeaves()) pieces_.likely = {pair.asked, pieces_.deciding.leaves};
+  double bound = pieces_.ofAllPieces({normal, known.lower_bound, loss, cheap, kNegligible}, enough);
+  if (pieces_.deciding.leaves.areLeaves()) pieces_.last_deciding = {pair.asked, pieces_.deciding.leaves};
   bound = divided_.improved(bound, known.lower_bound, enough);
   if (bound < apart) bound = std::min(bound, pieces_.ofInteriors(normal));
   return std::max(cheap, bound);

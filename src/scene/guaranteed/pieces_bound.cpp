@@ -71,8 +71,9 @@ double PiecesBound::ofAllPieces(const Known& known, double enough) {
       boundHalfSpace(pair_.a.part.root, static_cast<int>(i), lowest);
   if (pair_.b.part.whole().isEmpty()) return lowest;
   // The pieces that decided the last time are likely to be the lowest ones, and exclude most others.
-  if (!(likely.pair.a == pair_.asked.a && likely.pair.b == pair_.asked.b)) likely = {pair_.asked, {}};
-  if (likely.leaves.areLeaves() && !work_.isOver()) boundPieces(likely.leaves, lowest);
+  if (!(last_deciding.pair.a == pair_.asked.a && last_deciding.pair.b == pair_.asked.b))
+    last_deciding = {pair_.asked, {}};
+  if (last_deciding.leaves.areLeaves() && !work_.isOver()) boundPieces(last_deciding.leaves, lowest);
   visits_ = 0;
   boundVolumes({pair_.a.part.root, pair_.b.part.root}, -kInfinity, lowest);
   return lowest;
@@ -98,7 +99,7 @@ void PiecesBound::boundVolumes(const PartPair& volumes, double own, double& lowe
   const Volume &a = pair_.a.part[volumes.a], &b = pair_.b.part[volumes.b];
   if (a.isLeaf() && b.isLeaf()) {
     const LeafPair leaves{volumes.a, volumes.b};
-    if (leaves == likely.leaves) return;
+    if (leaves == last_deciding.leaves) return;
     const bool is_excluded = hasNormal() && gapAlong(leaves) - loss_ >= lowest;
     if (!is_excluded) boundPieces(leaves, lowest);
     return;
@@ -158,7 +159,7 @@ void PiecesBound::boundPieces(const LeafPair& leaves, double& lowest) {
   if (hasNormal()) best = pair_.along(leaves, known_.normal, pair_.frame);
   if (best.bound >= lowest) return;
   const double present = best.present;
-  if (hasNormal()) pair_.improve(best, lowest, known_.little);
+  if (hasNormal()) pair_.improve(best, lowest, known_.negligible);
   if (best.bound >= lowest) return;
   // [m] Two pieces that are as close as the closest ones along their normal have this normal, too.
   constexpr double kAsClose = 1e-9;
@@ -167,7 +168,7 @@ void PiecesBound::boundPieces(const LeafPair& leaves, double& lowest) {
     if (own.lower_bound - known_.loss >= lowest) return;
     if (own.normal.allFinite()) {
       DisplacedPair::Along along_own = pair_.along(leaves, pair_.a.pose.linear() * own.normal, pair_.frame);
-      pair_.improve(along_own, lowest, known_.little);
+      pair_.improve(along_own, lowest, known_.negligible);
       if (along_own.bound > best.bound) best = along_own;
     }
     best.bound = std::max(best.bound, own.lower_bound - known_.loss);

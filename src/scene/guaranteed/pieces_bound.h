@@ -17,7 +17,7 @@ class PiecesBound {
     double lower_bound;      ///< [m] of the whole pair now, or of two of its pieces in the middle of a part
     double loss;             ///< [m] no points of the two come closer by more
     double without_pieces;   ///< [m] a bound of the whole pair; where pieces give a lower one, it is the better one
-    double little;           ///< [m] is not worth the steps of DisplacedPair::improve()
+    double negligible;       ///< [m] is not worth the steps of DisplacedPair::improve()
   };
 
   /// [m] A lower bound of the distance of all pieces. It is not improved above `enough`.
@@ -35,7 +35,7 @@ class PiecesBound {
   struct {
     ShapeRefPair pair;
     LeafPair leaves;
-  } likely;
+  } last_deciding;
 
  private:
   void findGaps(const Known& known);

@@ -188,7 +188,7 @@ struct Kernels {
 
   /// Bounds the signed distance of two cores in the listed columns of the items by GJK. Each search begins along the
   /// point of the CSO of the item, which need not be one of these cores. It ends where the lower
-  /// bound is above its limit, or the gap between the bounds is at most `accuracy` [m], or where rounding allows no
+  /// bound is above its limit, or the width of the bounds is at most `accuracy` [m], or where rounding allows no
   /// further step. An overlap that is proven has the upper bound 0.
   void (*boundByGjk)(const Cores& cores, float accuracy, const Items& items, const int* columns, const float* limits,
                      int count, float* lower, float* upper);

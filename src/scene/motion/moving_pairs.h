@@ -40,13 +40,13 @@ struct PairInMotion {
   double deviation = 0.0;         ///< [m] see distanceDeviation()
   bool is_compound = false;       ///< one of the two has several pieces or half-spaces
   bool is_examined = false;       ///< one bound for the whole motion did not settle it
-  /// [m] the smallest lower bound, minus the allowance, of all parts that a search of the minimum has settled or left
+  /// [m] the smallest lower bound, minus the loss, of all parts that a search of the minimum has settled or left
   double nearest = std::numeric_limits<double>::infinity();
 
   bool isOfShapes() const { return kind != Kind::FixedObjects; }
 
   /// [m] What is taken off the distance of the shapes.
-  double allowance() const { return padding + deviation; }
+  double loss() const { return padding + deviation; }
 };
 
 /// A box that stands for a half-space. During the motion, no point of the other shape is farther than `reach` from the

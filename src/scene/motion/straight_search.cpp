@@ -135,7 +135,7 @@ StraightSearch::IntervalVisit StraightSearch::withSpheres(IntervalVisit visit) {
       moving.isOfShapes()
           ? moving.bodies.sphereGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
           : moving.bodies.sphereGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
-  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.allowance());
+  visit.lower_bound = std::max(visit.lower_bound, spheres.gap - moving.loss());
   visit.travel = spheres.travel;
   return visit;
 }
@@ -147,7 +147,7 @@ StraightSearch::IntervalVisit StraightSearch::withBoxes(IntervalVisit visit) {
       moving.isOfShapes()
           ? moving.bodies.boxGap(a, moving.b[visit.b].bounds, visit.interval, pairs_.poses())
           : moving.bodies.boxGap(a, boundsOf(pairs_.tree()[visit.b].box), visit.interval, pairs_.poses());
-  visit.lower_bound = std::max(visit.lower_bound, gap - moving.allowance());
+  visit.lower_bound = std::max(visit.lower_bound, gap - moving.loss());
   return visit;
 }
 
@@ -255,7 +255,7 @@ narrowphase::TimeOfContact StraightSearch::timeOfContactOf(const IntervalVisit& 
   const PairInMotion& moving = movingPairOf(visit);
   const Piece &a = moving.a.pieces[moving.a[visit.a].piece], &b = moving.b.pieces[moving.b[visit.b].piece];
   narrowphase::ContactOptions options;
-  options.contact_distance = moving.contact_distance + moving.allowance() + moving.error;
+  options.contact_distance = moving.contact_distance + moving.loss() + moving.error;
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = visit.interval.begin;
   options.end = std::min(visit.interval.end, latest);
@@ -272,12 +272,11 @@ narrowphase::MinimumOverMotion StraightSearch::minimumOf(const IntervalVisit& vi
   options.tolerance = narrowphase::usableTolerance(question.tolerance - 2.0 * moving.error);
   options.begin = visit.interval.begin;
   options.end = visit.interval.end;
-  options.stop_above =
-      upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.allowance() + moving.error;
+  options.stop_above = upper_bound - narrowphase::usableTolerance(question.tolerance) + moving.loss() + moving.error;
   follow(moving, a, b);
   narrowphase::MinimumOverMotion minimum = minimumDistance(a.shape, chain_a_, b.shape, chain_b_, options);
-  minimum.lower_bound -= moving.allowance() + moving.error;
-  minimum.upper_bound -= moving.allowance() - moving.error;
+  minimum.lower_bound -= moving.loss() + moving.error;
+  minimum.upper_bound -= moving.loss() - moving.error;
   return minimum;
 }
 

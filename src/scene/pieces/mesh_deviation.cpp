@@ -61,13 +61,13 @@ class DeviationSearch {
 
   /// [m] No part lies farther outside than this, except for kMeshRounding.
   double proven() const {
-    return patches_.empty() || patches_.top().bound <= floor() ? farthest_ : patches_.top().bound;
+    return patches_.empty() || patches_.top().bound <= negligible() ? farthest_ : patches_.top().bound;
   }
 
   bool isExceeded() const { return farthest_ > thresholds_.above; }
 
   /// True if no part is left that may lie farther outside than the farthest point found, or than the threshold `below`.
-  bool isProven() const { return !isExceeded() && (patches_.empty() || patches_.top().bound <= floor()); }
+  bool isProven() const { return !isExceeded() && (patches_.empty() || patches_.top().bound <= negligible()); }
 
   /// Measures at some triangles of the hull's surface.
   void look(const narrowphase::ConvexHull& hull, const std::vector<Triangle>& surface) {
@@ -87,15 +87,15 @@ class DeviationSearch {
       if (isExceeded()) return;
       // The point belongs to the mesh. So its distance from the surface point above it is an upper bound of the
       // distance of that surface point from the mesh.
-      const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort(), nullptr, {floor()});
-      if (above.distance > floor()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
+      const TriangleTree::Nearest above = tree.nearest(point, mesh_.effort(), nullptr, {negligible()});
+      if (above.distance > negligible()) farthest_ = std::max(farthest_, mesh_.distance(above.point));
     }
   }
 
   /// Divides the triangles and measures at the parts, until the search is decided or `looks` parts were measured.
   void refine(int looks) {
     for (; looks > 0 && !patches_.empty() && !isExceeded(); looks -= 2) {
-      if (patches_.top().bound <= floor()) break;
+      if (patches_.top().bound <= negligible()) break;
       const Patch whole = patches_.top();
       patches_.pop();
       const Triangle& t = whole.corners;
@@ -124,13 +124,13 @@ class DeviationSearch {
   };
 
   /// [m] A part that lies no farther outside than this changes nothing.
-  double floor() const { return std::max(farthest_ + kMeshRounding, thresholds_.below); }
+  double negligible() const { return std::max(farthest_ + kMeshRounding, thresholds_.below); }
 
   /// True if a triangle of a hull changes nothing, because its corners belong to the mesh and are near to each of its
   /// points. No point of a triangle is farther from all corners than the centre of an equilateral one of as long a side.
   bool isNearItsCorners(const Triangle& t) const {
     const double longest = std::max({(t[1] - t[0]).norm(), (t[2] - t[1]).norm(), (t[0] - t[2]).norm()});
-    return longest <= std::sqrt(3.0) * std::min(floor(), thresholds_.above);
+    return longest <= std::sqrt(3.0) * std::min(negligible(), thresholds_.above);
   }
 
   /// True if a point is inside of the mesh. On the way from the centre of the whole there is no surface if that way is
@@ -146,7 +146,8 @@ class DeviationSearch {
     double reach = 0.0, at_corners = 0.0;
     for (const Vector3d& corner : t) reach = std::max(reach, (corner - centre).norm());
     // A triangle so near proves that the patch changes nothing. Without one within reach, it is wholly inside or outside.
-    const double harmless = std::min(floor() - reach, thresholds_.above < kInfinity ? thresholds_.above : farthest_);
+    const double harmless =
+        std::min(negligible() - reach, thresholds_.above < kInfinity ? thresholds_.above : farthest_);
     const double far = std::max(harmless, reach) + kMeshRounding;
     const Triangle* near = of_whole ? of_whole->near : nullptr;
     TriangleTree::Nearest nearest = mesh_.surface_.nearest(centre, mesh_.effort(), near, {harmless, far});
@@ -159,11 +160,11 @@ class DeviationSearch {
       at_corners = std::max(at_corners, (nearestPoint(*nearest.triangle, corner) - corner).norm());
     }
     const double bound = std::min(nearest.distance + reach, at_corners);
-    if (nearest.distance <= farthest_ && bound <= floor()) return;
+    if (nearest.distance <= farthest_ && bound <= negligible()) return;
     const bool inside = nearest.distance > 0.0 && isInside(centre, of_whole);
     if (!inside) farthest_ = std::max(farthest_, nearest.distance);
     const double signed_bound = inside ? std::min(bound, reach - nearest.distance) : bound;
-    if (signed_bound <= floor()) return;
+    if (signed_bound <= negligible()) return;
     const bool may_be_covered = inside || nearest.distance <= kMeshRounding;
     if (may_be_covered && isCovered(t, centre, middle_of_hull)) return;
     patches_.push({t, {centre, nearest.triangle, nearest.distance, inside}, middle_of_hull, signed_bound});

@@ -186,7 +186,7 @@ class RoomSearch {
       look(std::move(lower));
       look(std::move(upper));
     }
-    if (cells_.empty() || cells_.top().bound <= floor()) return {radius_, floor(), centre_};
+    if (cells_.empty() || cells_.top().bound <= negligible()) return {radius_, negligible(), centre_};
     return {radius_, cells_.top().bound, radius_ > question_.too_large ? centre_ : nearestInside(cells_.top().box)};
   }
 
@@ -205,8 +205,10 @@ class RoomSearch {
   // Few triangles decide quickly; among many the boxes become small enough by themselves.
   static constexpr std::size_t kMany = 100;
 
-  double floor() const { return std::max(radius_ + kMeshRounding, question_.enough); }
-  bool isDecided() const { return radius_ > question_.too_large || cells_.empty() || cells_.top().bound <= floor(); }
+  double negligible() const { return std::max(radius_ + kMeshRounding, question_.enough); }
+  bool isDecided() const {
+    return radius_ > question_.too_large || cells_.empty() || cells_.top().bound <= negligible();
+  }
 
   Vector3d nearestInside(const Eigen::AlignedBox3d& box) const {
     return planes_.pointIn(box, planes_.depthOf(box.center())).value_or(middle_);
@@ -229,13 +231,13 @@ class RoomSearch {
     effort_.spend(planes_.size() / 2);
     const Planes::Depth depth = planes_.depthOf(centre);
     if (planes_.isOutside(cell.box, depth)) return;
-    const double harmless = floor() - reach;
+    const double harmless = negligible() - reach;
     const TriangleTree::Nearest nearest = rooms_.surface_->nearest(centre, effort_, cell.near, {harmless});
     const double distance = nearest.distance;
     if (distance <= harmless) return;
     constexpr std::size_t kStepsPerBox = 8 * 20;  // as many as TriangleTree spends on eight triangles
     effort_.spend(kStepsPerBox);
-    if (farthestCorner(cell.box, *nearest.triangle) <= floor()) return;
+    if (farthestCorner(cell.box, *nearest.triangle) <= negligible()) return;
     cell.near = nearest.triangle;
     if (const auto inside = planes_.pointIn(cell.box, depth)) {
       const auto isSettled = [&](std::size_t i) {
@@ -260,7 +262,7 @@ class RoomSearch {
         centre_ = centre;
       }
     }
-    if (cell.bound <= floor()) return;
+    if (cell.bound <= negligible()) return;
     // No plane separates the points within reach from a triangle that is nearer.
     const bool can_grow =
         distance < reach ? canGrowAlongNormals(centre, reach + cell.bound) : liesOnOneSide(centre, reach, cell.bound);

@@ -269,8 +269,8 @@ Vector3d Displacements::lowestStep(const Vector3d& point, const Vector3d& n) {
     if (own.group >= 0) {
       step -= std::copysign(own.width / std::abs(own.multiplier), speed_[own.group]) * velocityAt(own);
     } else if (own.kind == Displacement::Kind::Tilt) {
-      const Vector3d lever = point - own.origin, axis = lever.cross(n);
-      step -= own.width / std::max(axis.norm(), narrowphase::support::kShortest) * axis.cross(lever);
+      const Vector3d lever_arm = point - own.origin, axis = lever_arm.cross(n);
+      step -= own.width / std::max(axis.norm(), narrowphase::support::kShortest) * axis.cross(lever_arm);
     } else {
       step -= own.width * n;
     }

@@ -49,9 +49,9 @@ TEST(Cso, EndsASearchAtSomeRoundingsButNeverBelowThree) {
   WarmStart warm_start;
   const Isometry3d a_T_b = Isometry3d::Identity();
   const Cso cso(kBox, kCone, a_T_b, rounding, warm_start);
-  EXPECT_EQ(cso.finalGap(1e-9), 4.0 * rounding);
-  EXPECT_EQ(cso.finalGap(3.5e-12), 3.5e-12);
-  EXPECT_EQ(cso.finalGap(1e-14), 3.0 * rounding);
+  EXPECT_EQ(cso.finalWidth(1e-9), 4.0 * rounding);
+  EXPECT_EQ(cso.finalWidth(3.5e-12), 3.5e-12);
+  EXPECT_EQ(cso.finalWidth(1e-14), 3.0 * rounding);
 }
 
 }  // namespace proximity_server::narrowphase::cso_test

@@ -96,7 +96,7 @@ TEST(Gjk, GivesTheDistanceOfParallelFaces) {
 }
 
 // On the way to the corner the search reaches the face around it, where the bounds differ by 1e-11 m: more than the
-// roundings at which it may end, which are 4e-14 m here, see Cso::finalGap().
+// roundings at which it may end, which are 4e-14 m here, see Cso::finalWidth().
 TEST(Gjk, TakesTheLastStepToACornerThatIsHardlyHigherThanTheFaceAroundIt) {
   const Vector3d corner(0.1, 0.2, 1.0 + 1e-11);
   const Shape roof = hullOf(

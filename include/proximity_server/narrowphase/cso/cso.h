@@ -29,11 +29,12 @@ inline double csoRounding(const Shape& a, const Shape& b, const Eigen::Isometry3
   return 8.0 * std::numeric_limits<double>::epsilon() * (reach + a_T_b.translation().lpNorm<1>());
 }
 
-/// [m] Gap between the bounds at which a search ends. It is smaller than the tolerance, as the search on a polytope ends
+/// [m] Width of the bounds at which a search ends. It is smaller than the tolerance, as the search on a polytope ends
 /// on a true face, edge or vertex of the CSO, and Newton's method on a curve doubles the digits with each step; so the
-/// extra accuracy costs little, and the normal needs it: its error may be the root of 2 gap / distance [rad]. It is never
-/// below three roundings, two of which are part of the bounds: a new vertex could then seem to lie behind the simplex.
-inline double finalGap(double tolerance, double rounding) {
+/// extra accuracy costs little, and the normal needs it: its error may be the root of 2 width / distance [rad]. It is
+/// never below three roundings, two of which are part of the bounds: a new vertex could then seem to lie behind the
+/// simplex.
+inline double finalWidth(double tolerance, double rounding) {
   return std::max(3.0 * rounding, std::min(tolerance, 4.0 * rounding));
 }
 
@@ -77,7 +78,7 @@ class Cso {
   /// The vector from the centre of a's core to the centre of b's core.
   Eigen::Vector3d centreDifference() const { return bAxes() * b_.centre() + bOrigin() - a_.centre(); }
 
-  double finalGap(double tolerance) const { return narrowphase::finalGap(tolerance, rounding_); }
+  double finalWidth(double tolerance) const { return narrowphase::finalWidth(tolerance, rounding_); }
 
   /// [m] See csoRounding().
   double rounding() const { return rounding_; }

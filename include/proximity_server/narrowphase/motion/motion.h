@@ -124,7 +124,7 @@ TimeOfContact timeOfContact(const Shape& a, const MotionChain& a_motion, const S
                             const ContactOptions& options = {});
 
 struct MinimumOptions {
-  double tolerance = 1e-9;  ///< [m] accepted gap between the bounds; NaN counts as 0
+  double tolerance = 1e-9;  ///< [m] accepted width of the bounds; NaN counts as 0
   double begin = 0.0;
   double end = 1.0;
   double stop_above = std::numeric_limits<double>::infinity();  ///< [m] ends once the minimum is proven to be larger

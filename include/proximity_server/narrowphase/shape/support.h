@@ -107,15 +107,15 @@ struct SupportFeature {
 SupportFeature supportFeature(const Shape& shape, const Eigen::Vector3d& direction, double tolerance, int vertex);
 
 /// [m] How far the feature along a unit direction may lie beside the feature of the true direction, if both support
-/// heights differ by no more than `gap` [m]. This is not 0 for the line on the mantle of a cone, whose end is on the
+/// heights differ by no more than `width` [m]. This is not 0 for the line on the mantle of a cone, whose end is on the
 /// rim: a direction that is turned about the axis by t lowers the rim by radius * t^2 / 2 times the part of the
 /// direction that is perpendicular to the axis; this part is taken from the mantle's normal here. Other lines do not
 /// move.
-inline double sidewaysError(const Shape& shape, const Eigen::Vector3d& direction, double gap) {
+inline double sidewaysError(const Shape& shape, const Eigen::Vector3d& direction, double width) {
   if (shape.kind() != Shape::Kind::Cone || !(direction.z() > 0.0)) return 0.0;
   const double radius = shape.halfExtents().x(), length = 2.0 * shape.halfExtents().z();
   const double across = length / std::hypot(length, radius);
-  return std::sqrt(2.0 * std::max(gap, 0.0) * radius / across);
+  return std::sqrt(2.0 * std::max(width, 0.0) * radius / across);
 }
 
 }  // namespace proximity_server::narrowphase

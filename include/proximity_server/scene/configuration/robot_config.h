@@ -43,7 +43,7 @@ struct RobotConfig {
   ModelOptions model;
   PairFilterOptions filter;
   FileValue joint_inequalities{FileValue::List()};  ///< a list for setJointInequalities(), or an absolute path
-  double tolerance = 1e-9;                          ///< [m] accepted gap between the bounds of a distance
+  double tolerance = 1e-9;                          ///< [m] accepted width of the bounds of a distance
   ThresholdRules thresholds;                        ///< of single pairs, links and groups
   UncertaintyValues uncertainty;
   ObjectRules::FreeObjects free_objects = ObjectRules::FreeObjects::NotChecked;

@@ -55,11 +55,11 @@ class Derivatives {
   ///          overlap the depth is the height of a face of the CSO, whose concave envelope moves like the highest of
   ///          these pairs).
   /// Error:   as gradient(). In two cases the result is on the safe side, never too large. First, if faces or
-  ///          edges are parallel within the tolerance: points count that are as far as the accepted gap of the bounds.
-  ///          Second, if the normal is one of several (concentric shapes, equally short ways out of an overlap): the
-  ///          distance is the largest one of these ways. If the result is not unique, pieces of the two that meet in
-  ///          the same plane are part of the feature. Other pieces that are equally close, such as two balls over a
-  ///          floor, are not detected.
+  ///          edges are parallel within the tolerance: points count that are as far as the accepted width of the
+  ///          bounds. Second, if the normal is one of several (concentric shapes, equally short ways out of an
+  ///          overlap): the distance is the largest one of these ways. If the result is not unique, pieces of the two
+  ///          that meet in the same plane are part of the feature. Other pieces that are equally close, such as two
+  ///          balls over a floor, are not detected.
   /// Failure: NaN if gradient() fails, or if the result is not unique and the pose of a moving object is not known.
   ///          Throws std::invalid_argument for a state of another robot, for a wrong size of `velocity`, and for an object
   ///          that does not exist.

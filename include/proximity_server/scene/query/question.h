@@ -52,7 +52,7 @@ struct PairsBelow {
 
 /// The accuracy and the limits of an answer.
 struct Question {
-  double tolerance = 1e-9;  ///< [m] accepted gap between upper and lower bound; NaN counts as 0
+  double tolerance = 1e-9;  ///< [m] accepted width of the bounds; NaN counts as 0
   /// [m] For a pair farther than this a proof is enough: the answer has Status::Threshold, its distance is its lower
   /// bound, it has no points, and no normal if bounding volumes were enough. A pair counts as nearer unless its lower
   /// bound proves otherwise.
