@@ -504,8 +504,8 @@ class Expansion {
 
   bool isWorthRefining(const Closest& closest, double depth) const {
     const bool is_near = !cso_.isPolytope() && closest.reach > kWorthRefining * depth;
-    const bool ring_likely = is_round_ || result_.iterations >= kManyFaces;
-    return is_near && (!(depth > result_.depth) || (ring_likely && !result_.has_points));
+    const bool may_be_ring = is_round_ || result_.iterations >= kManyFaces;
+    return is_near && (!(depth > result_.depth) || (may_be_ring && !result_.has_points));
   }
 
   /// After some expansions: looks for a proof of the depth that needs no faces.

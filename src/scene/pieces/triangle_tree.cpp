@@ -212,11 +212,11 @@ void TriangleBoxes::split(int index, int level) {
   nodes.push_back({{}, second, last});
 }
 
-TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* likely,
+TriangleTree::Nearest TriangleTree::nearest(const Vector3d& p, Effort& effort, const Triangle* guess,
                                             const Range& range) const {
   constexpr std::size_t kStepsPerNode = 4, kStepsPerTriangle = 20;
   std::size_t steps = 0;
-  const Triangle* best_triangle = likely ? likely : &tree_.triangles.front();
+  const Triangle* best_triangle = guess ? guess : &tree_.triangles.front();
   Vector3d best = nearestPoint(*best_triangle, p);
   double best_squared = (best - p).squaredNorm();
   if (const double far_squared = range.far * range.far; !(best_squared < far_squared)) {

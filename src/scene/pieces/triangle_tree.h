@@ -126,8 +126,8 @@ class TriangleTree {
   struct Range {
     double enough = 0.0, far = std::numeric_limits<double>::infinity();
   };
-  /// `likely`: one of the triangles; the search is quick if it is near. May throw Effort::Exceeded.
-  Nearest nearest(const Eigen::Vector3d& p, Effort& effort, const Triangle* likely, const Range& range) const;
+  /// `guess`: one of the triangles; the search is quick if it is near. May throw Effort::Exceeded.
+  Nearest nearest(const Eigen::Vector3d& p, Effort& effort, const Triangle* guess, const Range& range) const;
   Nearest nearest(const Eigen::Vector3d& p, Effort& effort) const { return nearest(p, effort, nullptr, Range()); }
 
   /// True if any of the triangles may have a point in common with another triangle. False only if it is proven that

@@ -77,7 +77,7 @@ void PieceSearch::makeRoomFor(std::size_t pieces) {
   warm_starts_.grow(std::min<std::size_t>(rememberedPieces(pieces), 1u << 12));
 }
 
-ClosestPieces PieceSearch::between(const PlacedPair& pair, const LeafPair& likely, double limit,
+ClosestPieces PieceSearch::between(const PlacedPair& pair, const LeafPair& guess, double limit,
                                    const Question& question, const ClosestPieces* found) {
   ClosestPieces closest;
   if (found) closest = *found;
@@ -87,33 +87,33 @@ ClosestPieces PieceSearch::between(const PlacedPair& pair, const LeafPair& likel
     return skipping_ == Skipping::On ? closest.limit(limit, question) : question.threshold + pair.threshold;
   };
   // A guess is given along edges, where warm starts save time; the options keep answers from depending on them.
-  const Memory start_from = likely.areLeaves() ? Memory::OfAnswers : memory_;
+  const Memory start_from = guess.areLeaves() ? Memory::OfAnswers : memory_;
   const auto distanceOf = [&](const LeafPair& leaves) {
     const auto options = optionsFor(question, current_limit(), pair, memory_);
     return distanceInBodyA(leaves, pair, options, start_from);
   };
-  narrowphase::SignedDistance of_likely;
+  narrowphase::SignedDistance of_guess;
   const auto compute = [&](const LeafPair& leaves) {
     // With a smaller limit the search may end earlier, unless the answer is beyond that limit anyway.
-    const bool is_known = of_likely.status == narrowphase::Status::Converged && leaves == likely &&
-                          (!(current_limit() < limit) || isBeyond(of_likely, current_limit()));
-    closest.offer(leaves, is_known ? of_likely : distanceOf(leaves), limit);
+    const bool is_known = of_guess.status == narrowphase::Status::Converged && leaves == guess &&
+                          (!(current_limit() < limit) || isBeyond(of_guess, current_limit()));
+    closest.offer(leaves, is_known ? of_guess : distanceOf(leaves), limit);
   };
   if (a_.whole().isLeaf() && b_.whole().isLeaf()) {
     compute({a_.root, b_.root});
     return closest;
   }
-  if (likely.areLeaves() && memory_ == Memory::OfAnswers) {
-    compute(likely);
-  } else if (likely.areLeaves()) {
-    of_likely = distanceOf(likely);
-    if (of_likely.status == narrowphase::Status::Converged) limit = std::min(limit, of_likely.distance + kSettledFor);
+  if (guess.areLeaves() && memory_ == Memory::OfAnswers) {
+    compute(guess);
+  } else if (guess.areLeaves()) {
+    of_guess = distanceOf(guess);
+    if (of_guess.status == narrowphase::Status::Converged) limit = std::min(limit, of_guess.distance + kSettledFor);
   }
   for (begin(pair, current_limit()); !queue_.empty() && !(lowestBound() > current_limit());) {
     const VolumePair volumes = queue_.pop();
     if (!areLeaves(volumes)) {
       open(volumes, pair.a_T_b, current_limit());
-    } else if (const LeafPair leaves{volumes.a, volumes.b}; memory_ == Memory::None || !(leaves == likely)) {
+    } else if (const LeafPair leaves{volumes.a, volumes.b}; memory_ == Memory::None || !(leaves == guess)) {
       compute(leaves);
     }
   }

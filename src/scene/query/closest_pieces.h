@@ -78,11 +78,11 @@ class PieceSearch {
   /// Makes room for the warm starts of so many pieces, of the robot and its objects together.
   void makeRoomFor(std::size_t pieces);
 
-  /// Finds the closest pieces that are closer than `limit` [m]. The pair `likely` is a guess and is computed first. With
+  /// Finds the closest pieces that are closer than `limit` [m]. The pair `guess` is computed first. With
   /// Memory::None its distance only limits the search: among equally close pieces those are found that would be found
   /// without it, if the tolerance is at most the default one. `found` is an earlier result that becomes part of the
   /// answer.
-  ClosestPieces between(const PlacedPair& pair, const LeafPair& likely, double limit, const Question& question,
+  ClosestPieces between(const PlacedPair& pair, const LeafPair& guess, double limit, const Question& question,
                         const ClosestPieces* found = nullptr);
 
   /// True if the lower bounds of all pairs of pieces are above the limit [m]. Stops at the first pair whose bound is

@@ -122,9 +122,9 @@ std::optional<PairProximity> PairMeasurement::answerAtRest(const Visit& visit, c
 PairProximity PairMeasurement::compute(const Visit& visit, const RelativePose& a_T_b, double limit,
                                        const Question& question, LeafPair* guess) {
   const KeptAnswer* kept = skipping_ == Skipping::On ? keptOf(visit) : nullptr;
-  const LeafPair likely = kept ? kept->leaves : guess ? *guess : LeafPair();
+  const LeafPair start = kept ? kept->leaves : guess ? *guess : LeafPair();
   const PlacedPair pair = placed(visit, a_T_b);
-  const ClosestPieces closest = closestOf(pieces_, pair, likely, limit, question);
+  const ClosestPieces closest = closestOf(pieces_, pair, start, limit, question);
   if (guess && !closest.empty()) *guess = closest.leaves;
   const PairProximity in_body_a = answerOf(model_.robot, pair, closest, limit, question);
   if (skipping_ == Skipping::On && memory_ != Memory::None)

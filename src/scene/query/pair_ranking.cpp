@@ -132,8 +132,8 @@ void PairRanking::considerLikely(const Search& search) {
                                           : isCheckedPair(measurement_.robot(), pair.a, pair.b);
     return is_useless || !is_there;
   };
-  likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isForgotten), likely_.end());
-  for (QueriedPair& pair : likely_) {
+  last_nearest_.erase(std::remove_if(last_nearest_.begin(), last_nearest_.end(), isForgotten), last_nearest_.end());
+  for (QueriedPair& pair : last_nearest_) {
     if (!isQueried(pair, search)) continue;
     if (pair.isInList()) pair = inList(pair.number, search);  // the list may be a different one now
     const std::optional<Visit> visit = visitOf(pair, search);
@@ -178,7 +178,8 @@ void PairRanking::countUnknown(const Search& search) {
   for (int number = 0; number < static_cast<int>(search.pairs.size()); ++number) {
     const QueriedPair pair = inList(number, search);
     const bool is_placed = robot.isPlaced(pair.a) && robot.isPlaced(pair.b);
-    measurement_.counts().unknown += !is_placed && !std::binary_search(likely_.begin(), likely_.end(), pair);
+    measurement_.counts().unknown +=
+        !is_placed && !std::binary_search(last_nearest_.begin(), last_nearest_.end(), pair);
   }
 }
 
@@ -207,7 +208,7 @@ void PairRanking::openNearby(const Search& search) {
 }
 
 inline void PairRanking::enter(const QueriedPair& pair, const Search& search) {
-  if (std::binary_search(likely_.begin(), likely_.end(), pair)) return;
+  if (std::binary_search(last_nearest_.begin(), last_nearest_.end(), pair)) return;
   const std::optional<Visit> visit = visitOf(pair, search);
   if (!visit)
     measurement_.counts().unknown += pair.isInList();  // enterObjects() counts the others
@@ -278,13 +279,13 @@ void PairRanking::countTheRest(const Search& search) {
 /// question before are kept too.
 void PairRanking::keepLikely(const Search& search) {
   const auto isReplaced = [&](const QueriedPair& pair) { return isQueried(pair, search); };
-  likely_.erase(std::remove_if(likely_.begin(), likely_.end(), isReplaced), likely_.end());
+  last_nearest_.erase(std::remove_if(last_nearest_.begin(), last_nearest_.end(), isReplaced), last_nearest_.end());
   const PlacedRobot& robot = measurement_.robot();
   for (const Ranked& ranked : nearest_.all()) {
     const ShapeRefPair& refs = ranked.proximity.asked;
-    likely_.push_back({{robot.numberOf(refs.a), robot.numberOf(refs.b)}, ranked.number});
+    last_nearest_.push_back({{robot.numberOf(refs.a), robot.numberOf(refs.b)}, ranked.number});
   }
-  std::sort(likely_.begin(), likely_.end());
+  std::sort(last_nearest_.begin(), last_nearest_.end());
 }
 
 const std::vector<PairProximity>& PairRanking::closest(const State& state, const Pairs& pairs, std::size_t k, Goal goal,
@@ -298,7 +299,7 @@ const std::vector<PairProximity>& PairRanking::closest(const State& state, const
   // It is not known how many pairs with objects will be near.
   const std::size_t expected = std::min(search.k, pairs.size());
   nearest_.reserve(expected + 1);
-  likely_.reserve(2 * expected);
+  last_nearest_.reserve(2 * expected);
   results_.reserve(expected);
   considerLikely(search);
   enterOthers(search);

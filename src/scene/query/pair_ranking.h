@@ -132,8 +132,8 @@ class PairRanking {
   std::uint64_t seen_ = 0;  ///< the revision of the last state
 
   VisitQueue queue_;
-  Heap<Ranked> nearest_;             // the farthest first
-  std::vector<QueriedPair> likely_;  // the pairs that were nearest the last time, ascending
+  Heap<Ranked> nearest_;                   // the farthest first
+  std::vector<QueriedPair> last_nearest_;  // the pairs that were nearest the last time, ascending
   std::vector<PairProximity> results_;
   int below_ = 0;
 };

@@ -20,24 +20,24 @@ narrowphase::SignedDistance onlyProof(narrowphase::SignedDistance result) {
 
 }  // namespace
 
-ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& likely, double limit,
+ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& guess, double limit,
                         const Question& question) {
   const Part &a = pair.a, &b = pair.b;
   const bool have_interior = haveInterior(a, b);
-  if (!b.isUnbounded() && !have_interior) return search.between(pair, likely, limit, question);
+  if (!b.isUnbounded() && !have_interior) return search.between(pair, guess, limit, question);
   ClosestPieces closest;
   if (b.isUnbounded()) closest = closestToHalfSpaces(pair, limit, question, search.skipping());
   if (b.whole().isEmpty()) return closest;
   if (search.memory() == Memory::None) {
     // Pieces that overlap often are deeper than interiors can be. No answer depends on this order where nothing is kept;
     // otherwise it would change the warm starts of the pieces.
-    const ClosestPieces pieces = search.between(pair, likely, limit, question, &closest);
+    const ClosestPieces pieces = search.between(pair, guess, limit, question, &closest);
     if (have_interior) findInteriorDepths(pair, limit, question, search.skipping(), 0.0, closest, &pieces);
     closest.add(pieces);
     return closest;
   }
   if (have_interior) findInteriorDepths(pair, limit, question, search.skipping(), 0.0, closest);
-  return search.between(pair, likely, limit, question, &closest);
+  return search.between(pair, guess, limit, question, &closest);
 }
 
 bool depthIsExact(const Part& a, const Part& b) {

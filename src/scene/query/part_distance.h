@@ -5,8 +5,8 @@
 namespace proximity_server::scene {
 
 /// Finds the closest of all pieces, half-spaces and interiors of two parts, if they are closer than `limit` [m].
-/// `likely`: see PieceSearch::between().
-ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& likely, double limit,
+/// `guess`: see PieceSearch::between().
+ClosestPieces closestOf(PieceSearch& search, const PlacedPair& pair, const LeafPair& guess, double limit,
                         const Question& question);
 
 /// True if no translation shorter than the depth of the closest pieces separates two parts in overlap.
