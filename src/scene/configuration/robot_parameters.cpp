@@ -98,7 +98,7 @@ std::vector<Parameter> robotParameters(RobotConfig& config, LevelDistances& leve
 
   add.heading = "Objects: what the robot holds and what stands around it.";
   add("objects", &config.objects, {}, "", kStart,
-      "What stands there from the start, in the format of [objects](#objects), `[{id: table, pose: {position: {z: "
+      "The objects from the start, in the format of [objects](#objects), `[{id: table, pose: {position: {z: "
       "-0.5}}, primitives: [{type: BOX, dimensions: [1.0, 2.0, 0.05]}]}]`. In a launch file: `<rosparam "
       "param=\"objects\" command=\"load\" file=\"cell.yaml\"/>`.");
   add("check_free_objects", &config.free_objects, {}, "", kReload,
