@@ -1,6 +1,5 @@
 #pragma once
 
-#include "allocations.h"
 #include "proximity_server/scene/batch/scene_batch.h"
 #include "proximity_server/scene/levels/clearance_level.h"
 #include "proximity_server/scene/query/question.h"
@@ -72,23 +71,35 @@ inline Eigen::MatrixXd variousStates(const RobotModel& robot, int count, unsigne
   return states;
 }
 
-/// Asks all questions twice, the second time with the states in reverse order, and expects that then nothing is
-/// allocated.
-inline void expectNoAllocationTheSecondTime(SceneBatch& batch, const Eigen::MatrixXd& states,
-                                            const LevelThresholds& thresholds) {
-  const auto askAll = [&](const Eigen::MatrixXd& asked) {
-    batch.minimum(asked);
-    batch.minimumWithin(asked, 1e-4);
-    batch.deciding(asked, thresholds);
-    batch.closest(asked, 3);
-    batch.below(asked, 0.05);
-    batch.anyBelow(asked, 0.05);
-  };
-  const Eigen::MatrixXd reversed = states.colwise().reverse();
-  askAll(states);
-  const long before = allocations();
-  askAll(reversed);
-  EXPECT_EQ(allocations(), before);
+/// All that a batch answers about states.
+struct BatchAnswers {
+  BatchAnswers(SceneBatch& batch, const States& states, const LevelThresholds& thresholds)
+      : minima(batch.minimum(states)),
+        within(batch.minimumWithin(states, 1e-4)),
+        deciding(batch.deciding(states, thresholds)),
+        closest(batch.closest(states, 3)),
+        below(batch.below(states, 0.05)),
+        verdicts(batch.anyBelow(states, 0.05)) {}
+
+  std::vector<PairProximity> minima, within, deciding;
+  StatePairs closest, below;
+  std::vector<StateVerdict> verdicts;
+};
+
+/// Expects of the states of `part` what `whole` says of those with the given numbers.
+inline void expectSame(const BatchAnswers& part, const BatchAnswers& whole, const std::vector<Eigen::Index>& numbers) {
+  ASSERT_EQ(part.minima.size(), numbers.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const auto number = static_cast<std::size_t>(numbers[i]);
+    ASSERT_TRUE(areSameLists({part.minima[i], part.within[i], part.deciding[i]},
+                             {whole.minima[number], whole.within[number], whole.deciding[number]}));
+    for (const auto lists : {&BatchAnswers::closest, &BatchAnswers::below}) {
+      ASSERT_TRUE(areSameLists(ofState(part.*lists, static_cast<Eigen::Index>(i)), ofState(whole.*lists, numbers[i])));
+      ASSERT_EQ((part.*lists).unknown[i], (whole.*lists).unknown[number]);
+    }
+    ASSERT_EQ(part.verdicts[i].kind, whole.verdicts[number].kind);
+    ASSERT_EQ(part.verdicts[i].pair, whole.verdicts[number].pair);
+  }
 }
 
 }  // namespace proximity_server::scene

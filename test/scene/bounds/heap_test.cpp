@@ -1,16 +1,17 @@
 // The heap of a search, beside a sorted list.
 #include "scene/bounds/heap.h"
 
+#include "chance.h"
+
 #include <gtest/gtest.h>
 
 #include <iterator>
-#include <random>
 #include <set>
 
 namespace proximity_server::scene::heap_test {
 
 TEST(SearchHeap, GivesTheLargestFirst) {
-  std::mt19937 random(1);
+  Chance random(1);
   SearchHeap<int> heap;
   std::multiset<int> expected;
   int pops = 0;

@@ -1,6 +1,7 @@
 // Bounds of all pairs of leaves at once, beside the distances of the pieces and the bounds of Bounds.
 #include "scene/bounds/leaf_boxes.h"
 
+#include "chance.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "sanitized.h"
@@ -25,7 +26,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Boxes, each a piece of one link, at most so far from a point of their body.
 class Boxes {
  public:
-  Boxes(std::mt19937& random, int count, double reach, const Vector3d& point = Vector3d::Zero()) {
+  Boxes(Chance& random, int count, double reach, const Vector3d& point = Vector3d::Zero()) {
     std::uniform_real_distribution<double> length(0.001, 0.5);
     std::vector<int> numbers;
     for (int i = 0; i < count; ++i) {
@@ -61,7 +62,7 @@ double boundOf(const Volume& a, const Volume& b, const RelativePose& a_T_b) {
 }
 
 TEST(LeafGaps, AreLowerBoundsOfTheDistances) {
-  std::mt19937 random(1);
+  Chance random(1);
   for (const double reach : {0.3, 3.0, 1000.0}) {
     for (int i = 0; i < repeats(200); ++i) {
       const int count = 1 + i % 9;
@@ -88,7 +89,7 @@ TEST(LeafGaps, AreLowerBoundsOfTheDistances) {
 }
 
 TEST(LeafGaps, AreTightFarFromTheOriginsOfTheBodies) {
-  std::mt19937 random(5);
+  Chance random(5);
   const Vector3d point(4e5, -5e6, 100.0);  // as in a map of a country
   for (int i = 0; i < repeats(200); ++i) {
     Boxes boxes_a(random, 4, 0.3, point), boxes_b(random, 4, 0.3);
@@ -109,7 +110,7 @@ TEST(LeafGaps, AreTightFarFromTheOriginsOfTheBodies) {
 }
 
 TEST(LeafGaps, LeaveOutOnlyWhatIsBeyondTheLimit) {
-  std::mt19937 random(2);
+  Chance random(2);
   std::uniform_real_distribution<double> some(-0.1, 1.0);
   int left_out = 0, kept = 0;
   for (int i = 0; i < repeats(300); ++i) {
@@ -143,7 +144,7 @@ TEST(LeafGaps, LeaveOutOnlyWhatIsBeyondTheLimit) {
 }
 
 TEST(LeafGaps, AreTheSameOnEveryKindOfProcessor) {
-  std::mt19937 random(4);
+  Chance random(4);
   std::uniform_real_distribution<double> some(-0.1, 0.5);
   int found = 0, others = 0;
   for (int i = 0; i < repeats(300); ++i) {
@@ -179,7 +180,7 @@ TEST(LeafGaps, AreTheSameOnEveryKindOfProcessor) {
 }
 
 TEST(WideVolume, ReachesEachLeafOnce) {
-  std::mt19937 random(3);
+  Chance random(3);
   constexpr int kMost = LeafBoxes::kMostLeaves;
   for (const int count : {1, 2, kMost, kMost + 1, 10 * kMost + 1}) {
     SCOPED_TRACE(count);

@@ -174,15 +174,6 @@ TEST_F(TwoBalls, AnotherNumberOfColumnsThrows) {
   EXPECT_THROW(asked.derivatives.rate(asked.scene.state, answer, short_one), std::invalid_argument);
 }
 
-TEST_F(TwoBalls, AStateOfAnotherRobotThrows) {
-  asked.update(poses);
-  const PairProximity answer = asked.scene.proximity(pair);
-  const auto other = std::make_shared<const SceneModel>(*model);
-  State state(other);
-  state.set(poses);
-  EXPECT_THROW(asked.derivatives.rate(state, answer, VectorXd::Zero(12)), std::invalid_argument);
-}
-
 TEST(Derivatives, KeepTheirModel) {
   auto model = modelOf(floatingLinks({ball("1")}));
   const std::weak_ptr<const SceneModel> kept = model;

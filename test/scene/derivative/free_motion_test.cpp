@@ -1,6 +1,5 @@
 #include "proximity_server/scene/derivative/free_motion.h"
 
-#include "allocations.h"
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "sanitized.h"
@@ -158,24 +157,6 @@ TEST_F(CraneInAScene, NothingIsFreeBelowTheThresholdButRest) {
   EXPECT_TRUE(free_.contains(Eigen::Vector2d::Zero()));
 }
 
-TEST_F(CraneInAScene, NothingIsFreeWhileAPairIsUnknown) {
-  BodyPoses poses = forwardKinematics(model_->robot, {});
-  poses[bodyOf(model_->robot, "hook")] = std::nullopt;
-  scene_.update(poses);
-  find(0.0, 1.0);
-  EXPECT_FALSE(free_.isKnown());
-  EXPECT_EQ(free_.alone(0), 0.0);
-  EXPECT_FALSE(free_.contains(Eigen::Vector2d::Zero()));
-}
-
-TEST_F(CraneInAScene, DeadlineThatHasPassedLeavesNothingFree) {
-  FreeMotionQuestion question;
-  question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
-  question.influence_distance = 10.0;
-  free_.find(scene_.scene, scene_.state, question);
-  EXPECT_FALSE(free_.isKnown());
-}
-
 TEST(FreeMotion, NoPairHasLargerWeightsThanTheBubbleOfAllOthers) {
   Chance chance(6);
   for (int i = 0; i < repeats(200); ++i) {
@@ -275,27 +256,6 @@ TEST_F(CraneInAScene, AnotherRobotIsRefused) {
   EXPECT_THROW(free_.find(other.state, nullptr, nullptr, {}), std::invalid_argument);
   EXPECT_THROW(free_.weights(other.state, pairOf(*model_, "post", "hook"), weights), std::invalid_argument);
   EXPECT_FALSE(free_.isKnown());
-}
-
-TEST(FreeMotion, AllocatesNothingOnceItHasItsRoom) {
-  Chance chance(5);
-  const auto model = someRobot(chance);
-  PosedScene scene(model);
-  FreeMotion free(model);
-  FreeMotionQuestion question;
-  question.influence_distance = 10.0;
-  std::vector<BodyPoses> states;
-  for (int i = 0; i < 20; ++i) states.push_back(somePoses(model->robot, scene.state.degreesOfFreedom(), chance));
-  const VectorXd motion = VectorXd::Ones(scene.state.degreesOfFreedom().size());
-  const auto ask = [&](const BodyPoses& poses) {
-    scene.update(poses);
-    free.find(scene.scene, scene.state, question);
-    return free.scale(motion) + free.alone(0);
-  };
-  for (const BodyPoses& poses : states) ask(poses);
-  const auto before = allocations();
-  for (const BodyPoses& poses : states) ask(poses);
-  EXPECT_EQ(allocations(), before);
 }
 
 }  // namespace proximity_server::scene::free_motion_test

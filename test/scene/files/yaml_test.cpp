@@ -1,5 +1,8 @@
 #include "proximity_server/scene/files/file_value.h"
-#include "scene/object_files/refusals.h"
+
+#include "scene/files.h"
+
+#include <gtest/gtest.h>
 
 #include <string>
 
@@ -7,7 +10,7 @@ namespace proximity_server::scene::yaml_test {
 
 FileValue read(const std::string& text) { return readYaml(text, "a.yaml"); }
 std::string refusal(const std::string& text) {
-  return refusalOf([&] { read(text); });
+  return errorOf([&] { read(text); });
 }
 
 const FileValue& member(const FileValue& value, const std::string& name) {

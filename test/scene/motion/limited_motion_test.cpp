@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/limited_motion.h"
 
+#include "chance.h"
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/motion/motion_search.h"
@@ -240,7 +241,7 @@ TEST(MotionWithinLimits, ReadsALeaderOffItsFollowerWhereItsOwnPoseIsMissing) {
 
 /// A chain of joints, revolute about skew axes and prismatic by turns, with random limits; one in five follows the
 /// first, and every link is fixed beside its joint.
-std::string chain(int joints, std::mt19937& random) {
+std::string chain(int joints, Chance& random) {
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto triple = [&] {
     return std::to_string(unit(random)) + " " + std::to_string(unit(random)) + " " + std::to_string(unit(random));
@@ -259,7 +260,7 @@ std::string chain(int joints, std::mt19937& random) {
 }
 
 TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
-  std::mt19937 random(5);
+  Chance random(5);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   int stops = 0;
   for (int i = 0; i < 50; ++i) {
@@ -288,7 +289,7 @@ TEST(MotionWithinLimits, IsForwardKinematicsOfClampedPositionsAtAnyTime) {
 }
 
 TEST(MotionWithinLimits, EndsWhereEveryJointIsWithinRoundingOfItsLimit) {
-  std::mt19937 random(6);
+  Chance random(6);
   const RobotModel robot = robotOf(chain(40, random));
   std::vector<double> from, travel;
   for (const Joint& joint : robot.joints) {

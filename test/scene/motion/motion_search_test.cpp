@@ -1,5 +1,6 @@
 #include "proximity_server/scene/motion/motion_search.h"
 
+#include "chance.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "sanitized.h"
 #include "scene/example_robots.h"
@@ -250,20 +251,6 @@ TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
   }
 }
 
-TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
-  MotionQuestion question;
-  question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
-  const RobotMotion towards = motion({}, {{"slide", -2.5}});
-  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, towards, question);
-  EXPECT_EQ(contact.status, Status::IterationLimit);
-  EXPECT_FALSE(contact.contact);
-  EXPECT_LE(contact.t_free, 0.8);
-  const RobotMinimum minimum = scene_.minimum(sled_, towards, question);
-  EXPECT_EQ(minimum.status, Status::IterationLimit);
-  EXPECT_LE(minimum.lower_bound, -0.5);
-  EXPECT_GE(minimum.upper_bound, -0.5);
-}
-
 TEST_F(SlideAndSwing, TheFlagOfADeadlineEndsASearchBeforeItsFirstQuery) {
   const std::atomic<bool> stop{true};
   MotionQuestion question;
@@ -338,7 +325,7 @@ class JointMotions {
 
  private:
   const RobotModel& robot_;
-  std::mt19937 random_;
+  Chance random_;
 };
 
 void expectSamePoses(const BodyPoses& poses, const BodyPoses& expected) {

@@ -1,6 +1,9 @@
 // The expected values are those that MoveIt's documentation gives to the fields.
 #include "proximity_server/scene/object_files/object_file.h"
-#include "scene/object_files/refusals.h"
+
+#include "scene/files.h"
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
@@ -11,7 +14,7 @@ using narrowphase::Shape;
 
 ObjectFile read(const std::string& text) { return readMoveitScene(text, "cell.scene"); }
 std::string refusal(const std::string& text) {
-  return refusalOf([&] { read(text); });
+  return errorOf([&] { read(text); });
 }
 const Shape& shapeOf(const ObjectEdit& object, std::size_t index) {
   return std::get<Shape>(object.shapes.at(index).geometry);

@@ -1,7 +1,8 @@
 #include "proximity_server/scene/object_files/object_file.h"
 
 #include "scene/files.h"
-#include "scene/object_files/refusals.h"
+
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
@@ -15,7 +16,7 @@ using narrowphase::Shape;
 
 ObjectFile read(const std::string& yaml) { return objectFileFrom(readYaml(yaml, "cell.yaml"), "cell.yaml"); }
 std::string refusal(const std::string& yaml) {
-  return refusalOf([&] { read(yaml); });
+  return errorOf([&] { read(yaml); });
 }
 
 const Shape& shapeOf(const ObjectEdit& object, std::size_t index) {
@@ -244,7 +245,7 @@ TEST(ObjectFile, ValuesOfNoTextHaveNoLine) {
   const FileValue not_finite{std::numeric_limits<double>::quiet_NaN()};
   const FileValue object{FileValue::Map{{"id", {std::string("a")}}, {"padding", not_finite}}};
   const FileValue list{FileValue::List{object}};
-  EXPECT_EQ(refusalOf([&] { objectFileFrom(list, "parameter /objects"); }),
+  EXPECT_EQ(errorOf([&] { objectFileFrom(list, "parameter /objects"); }),
             "parameter /objects: [0] \"a\"/padding: must be a finite number");
 }
 
@@ -277,9 +278,9 @@ TEST(ObjectFile, PlainPathsOfMeshesBeginInItsFolder) {
 }
 
 TEST(ObjectFile, RefusesAFileThatCannotBeRead) {
-  EXPECT_EQ(refusalOf([] { readObjectFile("/nowhere/a.yaml"); }),
+  EXPECT_EQ(errorOf([] { readObjectFile("/nowhere/a.yaml"); }),
             "/nowhere/a.yaml: cannot be read (No such file or directory)");
-  EXPECT_EQ(refusalOf([] { readObjectFile("/"); }), "/: cannot be read (Is a directory)");
+  EXPECT_EQ(errorOf([] { readObjectFile("/"); }), "/: cannot be read (Is a directory)");
 }
 
 TEST(ObjectFile, ReadsTheExampleOfTheDocument) {
@@ -371,7 +372,7 @@ TEST(ObjectFile, ATextThatIsNotInUtf8CannotBeWritten) {
 TEST(ObjectFile, RefusesToWriteShapesThatTheFormatLacks) {
   ObjectFile file;
   file.objects.push_back({"a", {}, 0.0, {{Shape(narrowphase::Capsule{1.0, 1.0})}}, ""});
-  EXPECT_NE(refusalOf([&] { yamlOf(file); }).find("object \"a\": "), std::string::npos);
+  EXPECT_NE(errorOf([&] { yamlOf(file); }).find("object \"a\": "), std::string::npos);
 }
 
 }  // namespace proximity_server::scene::object_file_test

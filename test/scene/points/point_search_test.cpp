@@ -1,8 +1,8 @@
 #include "proximity_server/scene/points/point_search.h"
 
-#include "allocations.h"
 #include "proximity_server/scene/derivative/derivatives.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
+#include "scene/files.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
 
@@ -42,12 +42,7 @@ Question within(double threshold) {
 }
 
 std::string errorOf(const State& state, const Points& points) {
-  try {
-    ask(state, points);
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return scene::errorOf([&] { ask(state, points); });
 }
 
 bool sameBits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; }
@@ -293,22 +288,6 @@ TEST(PointSearch, FollowsPosesObjectsAndShapes) {
   EXPECT_NEAR(distanceOf({cell.object("wall")}), 4.95, 1e-12);
 }
 
-TEST(PointSearch, AllocatesNothingWhenItIsAskedAgain) {
-  Meshes meshes;
-  MixedCell cell(meshes);
-  Chance chance(3);
-  cell.putAtChance(chance);
-  Points points;
-  for (int i = 0; i < 100; ++i) points.centres.push_back(chance.direction() * chance.between(0.0, 3.0));
-  PointSearch search(cell.scene().state.sharedModel());
-  const long before_first = allocations();
-  search.closest(cell.scene().state, points);
-  EXPECT_GT(allocations(), before_first);
-  const long after_first = allocations();
-  search.closest(cell.scene().state, points);
-  EXPECT_EQ(allocations(), after_first);
-}
-
 TEST(PointSearch, LeavesOutShapesWithoutAPose) {
   Cell cell({box("2 2 2"), box("2 2 2")});
   BodyPoses poses = posesOf(cell.robot(), {at(0, 0, 0), at(5, 0, 0)});
@@ -322,14 +301,6 @@ TEST(PointSearch, LeavesOutShapesWithoutAPose) {
   cell.scene().update(poses);
   EXPECT_EQ(search.closest(cell.scene().state, {{{0, 0, 0}}})[0].result.status, Status::Unknown);
   EXPECT_EQ(search.counts().unknown, 1);
-}
-
-TEST(PointSearch, EndsAtTheDeadline) {
-  Cell cell({box("2 2 2")});
-  cell.put({at(0, 0, 0)});
-  Question question;
-  question.deadline = Deadline(Deadline::Clock::now());
-  EXPECT_EQ(ask(cell.scene().state, {{{5, 0, 0}}}, question)[0].result.status, Status::Unknown);
 }
 
 TEST(PointSearch, NamesWhatItRefuses) {

@@ -1,7 +1,7 @@
 #include "proximity_server/scene/points/ray_search.h"
 
-#include "allocations.h"
 #include "proximity_server/scene/points/point_search.h"
+#include "scene/files.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
 
@@ -26,12 +26,7 @@ RayHit askOne(const State& state, const Ray& ray, const std::vector<ShapeRef>& s
 }
 
 std::string errorOf(const State& state, const Ray& ray) {
-  try {
-    RaySearch(state.sharedModel()).firstHits(state, {{{0, 0, 0}, {1, 0, 0}}, ray});
-  } catch (const std::invalid_argument& error) {
-    return error.what();
-  }
-  return "";
+  return scene::errorOf([&] { RaySearch(state.sharedModel()).firstHits(state, {{{0, 0, 0}, {1, 0, 0}}, ray}); });
 }
 
 void expectHit(const RayHit& hit, double distance, const ShapeRef& shape, const Vector3d& normal) {
@@ -147,34 +142,12 @@ TEST(RaySearch, HasTheSameBitsAloneAndAmongOthers) {
   }
 }
 
-TEST(RaySearch, AllocatesNothingWhenItIsAskedAgain) {
-  Meshes meshes;
-  Cell cell({box("0.4 0.6 0.8"), meshes.of(bracket())});
-  cell.put({at(0, 0, 0), at(2, 0, 0)});
-  const std::vector<Ray> rays{{{-3, 0, 0}, {1, 0, 0}}, {{2.5, 0.5, 0.4}, {0, 0, 1}}, {{0, 5, 0}, {0, 0, 1}}};
-  const std::vector<ShapeRef> all;
-  RaySearch search(cell.scene().state.sharedModel());
-  search.firstHits(cell.scene().state, rays, all);
-  const long after_first = allocations();
-  search.firstHits(cell.scene().state, rays, all);
-  EXPECT_EQ(allocations(), after_first);
-}
-
 TEST(RaySearch, LeavesOutShapesWithoutAPose) {
   Cell cell({box("2 2 2")});
   RaySearch search(cell.scene().state.sharedModel());
   expectFree(search.firstHits(cell.scene().state, {{{5, 0, 0}, {-1, 0, 0}, 9.0}}).front(), 9.0);
   ASSERT_EQ(search.unplaced().size(), 1u);
   EXPECT_EQ(search.unplaced()[0], cell.link("0"));
-}
-
-TEST(RaySearch, EndsAtTheDeadline) {
-  Cell cell({box("2 2 2")});
-  cell.put({at(5, 0, 0)});
-  Question question;
-  question.deadline = Deadline(Deadline::Clock::now());
-  RaySearch search(cell.scene().state.sharedModel());
-  EXPECT_EQ(search.firstHits(cell.scene().state, {{{0, 0, 0}, {1, 0, 0}}}, {}, question)[0].status, Status::Unknown);
 }
 
 TEST(RaySearch, NamesWhatItRefuses) {

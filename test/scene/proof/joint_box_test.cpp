@@ -1,5 +1,6 @@
 #include "proximity_server/scene/proof/joint_box.h"
 
+#include "laws/refusals.h"
 #include "proximity_server/scene/model/names.h"
 #include "scene/small_robots.h"
 
@@ -19,12 +20,7 @@ const std::string kRobot =
 
 void expectRefused(const std::string& yaml, const std::string& reason) {
   const RobotModel robot = robotOf(kRobot);
-  try {
-    jointBoxFrom(yaml, "box.yaml", robot, jointRanges(robot));
-    ADD_FAILURE() << yaml;
-  } catch (const std::invalid_argument& error) {
-    EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
-  }
+  EXPECT_TRUE(isRefused([&] { jointBoxFrom(yaml, "box.yaml", robot, jointRanges(robot)); }, reason)) << yaml;
 }
 
 TEST(JointBox, NamedJointsGetTheirIntervals) {

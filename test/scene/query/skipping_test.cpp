@@ -1,4 +1,5 @@
 // Skipping changes no answer: 100,000 states of a robot that moves in every way, with skipping and without.
+#include "chance.h"
 #include "proximity_server/scene/model/kinematics.h"
 #include "proximity_server/scene/query/pair_distances.h"
 #include "sanitized.h"
@@ -88,7 +89,7 @@ class Mover {
 
   const RobotModel& robot_;
   const Motion motion_;
-  std::mt19937 random_;
+  Chance random_;
   std::vector<double> phases_;
   Isometry3d base_ = Isometry3d::Identity();
 };
