@@ -1,5 +1,6 @@
 // A query takes no memory from the heap.
 #include "allocations.h"
+#include "chance.h"
 #include "heap_in_use.h"
 #include "oracle/shape_pairs.h"
 #include "proximity_server/narrowphase/motion/motion.h"
@@ -8,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
 #include <vector>
 
 namespace proximity_server::narrowphase::allocation_test {
@@ -55,7 +55,7 @@ TEST(Allocation, QueryOfAHullFarFromItsOriginTakesNoMemory) {
 // Regression: nearly all vertices are the farthest within the rounding of their place, in each direction, and each cell
 // of the table had its own list of them: 88 MB.
 TEST(Allocation, HullHardlyLargerThanTheRoundingOfItsPlaceTakesLittleMemory) {
-  std::mt19937 random(34);
+  Chance random(34);
   std::vector<Eigen::Vector3d> points;
   const int count = kIsSanitized ? 4000 : 20000;
   for (int i = 0; i < count; ++i) points.push_back(Eigen::Vector3d::Constant(1.0) + 3e-14 * randomDirection(random));
@@ -68,7 +68,7 @@ TEST(Allocation, HullHardlyLargerThanTheRoundingOfItsPlaceTakesLittleMemory) {
 
 TEST(Allocation, MotionTakesNoMemory) {
   const std::vector<PairCase> cases = pairsInEveryState(allShapes(), 1, /*seed=*/32);
-  std::mt19937 random(33);
+  Chance random(33);
   for (const PairCase& c : cases) {
     const MotionChain a_motion = {{randomPose(random, 0.5), randomDirection(random), 2.0 * randomDirection(random)}};
     const MotionChain b_motion = {a_motion.front(), {c.a_T_b, randomDirection(random), randomDirection(random)}};

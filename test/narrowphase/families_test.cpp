@@ -1,5 +1,7 @@
-// Families of pairs on which distance queries are known to fail: gaps down to rounding, slivers, extreme size ratios,
-// far from the origin, identical and degenerate shapes, parallel faces and edges.
+// Pairs on which distance queries are known to fail, chosen by hand: parallel faces and edges, gaps down to rounding,
+// shapes about one axis. Random ones of these kinds, and of others, are the families of test/stress.
+#include "chance.h"
+#include "laws/pair_laws.h"
 #include "narrowphase/certificate.h"
 #include "narrowphase/rotation_between.h"
 #include "oracle/shape_pairs.h"
@@ -37,72 +39,112 @@ Options toleranceFor(const PairCase& c) {
   return options;
 }
 
-Truth truthOf(const PairCase& c) { return signedDistanceOracle(c.pair(), /*max_cells=*/4000); }
-
 SignedDistance resultOf(const PairCase& c) { return signedDistance(c.a, c.b, c.a_T_b, toleranceFor(c)); }
 
-void expectProven(const PairCase& c, const SignedDistance& result, const Truth& truth) {
-  EXPECT_TRUE(carriesItsProof(c.pair(), result, toleranceFor(c))) << describe(c);
-  EXPECT_TRUE(enclosesTruth(c.pair(), result, truth)) << describe(c);
-}
-
-/// The search converges to the truth, and proves it.
+/// The pair and its relatives keep every promise, and the search converges to the truth.
 void expectExact(const PairCase& c) {
-  const SignedDistance result = resultOf(c);
-  const Truth truth = truthOf(c);
-  expectProven(c, result, truth);
-  EXPECT_EQ(result.status, Status::Converged) << describe(c);
-  EXPECT_LE(errorOf(result, truth), toleranceFor(c).distance_tolerance + roundingOf(c.pair())) << describe(c);
+  const Observation seen = observeWithOracle({c.a, c.b, c.a_T_b, toleranceFor(c), {}});
+  EXPECT_FALSE(seen.failure) << seen.failure->sentence << " " << describe(c);
+  EXPECT_EQ(seen.result.status, Status::Converged) << describe(c);
+  EXPECT_LE(*seen.error, toleranceFor(c).distance_tolerance + roundingOf(c.pair())) << describe(c);
 }
 
-TEST(Families, BoxFacesOfEverySizeAtEveryGap) {
-  for (const double size : {0.01, 1.0, 1000.0})
-    for (const double gap : gaps(size))
-      for (const double shift : {0.0, 0.3, 0.5})
-        expectExact({"faces", Box{size * Vector3d(1, 2, 1)}, Box{size * Vector3d(1, 1, 3)},
-                     at({size + gap, shift * size, 0.1 * shift * size})});
+void expectExact(const std::vector<PairCase>& cases) {
+  for (const PairCase& c : cases) expectExact(c);
 }
 
-TEST(Families, BoxEdgesOnFacesAtEveryGap) {
-  for (const double gap : gaps(1.0))
-    expectExact({"edge on face", Box{{1, 1, 1}}, Box{{1, 1, 1}},
-                 turned(M_PI / 4, Vector3d::UnitY(), {0.1, 0.2, 0.5 + std::sqrt(0.5) + gap})});
+// --- pairs that touch in a singular place, at every gap
+
+/// Returns the cases that `make` makes of all gaps of shapes of one metre.
+template <class Make>
+std::vector<PairCase> atEveryGap(const Make& make) {
+  std::vector<PairCase> cases;
+  for (const double gap : gaps(1.0)) cases.push_back(make(gap));
+  return cases;
 }
 
-TEST(Families, BoxEdgesAcrossEdgesAtEveryGap) {
+TEST(Families, FacesEdgesAndCornersOfBoxesAtEveryGap) {
+  const Shape box = Box{{1, 1, 1}};
+  const double half_edge = std::sqrt(0.5);
+  for (const double shift : {0.0, 0.3, 0.5})
+    expectExact(atEveryGap([&](double gap) -> PairCase {
+      return {"faces", Box{{1, 2, 1}}, Box{{1, 1, 3}}, at({1.0 + gap, shift, 0.1 * shift})};
+    }));
+  expectExact(atEveryGap([&](double gap) -> PairCase {
+    return {"edge on face", box, box, turned(M_PI / 4, Vector3d::UnitY(), {0.1, 0.2, 0.5 + half_edge + gap})};
+  }));
   const Isometry3d a_turned = turned(M_PI / 4, Vector3d::UnitX(), Vector3d::Zero());
-  for (const double gap : gaps(1.0)) {
-    const Isometry3d b_turned = turned(M_PI / 4, Vector3d::UnitY(), {0.0, 0.0, 2.0 * std::sqrt(0.5) + gap});
-    expectExact({"edge on edge", Box{{1, 1, 1}}, Box{{1, 1, 1}}, a_turned.inverse() * b_turned});
-  }
-}
-
-TEST(Families, BoxCornersOnFacesAtEveryGap) {
+  expectExact(atEveryGap([&](double gap) -> PairCase {
+    const Isometry3d b_turned = turned(M_PI / 4, Vector3d::UnitY(), {0.0, 0.0, 2.0 * half_edge + gap});
+    return {"edge on edge", box, box, a_turned.inverse() * b_turned};
+  }));
   Isometry3d on_corner = Isometry3d::Identity();
   on_corner.linear() = rotationBetween(Vector3d(1, 1, 1), Vector3d::UnitZ());
-  for (const double gap : gaps(1.0)) {
+  expectExact(atEveryGap([&](double gap) -> PairCase {
     on_corner.translation() = Vector3d(0.1, -0.2, 0.5 + std::sqrt(0.75) + gap);
-    expectExact({"corner on face", Box{{1, 1, 1}}, Box{{1, 1, 1}}, on_corner});
-  }
+    return {"corner on face", box, box, on_corner};
+  }));
 }
 
-TEST(Families, ParallelFacesAtEveryAngle) {
+TEST(Families, CylindersCapsulesAndSegmentsAtEveryGap) {
+  const Shape box = Box{{1, 1, 1}}, cylinder = Cylinder{0.3, 0.8};
+  expectExact(atEveryGap([&](double gap) -> PairCase {
+    return {"standing", box, cylinder, at({0.2, 0.1, 0.9 + gap})};
+  }));
+  expectExact(atEveryGap([&](double gap) -> PairCase {
+    return {"lying", box, cylinder, turned(M_PI / 2, {1, 0, 0}, {0.1, 0.05, 0.8 + gap})};
+  }));
+  expectExact(atEveryGap([&](double gap) -> PairCase {
+    return {"parallel capsules", Capsule{0.1, 1.0}, Capsule{0.2, 1.0}, at({0.3 + gap, 0.0, 0.4})};
+  }));
+  const Shape along_x = hullOf({{-1, 0, 0}, {1, 0, 0}}), along_y = hullOf({{0, -1, 0}, {0, 1, 0}});
+  expectExact(atEveryGap([&](double gap) -> PairCase {
+    return {"crossed segments", along_x, along_y, at({0.1, 0.2, gap})};
+  }));
+}
+
+TEST(Families, FacesAndAxesTurnedAndTiltedByEveryAngle) {
   for (int degrees = 0; degrees <= 90; degrees += 3)
     for (const double gap : {-1e-3, 0.0, 1e-12, 1e-3})
       expectExact({"turned on a face", Box{{1, 1, 1}}, Box{{0.8, 0.6, 0.5}},
                    turned(degrees * M_PI / 180.0, Vector3d::UnitZ(), {0.2, 0.1, 0.75 + gap})});
+  for (int decade = -16; decade <= -2; ++decade) {
+    const double tilt = std::pow(10.0, decade);
+    for (const double gap : {-1e-3, -1e-10, 0.0, 1e-10, 1e-3})
+      expectExact({"tilted on a face", Box{{1, 1, 1}}, Box{{1, 1, 1}}, turned(tilt, {1, 0.3, 0}, {0, 0, 1 + gap})});
+    expectExact(
+        {"nearly parallel", Capsule{0.1, 1.0}, Capsule{0.2, 1.0}, turned(tilt, Vector3d::UnitX(), {0.5, 0.0, 0.1})});
+  }
 }
 
-TEST(Families, NearlyParallelFaces) {
-  for (int decade = -16; decade <= -2; ++decade)
-    for (const double gap : {-1e-3, -1e-10, 0.0, 1e-10, 1e-3})
-      expectExact({"tilted on a face", Box{{1, 1, 1}}, Box{{1, 1, 1}},
-                   turned(std::pow(10.0, decade), {1, 0.3, 0}, {0, 0, 1 + gap})});
+TEST(Families, FlatHullsOnEachOther) {
+  const Points point = {{0.3, -0.2, 0.1}}, segment = {{-0.5, 0, 0.1}, {0.4, 0.3, -0.2}},
+               triangle = {{-0.5, 0, 0}, {0.5, 0.1, 0}, {0, 0.6, 0}},
+               square = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0}};
+  for (const Points& a : {point, segment, triangle, square})
+    for (const Points& b : {triangle, square})
+      for (const double x : {0.0, 0.3, 0.9, 1.0, 1.5})
+        expectExact({"in one plane", hullOf(a), hullOf(b), at({x, 0.1, 0})});
+  const Shape line = hullOf({{0, 0, 0}, {1, 0, 0}}), origin = hullOf({{0, 0, 0}});
+  for (const double x : {0.0, 0.5, 1.0, 1.0 + 1e-12, 2.0}) expectExact({"collinear", line, line, at({x, 0, 0})});
+  for (const Vector3d& feature : {Vector3d(0.5, 0.1, 0.2), Vector3d(0.5, 0.5, 0.2), Vector3d(0.5, 0.5, 0.5)})
+    for (const double factor : {1.0 - 1e-3, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.0 + 1e-3})
+      expectExact({"point on box", Box{{1, 1, 1}}, origin, at(factor * feature)});
 }
+
+// Regression: GJK ended apart by 20 nm, with a lower bound of -6 mm, as rounding hid that its simplex enclosed the origin.
+TEST(Families, ANarrowTriangleWhoseEndTouchesACorner) {
+  const Shape triangle = hullOf({{-0.060444665, 0.0393125, -0.0414988}, {-0.06044, 0.039314, -0.041496}, {2, 6, -2}});
+  const Shape tetrahedron =
+      hullOf({{-0.06044468, 0.0393126, -0.041498854}, {-0.04, -0.05, 0.02}, {0.03, -0.046, 0.04}, {0.05, 0.06, -0.03}});
+  expectExact({"narrow triangle", triangle, tetrahedron, Isometry3d::Identity()});
+}
+
+// --- others
 
 TEST(Families, BoxesInQuarterTurns) {
   // rpy = (pi/2, 0, 0) of a URDF: parallel but for the last bit of a cosine.
-  std::mt19937 random(40);
+  Chance random(40);
   const std::vector<NamedShape> boxes = {{"box", Box{{0.61, 0.83, 0.47}}},
                                          {"padded", Shape(Box{{0.4, 0.5, 0.3}}).padded(0.06)},
                                          {"plate", Box{{0.7, 0.6, 0.0007}}},
@@ -118,79 +160,12 @@ TEST(Families, BoxesInQuarterTurns) {
       }
 }
 
-TEST(Families, ParallelEdgesAtEveryDistance) {
-  for (const double gap : gaps(1.0))
-    expectExact({"parallel capsules", Capsule{0.1, 1.0}, Capsule{0.2, 1.0}, at({0.3 + gap, 0.0, 0.4})});
-}
-
-TEST(Families, NearlyParallelCapsules) {
-  for (int decade = -16; decade <= -2; ++decade)
-    expectExact({"nearly parallel", Capsule{0.1, 1.0}, Capsule{0.2, 1.0},
-                 turned(std::pow(10.0, decade), Vector3d::UnitX(), {0.5, 0.0, 0.1})});
-}
-
-TEST(Families, SliversAgainstBoxes) {
-  std::mt19937 random(41);
-  for (const double thickness : {1e-4, 1e-5, 1e-6})
-    for (const Vector3d& size : {Vector3d(1, 1, thickness), Vector3d(1, thickness, thickness)})
-      for (int i = 0; i < 10; ++i) {
-        const PairCase c{"sliver", Box{size}, Box{{0.5, 0.4, 0.3}}, randomPose(random, 0.6)};
-        expectExact(c);
-        expectExact(movedTo(1e-7, c));
-      }
-}
-
-TEST(Families, SliversAgainstSlivers) {
-  std::mt19937 random(42);
-  for (const double thickness : {1e-4, 1e-5, 1e-6})
-    for (int i = 0; i < 20; ++i) {
-      const Shape plate = Box{{1, 0.8, thickness}}, other = hullOf(boxCorners({thickness, 1, 0.7}));
-      expectExact({"plate on plate", plate, other, randomPose(random, 0.8)});
-    }
-}
-
-TEST(Families, SizeRatiosUpToAMillion) {
-  std::mt19937 random(43);
-  for (const double small : {1e-2, 1e-4, 1e-6})
-    for (const NamedShape& b : {NamedShape{"box", Box{small * Vector3d(1, 2, 3)}}, NamedShape{"sphere", Sphere{small}},
-                                NamedShape{"cylinder", Cylinder{small, 2 * small}},
-                                NamedShape{"hull", randomHull(random, 10, small * Vector3d(1, 1, 1))}})
-      for (int i = 0; i < 5; ++i)
-        for (const double gap : {-0.1 * small, 0.1 * small, 0.3}) {
-          const PairCase c{"large and small " + b.name, Box{{1, 1, 1}}, b.shape, randomPose(random, 1.0)};
-          expectExact(movedTo(gap, c));
-        }
-}
-
-TEST(Families, IdenticalShapesAtTheSamePlace) {
-  for (const NamedShape& a : allShapes())
-    expectExact({"identical " + a.name, a.shape, a.shape, Isometry3d::Identity()});
-}
-
-TEST(Families, IdenticalShapesSlightlyApart) {
-  std::mt19937 random(46);
-  for (const NamedShape& a : allShapes())
-    for (const double offset : {1e-16, 1e-12, 1e-8, 1e-4})
-      expectExact({"identical " + a.name, a.shape, a.shape, at(offset * randomDirection(random))});
-}
-
 TEST(Families, CoaxialRoundShapesOverlapByTheSumOfTheirRadii) {
   // One is longer than the other, so the shortest way out is sideways by r1 + r2.
   const Shape long_cylinder = Cylinder{0.25, 4}, cylinder = Cylinder{0.5, 4}, capsule = Capsule{0.25, 4},
               sphere = Sphere{0.25};
   for (const Shape& other : {long_cylinder, capsule, sphere})
     EXPECT_NEAR(signedDistance(cylinder, other, Isometry3d::Identity()).distance, -0.75, 1e-9);
-}
-
-/// Round shapes about nearly one axis, where nearly every way out is as short.
-std::vector<PairCase> nearlyCoaxial(const std::vector<NamedShape>& shapes, const std::vector<NamedShape>& others) {
-  std::vector<PairCase> cases;
-  for (const NamedShape& a : shapes)
-    for (const NamedShape& b : others)
-      for (const double offset : {0.0, 1e-9, 1e-6, 1e-4, 1e-2})
-        cases.push_back(
-            {a.name + "-" + b.name + " nearly coaxial", a.shape, b.shape, at({offset, 0.3 * offset, 0.01})});
-  return cases;
 }
 
 const std::vector<NamedShape>& roundShapes() {
@@ -201,7 +176,7 @@ const std::vector<NamedShape>& roundShapes() {
 
 // The nearest point is about to leave the rim for the slant, so both are as near but for rounding.
 TEST(Families, ParallelConesAndCylindersBetweenSlantAndRim) {
-  std::mt19937 random(52);
+  Chance random(52);
   std::uniform_real_distribution<double> length(0.1, 1.0), exponent(-15.0, -3.0);
   for (const double distance : {1e-11, 1e-6, 1e-3, 1.0})
     for (int i = 0; i < 1000; ++i) {
@@ -217,7 +192,7 @@ TEST(Families, ParallelConesAndCylindersBetweenSlantAndRim) {
 
 // Regression: a sphere far from a box. The inverse of a rotation that is off by some ulps is not its transpose.
 TEST(Families, FarApartByRotationsOffBySomeUlps) {
-  std::mt19937 random(53);
+  Chance random(53);
   std::uniform_real_distribution<double> exponent(0.0, 6.0);
   for (const NamedShape& a : allShapes())
     for (const NamedShape& b : allShapes())
@@ -231,22 +206,8 @@ TEST(Families, FarApartByRotationsOffBySomeUlps) {
       }
 }
 
-TEST(Families, NearlyCoaxialRoundShapes) {
-  for (const PairCase& c : nearlyCoaxial(roundShapes(), roundShapes())) expectExact(c);
-}
-
-std::vector<PairCase> nearlyCoaxialEllipsoids() {
-  std::vector<NamedShape> others = roundShapes();
-  others.push_back({"ellipsoid", Ellipsoid{{0.4, 0.4, 0.6}}});
-  return nearlyCoaxial({{"ellipsoid", Ellipsoid{{0.3, 0.3, 0.8}}}}, others);
-}
-
-TEST(Families, NearlyCoaxialEllipsoids) {
-  for (const PairCase& c : nearlyCoaxialEllipsoids()) expectExact(c);
-}
-
 /// Axes that are parallel within 1e-3 rad, and the centres at most a hundredth of the size beside one of them.
-Isometry3d nearOneAxis(std::mt19937& random) {
+Isometry3d nearOneAxis(Chance& random) {
   std::uniform_real_distribution<double> exponent(-12.0, 0.0), height(-0.3, 0.3);
   const double tilt = 1e-3 * std::pow(10.0, exponent(random)), beside = 1e-2 * std::pow(10.0, exponent(random));
   Vector3d position = beside * randomDirection(random);
@@ -257,7 +218,7 @@ Isometry3d nearOneAxis(std::mt19937& random) {
 // Regression: EPA had too few faces for a ring of nearly equal depths, and ended at its iteration limit in 14 % of such
 // pairs; of two ellipsoids in 20 %, of an ellipsoid and a cone in 30 %.
 TEST(Families, RoundShapesNearOneAxis) {
-  std::mt19937 random(55);
+  Chance random(55);
   std::vector<NamedShape> shapes = roundShapes();
   shapes.push_back({"flat spheroid", Ellipsoid{{0.4, 0.4, 0.3}}});
   shapes.push_back({"long spheroid", Shape(Ellipsoid{{0.2, 0.2, 0.4}}).padded(0.05)});
@@ -272,35 +233,8 @@ TEST(Families, RoundShapesNearOneAxis) {
       }
 }
 
-// The axis of the search is that of the spheroid alone: the frame about it is made of rounding.
-TEST(Families, SphereNearTheCentreOfANearlyRoundEllipsoid) {
-  std::mt19937 random(56);
-  std::uniform_real_distribution<double> exponent(-12.0, -2.0);
-  for (const Vector3d& radii : {Vector3d(0.3, 0.3, 0.4), {0.3, 0.301, 0.4}, {0.4, 0.31, 0.312}, {0.3, 0.3, 0.301}})
-    for (int i = 0; i < repeats(100); ++i) {
-      const double beside = std::pow(10.0, exponent(random));
-      const Isometry3d pose = turned(3.0 * i, randomDirection(random), beside * randomDirection(random));
-      const PairCase c{"near the centre", Sphere{0.2}, Ellipsoid{radii}, pose};
-      EXPECT_TRUE(carriesItsProof(c.pair(), resultOf(c), toleranceFor(c))) << describe(c);
-      const PairCase swapped{"the same, swapped", c.b, c.a, pose.inverse()};
-      const SignedDistance one = resultOf(c), other = resultOf(swapped);
-      EXPECT_LE(one.lower_bound, other.upper_bound) << describe(c);
-      EXPECT_LE(other.lower_bound, one.upper_bound) << describe(c);
-    }
-}
-
-// Regression: they ended at the iteration limit, as nearly every way out is as short here, too.
-TEST(Families, SphereOnTheAxisOfASweptConeOrCylinder) {
-  const Isometry3d along = at({0.0, 0.0, 0.9});
-  for (const double offset : {0.0, 1e-12, 1e-6, 1e-3}) {
-    const Isometry3d pose = at({offset, 0.5 * offset, 0.5});
-    expectExact({"in a swept cylinder", Shape(Cylinder{0.2, 0.4}).sweptTo(along), Sphere{0.1}, pose});
-    expectExact({"in a swept cone", Shape(Cone{0.2, 0.4}).sweptTo(along), Sphere{0.1}, pose});
-  }
-}
-
 /// A hull nearly along z, or a box, that is much thinner than long.
-Shape needle(std::mt19937& random) {
+Shape needle(Chance& random) {
   std::uniform_real_distribution<double> part(-1.0, 1.0), exponent(-8.0, -3.0);
   const double width = std::pow(10.0, exponent(random)), length = 0.1 + std::abs(part(random));
   if (random() % 2 == 0) return Box{{width, 0.5 * width, length}};
@@ -312,7 +246,7 @@ Shape needle(std::mt19937& random) {
 // Regression: after 500 expansions the bounds were still open by 0.1 mm in 56 % of such pairs, as EPA covered a ring of
 // directions with faces.
 TEST(Families, NeedlesInRoundShapesTakeFewSteps) {
-  std::mt19937 random(57);
+  Chance random(57);
   std::uniform_real_distribution<double> exponent(-9.0, -2.0);
   std::vector<NamedShape> shapes = roundShapes();
   shapes.erase(shapes.begin() + 1);  // with a capsule a needle is a polytope
@@ -330,6 +264,25 @@ TEST(Families, NeedlesInRoundShapesTakeFewSteps) {
     }
 }
 
+// Regression: they ended at the iteration limit, as nearly every way out is as short here, too.
+TEST(Families, SphereOnTheAxisOfASweptConeOrCylinder) {
+  const Isometry3d along = at({0.0, 0.0, 0.9});
+  for (const double offset : {0.0, 1e-12, 1e-6, 1e-3})
+    for (const Shape& shape : {Shape(Cylinder{0.2, 0.4}), Shape(Cone{0.2, 0.4})})
+      expectExact({"in a swept shape", shape.sweptTo(along), Sphere{0.1}, at({offset, 0.5 * offset, 0.5})});
+}
+
+// The axis of the search is that of the spheroid alone: the frame about it is made of rounding.
+TEST(Families, SphereNearTheCentreOfANearlyRoundEllipsoid) {
+  Chance random(56);
+  for (const Vector3d& radii : {Vector3d(0.3, 0.3, 0.4), {0.3, 0.301, 0.4}, {0.4, 0.31, 0.312}, {0.3, 0.3, 0.301}})
+    for (int i = 0; i < repeats(100); ++i) {
+      const Isometry3d pose = turned(3.0 * i, random.direction(), random.decades(-12, -2) * random.direction());
+      const Observation seen = observe({Sphere{0.2}, Ellipsoid{radii}, pose, {}, {}});
+      EXPECT_FALSE(seen.failure) << seen.failure->sentence << " " << radii.transpose() << ", " << i;
+    }
+}
+
 // Regression: the search by patches divided thousands of them, and left half the tolerance between the bounds. Once Newton's
 // method has found the points, the ellipsoid itself proves the depth.
 TEST(Families, BallInTheCentreOfANearlyRoundEllipsoid) {
@@ -341,101 +294,6 @@ TEST(Families, BallInTheCentreOfANearlyRoundEllipsoid) {
     }
 }
 
-// Regression: GJK ended apart by 20 nm, with a lower bound of -6 mm, as rounding hid that its simplex enclosed the origin.
-TEST(Families, ANarrowTriangleWhoseEndTouchesACorner) {
-  const Shape triangle = hullOf({{-0.060444665, 0.0393125, -0.0414988}, {-0.06044, 0.039314, -0.041496}, {2, 6, -2}});
-  const Shape tetrahedron =
-      hullOf({{-0.06044468, 0.0393126, -0.041498854}, {-0.04, -0.05, 0.02}, {0.03, -0.046, 0.04}, {0.05, 0.06, -0.03}});
-  expectExact({"narrow triangle", triangle, tetrahedron, Isometry3d::Identity()});
-  expectExact({"narrow triangle", tetrahedron, triangle, Isometry3d::Identity()});
-}
-
-const Points kPoint = {{0.3, -0.2, 0.1}};
-const Points kSegment = {{-0.5, 0, 0.1}, {0.4, 0.3, -0.2}};
-const Points kTriangle = {{-0.5, 0, 0}, {0.5, 0.1, 0}, {0, 0.6, 0}};
-const Points kSquare = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0}};
-
-TEST(Families, FlatHullsAgainstEverything) {
-  std::mt19937 random(48);
-  for (const Points& points : {kPoint, kSegment, kTriangle, kSquare})
-    for (const NamedShape& b : allShapes())
-      for (int i = 0; i < 3; ++i) {
-        const PairCase c{"flat-" + b.name, hullOf(points), b.shape, randomPose(random, 0.7)};
-        expectExact(c);
-        expectExact(movedTo(1e-6, c));
-      }
-}
-
-TEST(Families, FlatHullsInOnePlane) {
-  for (const Points& a : {kPoint, kSegment, kTriangle, kSquare})
-    for (const Points& b : {kTriangle, kSquare})
-      for (const double x : {0.0, 0.3, 0.9, 1.0, 1.5})
-        expectExact({"in one plane", hullOf(a), hullOf(b), at({x, 0.1, 0})});
-}
-
-TEST(Families, CollinearSegments) {
-  const Shape segment = hullOf({{0, 0, 0}, {1, 0, 0}});
-  for (const double x : {0.0, 0.5, 1.0, 1.0 + 1e-12, 2.0}) expectExact({"collinear", segment, segment, at({x, 0, 0})});
-}
-
-TEST(Families, CrossedSegments) {
-  const Shape along_x = hullOf({{-1, 0, 0}, {1, 0, 0}}), along_y = hullOf({{0, -1, 0}, {0, 1, 0}});
-  for (const double gap : gaps(1.0)) expectExact({"crossed", along_x, along_y, at({0.1, 0.2, gap})});
-}
-
-TEST(Families, PointOnEveryFeatureOfABox) {
-  const Shape point = hullOf({{0, 0, 0}});
-  for (const Vector3d& feature : {Vector3d(0.5, 0.1, 0.2), Vector3d(0.5, 0.5, 0.2), Vector3d(0.5, 0.5, 0.5)})
-    for (const double factor : {1.0 - 1e-3, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 1.0 + 1e-3})
-      expectExact({"point on box", Box{{1, 1, 1}}, point, at(factor * feature)});
-}
-
-TEST(Families, NearDuplicateVertices) {
-  std::mt19937 random(49);
-  for (const double offset : {1e-16, 1e-13, 1e-10, 1e-7})
-    for (int i = 0; i < 10; ++i) {
-      Points points = boxCorners({1, 1, 1});
-      for (int k = 0; k < 8; ++k) points.push_back(points[k] + offset * randomDirection(random));
-      const PairCase c{"near duplicates", hullOf(points), hullOf(points), randomPose(random, 1.2)};
-      expectExact(c);
-      expectExact(movedTo(1e-9, c));
-    }
-}
-
-TEST(Families, CoplanarVertices) {
-  Points lattice;
-  for (int x = -2; x <= 2; ++x)
-    for (int y = -2; y <= 2; ++y)
-      for (const int z : {-1, 1}) lattice.emplace_back(0.25 * x + 1e-14 * y, 0.25 * y, 0.5 * z + 1e-15 * x * y);
-  std::mt19937 random(50);
-  for (int i = 0; i < 30; ++i) {
-    const PairCase c{"coplanar", hullOf(lattice), hullOf(lattice), randomPose(random, 1.2)};
-    expectExact(c);
-    expectExact(movedTo(0.0, c));
-  }
-  for (const double gap : gaps(1.0))
-    expectExact({"coplanar faces", hullOf(lattice), hullOf(lattice), at({0.1, 0.2, 1 + gap})});
-}
-
-TEST(Families, CylindersNearlyTouchingBoxesAndCylinders) {
-  std::mt19937 random(51);
-  const Shape cylinder = Cylinder{0.3, 0.8};
-  for (const Shape& other : {Shape(Box{{1, 1, 0.5}}), Shape(Cylinder{0.2, 1.5})})
-    for (int i = 0; i < 10; ++i)
-      for (const double gap : {-1e-6, -1e-12, 0.0, 1e-12, 1e-6})
-        expectExact(movedTo(gap, {"cylinder", cylinder, other, randomPose(random, 0.5)}));
-}
-
-TEST(Families, CylinderStandingOnABox) {
-  for (const double gap : gaps(1.0))
-    expectExact({"standing", Box{{1, 1, 1}}, Cylinder{0.3, 0.8}, at({0.2, 0.1, 0.9 + gap})});
-}
-
-TEST(Families, CylinderLyingOnABox) {
-  for (const double gap : gaps(1.0))
-    expectExact({"lying", Box{{1, 1, 1}}, Cylinder{0.3, 0.8}, turned(M_PI / 2, {1, 0, 0}, {0.1, 0.05, 0.8 + gap})});
-}
-
 struct NamedPair {
   const char* name;
   Shape a;
@@ -443,7 +301,7 @@ struct NamedPair {
 };
 
 TEST(Families, PaddingMovesTheDistanceByExactlyThePadding) {
-  std::mt19937 random(53);
+  Chance random(53);
   for (const NamedShape& a : solidShapes())
     for (const NamedShape& b : solidShapes()) {
       const Isometry3d pose = randomPose(random, 1.0);
@@ -454,7 +312,7 @@ TEST(Families, PaddingMovesTheDistanceByExactlyThePadding) {
 }
 
 TEST(Families, PrimitiveAndItsHullAgree) {
-  std::mt19937 random(54);
+  Chance random(54);
   const std::vector<NamedPair> same = {
       {"box", Box{{0.6, 0.8, 0.5}}, hullOf(boxCorners({0.6, 0.8, 0.5}))},
       {"capsule", Capsule{0.2, 0.5}, hullOf({{0, 0, -0.25}, {0, 0, 0.25}}).padded(0.2)},

@@ -1,5 +1,5 @@
 // libFuzzer: any bytes become two shapes, a pose, options and a warm start, which keep every promise.
-#include "stress/checks.h"
+#include "laws/pair_laws.h"
 #include "stress/recorded.h"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 // ./dev stress: pairs of shapes, each of which is held against every promise of the narrowphase.
+#include "laws/pair_laws.h"
 #include "stress/campaign.h"
-#include "stress/checks.h"
 #include "stress/recorded.h"
 
 namespace proximity_server::stress {

@@ -1,10 +1,10 @@
 // The part of ./dev stress that every test run makes; that its checks can fail at all; and the pairs that were once
 // wrong.
+#include "laws/pair_laws.h"
 #include "narrowphase/certificate.h"
 #include "narrowphase/from_json.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "stress/campaign_test.h"
-#include "stress/checks.h"
 #include "stress/recorded.h"
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,7 @@
 // Holds the promises of motion.h against geometry on paper and the oracle of moving shapes.
 #include "proximity_server/narrowphase/motion/motion.h"
 
+#include "chance.h"
 #include "narrowphase/certificate.h"
 #include "oracle/motion_oracle.h"
 #include "oracle/shape_pairs.h"
@@ -19,7 +20,7 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-ScrewMotion randomScrew(std::mt19937& random, double turn) {
+ScrewMotion randomScrew(Chance& random, double turn) {
   const Isometry3d start = randomPose(random, 1.0);
   const Vector3d linear = randomDirection(random);
   return {start, linear, turn * randomDirection(random)};
@@ -81,7 +82,7 @@ testing::AssertionResult isFree(const TimeOfContact& answer, double end = 1.0) {
 // ScrewMotion.
 
 TEST(ScrewMotion, BetweenReachesTheEndPose) {
-  std::mt19937 random(61);
+  Chance random(61);
   for (int i = 0; i < 1000; ++i) {
     const Isometry3d start = randomPose(random, 2.0), end = randomPose(random, 2.0);
     const ScrewMotion motion = ScrewMotion::between(start, end);
@@ -91,7 +92,7 @@ TEST(ScrewMotion, BetweenReachesTheEndPose) {
 }
 
 TEST(ScrewMotion, BetweenTakesTheShorterTurn) {
-  std::mt19937 random(62);
+  Chance random(62);
   for (int i = 0; i < 1000; ++i) {
     const ScrewMotion motion = ScrewMotion::between(randomPose(random, 1.0), randomPose(random, 1.0));
     EXPECT_LE(motion.angular.norm(), M_PI * (1.0 + kEpsilon));
@@ -99,7 +100,7 @@ TEST(ScrewMotion, BetweenTakesTheShorterTurn) {
 }
 
 TEST(ScrewMotion, BetweenReachesTheEndOfTinyAndOfHalfTurns) {
-  std::mt19937 random(63);
+  Chance random(63);
   for (const double angle : {0.0, 1e-300, 1e-17, 1e-12, 1e-8, 1e-4, 0.1, 3.0, M_PI - 1e-7, M_PI - 1e-12, M_PI}) {
     const Isometry3d start = randomPose(random, 1.0);
     Isometry3d end = randomPose(random, 1.0);
@@ -109,7 +110,7 @@ TEST(ScrewMotion, BetweenReachesTheEndOfTinyAndOfHalfTurns) {
 }
 
 TEST(ScrewMotion, PoseIsThatOfTheOracle) {
-  std::mt19937 random(64);
+  Chance random(64);
   for (const double turn : {0.0, 1e-12, 1e-6, 0.05, 0.0999, 0.1001, 1.0, 3.0, 40.0})
     for (int i = 0; i < 50; ++i) {
       const ScrewMotion motion = randomScrew(random, turn);
@@ -119,7 +120,7 @@ TEST(ScrewMotion, PoseIsThatOfTheOracle) {
 }
 
 TEST(ScrewMotion, OriginKeepsItsDistanceFromTheAxis) {
-  std::mt19937 random(65);
+  Chance random(65);
   for (int i = 0; i < 100; ++i) {
     const ScrewMotion motion = randomScrew(random, 8.0);
     const Vector3d u = motion.angular.normalized();
@@ -131,7 +132,7 @@ TEST(ScrewMotion, OriginKeepsItsDistanceFromTheAxis) {
 }
 
 TEST(ScrewMotion, OriginSlidesAlongTheAxisAtConstantSpeed) {
-  std::mt19937 random(66);
+  Chance random(66);
   for (int i = 0; i < 100; ++i) {
     const ScrewMotion motion = randomScrew(random, 8.0);
     const Vector3d u = motion.angular.normalized();
@@ -142,7 +143,7 @@ TEST(ScrewMotion, OriginSlidesAlongTheAxisAtConstantSpeed) {
 }
 
 TEST(ScrewMotion, InverseIsTheInverseAtEveryTime) {
-  std::mt19937 random(83);
+  Chance random(83);
   for (int i = 0; i < 100; ++i) {
     const ScrewMotion motion = randomScrew(random, 0.1 * i), inverse = motion.inverse();
     const double time = 0.01 * i;
@@ -151,7 +152,7 @@ TEST(ScrewMotion, InverseIsTheInverseAtEveryTime) {
 }
 
 TEST(ScrewMotion, ProductWithAPoseIsThatOfThePoses) {
-  std::mt19937 random(84);
+  Chance random(84);
   for (int i = 0; i < 100; ++i) {
     const ScrewMotion motion = randomScrew(random, 0.1 * i), fixed{randomPose(random, 2.0), {0, 0, 0}, {0, 0, 0}};
     const double time = 0.01 * i;
@@ -167,7 +168,7 @@ TEST(ScrewMotion, IsRestWithoutAnyVelocity) {
 }
 
 TEST(MotionChain, PoseIsThatOfTheOracle) {
-  std::mt19937 random(67);
+  Chance random(67);
   for (int i = 0; i < 100; ++i) {
     const MotionChain chain = {randomScrew(random, 1.0), randomScrew(random, 0.0), randomScrew(random, 7.0)};
     const double time = 0.01 * i;
@@ -198,7 +199,7 @@ struct Observed {
 
 TEST(MotionBound, HoldsForTheSpeedAndAccelerationOfEveryPoint) {
   constexpr double kOfDifferences = 1e-6;  // relative, what the finite differences are off by
-  std::mt19937 random(68);
+  Chance random(68);
   for (int i = 0; i < 300; ++i) {
     MotionChain chain;
     for (int screws = i % 4; screws >= 0; --screws) chain.push_back(randomScrew(random, screws % 2 == 0 ? 3.0 : 0.5));
@@ -246,7 +247,7 @@ long double reachAlong(const Shape& shape, const LongPose& pose, const Vector3l&
 }
 
 TEST(SweptShape, HoldsAllThatTheShapePassesThrough) {
-  std::mt19937 random(69);
+  Chance random(69);
   for (const NamedShape& named : allShapes())
     for (const double turn : {0.0, 0.01, 0.5, 2.0, 9.0}) {
       const ScrewMotion motion = randomScrew(random, turn);
@@ -262,7 +263,7 @@ TEST(SweptShape, HoldsAllThatTheShapePassesThrough) {
 }
 
 TEST(SweptShape, OfATranslatedBoxIsTheHullOfBothEnds) {
-  std::mt19937 random(70);
+  Chance random(70);
   const Vector3d size(0.6, 0.4, 0.3), way(0.5, -0.7, 0.2);
   std::vector<Vector3d> corners = boxCorners(size);
   for (int i = 0; i < 8; ++i) corners.push_back(corners[i] + way);
@@ -278,7 +279,7 @@ TEST(SweptShape, OfATranslatedBoxIsTheHullOfBothEnds) {
 }
 
 TEST(SweptShape, OfATranslatedSphereIsACapsule) {
-  std::mt19937 random(71);
+  Chance random(71);
   const Shape swept = sweptShape(Sphere{0.2}, {Isometry3d::Identity(), {0, 0, 1}, {0, 0, 0}});
   const Shape capsule = Capsule{0.2, 1.0}, box = Box{{0.3, 0.4, 0.5}};
   for (int i = 0; i < 200; ++i) {
@@ -288,7 +289,7 @@ TEST(SweptShape, OfATranslatedSphereIsACapsule) {
 }
 
 TEST(SweptShape, WithoutMotionIsTheShape) {
-  std::mt19937 random(72);
+  Chance random(72);
   for (const NamedShape& named : allShapes()) {
     const Shape swept = sweptShape(named.shape, {randomPose(random, 1.0), {0, 0, 0}, {0, 0, 0}});
     EXPECT_EQ(swept.margin(), named.shape.margin());
@@ -300,7 +301,7 @@ TEST(SweptShape, WithoutMotionIsTheShape) {
 }
 
 TEST(SweptShape, OfEveryKindHasItsTrueDistanceAndDepth) {
-  std::mt19937 random(73);
+  Chance random(73);
   int apart = 0, overlapping = 0;
   for (const NamedShape& named : allShapes())
     for (const NamedShape& other : solidShapes())
@@ -498,7 +499,7 @@ TEST(TimeOfContact, OfANeedleThatTurnsThroughAnotherIsNotPassed) {
 }
 
 TEST(TimeOfContact, OfOneMotionForBothIsNone) {
-  std::mt19937 random(75);
+  Chance random(75);
   for (int i = 0; i < 50; ++i) {
     const ScrewMotion carrier = randomScrew(random, 3.0);
     const Case c{Box{{1, 1, 1}}, {carrier, {}}, Cylinder{0.5, 1}, {carrier, {at(0, 0, 1.01), {0, 0, 0}, {0, 0, 0}}}};
@@ -663,13 +664,13 @@ TEST(MinimumDistance, AtTheEndsOfTheMotionIsFound) {
 }
 
 /// The distance of a tumbling box has a kink wherever another corner or edge comes nearest.
-Case tumblingBox(std::mt19937& random, double beside) {
+Case tumblingBox(Chance& random, double beside) {
   const Isometry3d start = at(-1.5, beside, 0.2) * randomPose(random, 0.0);
   return {Box{{0.6, 0.4, 0.8}}, still(), Box{{0.5, 0.7, 0.3}}, moving(start, {3, 0, 0}, 6.0 * randomDirection(random))};
 }
 
 TEST(MinimumDistance, OfATumblingBoxConverges) {
-  std::mt19937 random(78);
+  Chance random(78);
   for (int i = 0; i < 20; ++i) {
     const MinimumOverMotion minimum = tumblingBox(random, 0.75 + 0.05 * i).minimum();
     EXPECT_EQ(minimum.status, Status::Converged) << i;
@@ -708,7 +709,7 @@ TEST(MinimumDistance, OfAShapeThatSpinsAboutItsAxisNeedsTwoQueries) {
   const Shape box = Box{{0.3, 0.4, 0.5}};
   for (const Shape& round : {Shape(Cylinder{0.2, 0.5}), Shape(Cone{0.2, 0.5}), Shape(Capsule{0.2, 0.5}),
                              Shape(Ellipsoid{{0.2, 0.2, 0.5}}), Shape(Sphere{0.2})}) {
-    std::mt19937 random(78);
+    Chance random(78);
     for (int i = 0; i < 20; ++i) {
       const Isometry3d start = randomPose(random, 1.0);
       Case c{round, moving(start, Vector3d::Zero(), 6.0 * start.linear().col(2)), box, still(randomPose(random, 1.0))};

@@ -1,5 +1,6 @@
 #include "proximity_server/narrowphase/shape/convex_hull.h"
 
+#include "chance.h"
 #include "oracle/shape_pairs.h"
 
 #include <gtest/gtest.h>
@@ -18,14 +19,14 @@ using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 
 Points onEllipsoid(int count, unsigned seed) {
-  std::mt19937 random(seed);
+  Chance random(seed);
   Points points;
   for (int i = 0; i < count; ++i) points.push_back(Vector3d(0.5, 0.4, 0.3).cwiseProduct(randomDirection(random)));
   return points;
 }
 
 Points inCube(int count, unsigned seed) {
-  std::mt19937 random(seed);
+  Chance random(seed);
   std::uniform_real_distribution<double> coordinate(-1.0, 1.0);
   Points points;
   for (int i = 0; i < count; ++i) points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
@@ -60,7 +61,7 @@ Points movedBy(const Eigen::Isometry3d& motion, Points points) {
 }
 
 Points withNearDuplicates(Points points, double offset) {
-  std::mt19937 random(2);
+  Chance random(2);
   const std::size_t count = points.size();
   for (std::size_t i = 0; i < count; ++i) points.push_back(points[i] + offset * randomDirection(random));
   return points;
@@ -77,7 +78,7 @@ struct Cloud {
 };
 
 std::vector<Cloud> solidClouds() {
-  std::mt19937 random(3);
+  Chance random(3);
   const Eigen::Isometry3d turned = randomPose(random, 1.0), far_away = randomPose(random, 1e4);
   return {{"tetrahedron", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
           {"ellipsoid of 32", onEllipsoid(32, 4)},
@@ -99,7 +100,7 @@ std::vector<Cloud> solidClouds() {
 }
 
 std::vector<Cloud> allClouds() {
-  std::mt19937 random(8);
+  Chance random(8);
   const Eigen::Isometry3d turned = randomPose(random, 1.0);
   std::vector<Cloud> clouds = solidClouds();
   const std::vector<Cloud> degenerate = {
@@ -130,7 +131,7 @@ double highest(const Points& points, const Vector3d& direction) {
 }
 
 /// Points about a segment of length 2 along a random direction, up to `thickness` beside it.
-Points needle(int count, double thickness, std::mt19937& random) {
+Points needle(int count, double thickness, Chance& random) {
   std::uniform_real_distribution<double> place(-1.0, 1.0);
   const Vector3d along = randomDirection(random);
   Points points;
@@ -141,7 +142,7 @@ Points needle(int count, double thickness, std::mt19937& random) {
 // Regression: a cloud of thickness 1e-11 and length 1.84 had a hull of length 0.44. The second axis of its affine frame
 // was not perpendicular to the first.
 TEST(ConvexHull, OfANeedleIsAsLongAsItsPoints) {
-  std::mt19937 random(17);
+  Chance random(17);
   std::uniform_real_distribution<double> exponent(-15.0, -6.0);
   for (int i = 0; i < 3000; ++i) {
     const double thickness = std::pow(10.0, exponent(random));
@@ -164,7 +165,7 @@ TEST(ConvexHull, VerticesAreInputPointsBitForBit) {
 }
 
 TEST(ConvexHull, ReachesAsFarAsTheCloudInEveryDirection) {
-  std::mt19937 random(10);
+  Chance random(10);
   for (const Cloud& cloud : allClouds()) {
     const ConvexHull hull(cloud.points);
     for (int i = 0; i < 300; ++i) {
@@ -188,7 +189,7 @@ TEST(ConvexHull, DropsWhatIsNotACorner) { EXPECT_EQ(ConvexHull(lattice(5)).size(
 TEST(ConvexHull, KeepsEveryCornerOfAPrism) { EXPECT_EQ(ConvexHull(prism(100)).size(), 200); }
 
 TEST(ConvexHull, LocalMaximaOverTheAdjacencyAreGlobal) {
-  std::mt19937 random(11);
+  Chance random(11);
   for (const Cloud& cloud : allClouds()) {
     const ConvexHull hull(cloud.points);
     const auto height = [&hull](int vertex, const Vector3d& n) { return n.dot(hull.vertices()[vertex]); };
@@ -282,13 +283,13 @@ TEST(ConvexHull, KnowsDimensionAndVolume) {
 }
 
 TEST(ConvexHull, VolumeDoesNotDependOnThePose) {
-  std::mt19937 random(12);
+  Chance random(12);
   for (int i = 0; i < 20; ++i)
     EXPECT_NEAR(ConvexHull(movedBy(randomPose(random, 10.0), lattice(3))).volume(), 8.0, 1e-12);
 }
 
 TEST(ConvexHull, TurnedPolygonKeepsItsDimension) {
-  std::mt19937 random(13);
+  Chance random(13);
   for (int i = 0; i < 100; ++i)
     EXPECT_EQ(ConvexHull(movedBy(randomPose(random, 1.0), flattened(lattice(4)))).dimension(), 2);
 }

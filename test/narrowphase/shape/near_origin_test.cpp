@@ -1,6 +1,7 @@
 // The pair near the origins has the distances of the pair that is far from them.
 #include "narrowphase/shape/near_origin.h"
 
+#include "chance.h"
 #include "proximity_server/narrowphase/cso/cso.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 
@@ -50,17 +51,17 @@ TEST(ShapeNearOrigin, OfOnePointIsTheOrigin) {
 }
 
 /// A multiple of 2^-20 below 2^exponent, so that sums of such products are exact in long double.
-double dyadic(std::mt19937& random, int exponent) {
+double dyadic(Chance& random, int exponent) {
   std::uniform_int_distribution<long> parts(-(1L << (exponent + 20)), 1L << (exponent + 20));
   return std::ldexp(static_cast<double>(parts(random)), -20);
 }
 
-Vector3d dyadicVector(std::mt19937& random, int exponent) {
+Vector3d dyadicVector(Chance& random, int exponent) {
   return {dyadic(random, exponent), dyadic(random, exponent), dyadic(random, exponent)};
 }
 
 TEST(NearOrigin, OffsetIsWithinItsError) {
-  std::mt19937 random(61);
+  Chance random(61);
   int worse = 0;
   for (int i = 0; i < 1000; ++i) {
     const Vector3d corner_a = dyadicVector(random, 20), corner_b = dyadicVector(random, 20);

@@ -1,5 +1,6 @@
 #include "proximity_server/narrowphase/shape/shape.h"
 
+#include "chance.h"
 #include "oracle/oracle.h"
 #include "oracle/shape_pairs.h"
 
@@ -92,7 +93,7 @@ TEST(Shape, CoreRadiusIsTheReachOfTheCoreFromItsCentre) {
 }
 
 TEST(Shape, BallAroundTheCentreHoldsTheCore) {
-  std::mt19937 random(1);
+  Chance random(1);
   for (const NamedShape& named : allShapes())
     for (int i = 0; i < 200; ++i) {
       const Vector3l farthest = coreSupport(named.shape, randomDirection(random).cast<long double>());
@@ -136,7 +137,7 @@ TEST(Shape, ASweepKeepsTheInnerRadius) {
 }
 
 /// Directions in which the core may reach least far: random ones, and across each face of a hull.
-std::vector<Vector3d> directionsOf(const Shape& shape, std::mt19937& random) {
+std::vector<Vector3d> directionsOf(const Shape& shape, Chance& random) {
   std::vector<Vector3d> directions;
   for (int i = 0; i < 200; ++i) directions.push_back(randomDirection(random));
   if (shape.kind() != Shape::Kind::Hull) return directions;
@@ -150,7 +151,7 @@ std::vector<Vector3d> directionsOf(const Shape& shape, std::mt19937& random) {
 }
 
 /// A convex core holds a ball if it reaches at least as far in every direction.
-void expectInnerBall(const Shape& shape, std::mt19937& random, const std::string& name) {
+void expectInnerBall(const Shape& shape, Chance& random, const std::string& name) {
   for (const Vector3d& direction : directionsOf(shape, random)) {
     const Vector3l unit = direction.cast<long double>().normalized();
     const long double reach = unit.dot(coreSupport(shape, unit) - shape.centre().cast<long double>());
@@ -159,13 +160,13 @@ void expectInnerBall(const Shape& shape, std::mt19937& random, const std::string
 }
 
 TEST(Shape, InnerBallLiesInTheCore) {
-  std::mt19937 random(3);
+  Chance random(3);
   for (const NamedShape& named : allShapes()) expectInnerBall(named.shape, random, named.name);
 }
 
 // Slivers, far from the origin, and so thin that rounding decides on which side of a face the centre lies.
 TEST(Shape, InnerBallLiesInAHullOfAnyThinness) {
-  std::mt19937 random(4);
+  Chance random(4);
   int with_ball = 0;
   for (int i = 0; i < 300; ++i) {
     const Vector3d size(1.0, std::pow(10.0, -0.05 * (i % 300)), std::pow(10.0, -0.02 * (i % 200)));

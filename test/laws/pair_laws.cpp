@@ -1,4 +1,4 @@
-#include "stress/checks.h"
+#include "laws/pair_laws.h"
 
 #include "narrowphase/certificate.h"
 #include "narrowphase/same_bits.h"
@@ -149,6 +149,19 @@ Relative askedApart(const StressPair& p) {
   return {"asked only for a distance apart", pair, roundingOf(p.pair())};
 }
 
+/// The swapped pair has the opposite normal where the shapes are apart. By d the normal is unique: the gap along n is at
+/// most d times the cosine of its angle to the true normal, so a gap of d - w allows an angle of sqrt(2 w / d).
+std::optional<Failure> failureOfNormal(const Relative& swapped, const SignedDistance& first) {
+  const SignedDistance other = ask(swapped.pair);
+  if (!(first.distance > 0.0) || !first.has_points || !other.has_points) return std::nullopt;
+  const double width =
+      std::max(first.upper_bound - first.lower_bound, other.upper_bound - other.lower_bound) + swapped.apart;
+  const Isometry3d& b_T_a = swapped.pair.a_T_b;
+  const double off = (other.normal + b_T_a.linear() * first.normal).norm();
+  if (off <= 2.0 * std::sqrt(2.0 * width / first.distance)) return std::nullopt;
+  return Failure{"swapped, the normal is off the opposite one by " + std::to_string(off), swapped.pair};
+}
+
 std::optional<Failure> failureOf(const Relative& relative, const SignedDistance& first) {
   const SignedDistance result = ask(relative.pair);
   AssertionResult check = keepsItsPromises(relative.pair, result);
@@ -215,6 +228,7 @@ std::optional<Failure> failureOfRelatives(const StressPair& p, const SignedDista
   for (const Relative& relative :
        {swapped(p), moved(p, chance), shifted(p, chance), warm(p), cold(p), askedAbove(p, threshold), askedApart(p)})
     if (std::optional<Failure> failure = failureOf(relative, first)) return failure;
+  if (std::optional<Failure> failure = failureOfNormal(swapped(p), first)) return failure;
   if (std::optional<Failure> failure = failureOfSinglePrecision(p)) return failure;
   if (std::optional<Failure> failure = failureOfRepeated(p, chance)) return failure;
   return failureOfRecalled(p, first, chance);

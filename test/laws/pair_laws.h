@@ -1,5 +1,7 @@
 #pragma once
 
+// The laws of all questions about two shapes, each written once: for the pairs of tests, of ./dev stress and of the fuzzer.
+
 #include "stress/families.h"
 
 #include <optional>
@@ -28,7 +30,7 @@ struct Observation {
 
 /// Asks the pair and checks everything that a result promises: its proof from scratch, the same bits for the same
 /// input, and that swapped, moved, shifted and warm-started queries and those with a threshold agree within their
-/// bounds.
+/// bounds; swapped with the opposite normal.
 Observation observe(const StressPair& stress_pair);
 
 /// Does the same, and two checks that take longer: the answer against the independent oracle, and whether shapes of a
