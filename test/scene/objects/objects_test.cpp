@@ -1,5 +1,6 @@
 #include "proximity_server/scene/objects/objects.h"
 
+#include "chance.h"
 #include "scene/files.h"
 #include "scene/small_robots.h"
 
@@ -7,7 +8,6 @@
 
 #include <limits>
 #include <map>
-#include <random>
 #include <set>
 #include <tuple>
 
@@ -326,26 +326,22 @@ struct PlainScene {
   }
 };
 
-TEST_F(ObjectsOfAnArm, HaveThePairsThatAPlainImplementationOfTheRulesFinds) {
-  const std::vector<std::string> links{"base", "arm", "hand", "finger", "camera"}, frames{"f", "g"};
-  const std::vector<std::string> ids{"a", "b", "c", "d", "e", "f", "g", "h"};
-  std::mt19937 random(5);
-  const auto below = [&](std::size_t count) { return random() % count; };
-  const auto one = [&](const std::vector<std::string>& names) { return names[below(names.size())]; };
-  std::map<bool, long> found;
-  Objects objects = none_;
-  PlainScene plain;
-  for (int scene = 0; scene < 1000; ++scene) {
+/// Random changes of objects and rules, each made in Objects and in the plain implementation.
+class RandomChanges {
+ public:
+  static inline const std::vector<std::string> kLinks{"base", "arm", "hand", "finger", "camera"};
+
+  void changeObjects(Objects& objects, PlainScene& plain) {
     std::vector<ObjectChange> changes;
     for (std::size_t change = below(4); change-- > 0;) {
-      const std::string id = one(ids);
+      const std::string id = one(ids_);
       PlainScene::Thing thing{static_cast<PlainScene::Thing::Kind>(below(3)), "", {}, false};
       thing.is_plane = thing.kind != PlainScene::Thing::Attached && below(4) == 0;
       Placement placement = Fixed{};
-      if (thing.kind == PlainScene::Thing::Moving) placement = Moving{thing.carrier = one(frames)};
+      if (thing.kind == PlainScene::Thing::Moving) placement = Moving{thing.carrier = one({"f", "g"})};
       if (thing.kind == PlainScene::Thing::Attached) {
-        thing.carrier = one(links);
-        if (below(2)) thing.touch_links.insert(one(links));
+        thing.carrier = one(kLinks);
+        if (below(2)) thing.touch_links.insert(one(kLinks));
         placement = Attached{thing.carrier, {thing.touch_links.begin(), thing.touch_links.end()}};
       }
       const Object object = thing.is_plane ? floorOf(id, placement) : objects_test::thing(id, placement);
@@ -359,28 +355,49 @@ TEST_F(ObjectsOfAnArm, HaveThePairsThatAPlainImplementationOfTheRulesFinds) {
       }
     }
     objects = objects.changed(changes);
-    if (below(5) == 0) {
-      ObjectRules rules;
-      plain.rules.clear();
-      for (std::size_t rule = below(5); rule-- > 0;) {
-        std::vector<std::string> names = ids;
-        names.insert(names.end(), links.begin(), links.end());
-        names.insert(names.end(), 8, "*");
-        const std::string a = one(names), b = one(names);
-        const bool allow = below(3) > 0;
-        rules.allowed.set(a, b, allow ? AllowedPairs::Rule::Allowed : AllowedPairs::Rule::Checked);
-        plain.rules.emplace_back(a, b, allow);
-      }
-      plain.free_objects = below(2) == 0;
-      plain.base_stands_still = below(2) == 0;
-      if (plain.free_objects) rules.free_objects = ObjectRules::FreeObjects::Checked;
-      if (plain.base_stands_still) rules.base = ObjectRules::Base::StandsStill;
-      objects = objects.withRules(rules);
+  }
+
+  /// One time in five.
+  void changeRules(Objects& objects, PlainScene& plain) {
+    if (below(5) != 0) return;
+    ObjectRules rules;
+    plain.rules.clear();
+    for (std::size_t rule = below(5); rule-- > 0;) {
+      std::vector<std::string> names = ids_;
+      names.insert(names.end(), kLinks.begin(), kLinks.end());
+      names.insert(names.end(), 8, "*");
+      const std::string a = one(names), b = one(names);
+      const bool allow = below(3) > 0;
+      rules.allowed.set(a, b, allow ? AllowedPairs::Rule::Allowed : AllowedPairs::Rule::Checked);
+      plain.rules.emplace_back(a, b, allow);
     }
+    plain.free_objects = below(2) == 0;
+    plain.base_stands_still = below(2) == 0;
+    if (plain.free_objects) rules.free_objects = ObjectRules::FreeObjects::Checked;
+    if (plain.base_stands_still) rules.base = ObjectRules::Base::StandsStill;
+    objects = objects.withRules(rules);
+  }
+
+ private:
+  std::size_t below(std::size_t count) { return chance_() % count; }
+  std::string one(const std::vector<std::string>& names) { return names[below(names.size())]; }
+
+  const std::vector<std::string> ids_{"a", "b", "c", "d", "e", "f", "g", "h"};
+  Chance chance_{5};
+};
+
+TEST_F(ObjectsOfAnArm, HaveThePairsThatAPlainImplementationOfTheRulesFinds) {
+  RandomChanges random;
+  std::map<bool, long> found;
+  Objects objects = none_;
+  PlainScene plain;
+  for (int scene = 0; scene < 1000; ++scene) {
+    random.changeObjects(objects, plain);
+    random.changeRules(objects, plain);
     ASSERT_EQ(objects.size(), static_cast<int>(plain.things.size()));
     long count = 0;
     for (const auto& [id, of_id] : plain.things) {
-      for (const std::string& link_name : links) {
+      for (const std::string& link_name : RandomChanges::kLinks) {
         const bool expected = plain.linkIsChecked(link_name, id);
         ASSERT_EQ(reason(objects, link_name.c_str(), id) == PairReason::Checked, expected) << link_name << " " << id;
         count += expected;
