@@ -530,6 +530,12 @@ TEST(SignedDistance, IsNotUniqueBetweenParallelFaces) {
   EXPECT_FALSE(signedDistance(Box{{2, 2, 2}}, Box{{1, 1, 1}}, at(0, 0, 3)).unique);
 }
 
+TEST(SignedDistance, IsNotUniqueBetweenParallelFacesOfHulls) {
+  const Shape below = hullOf(boxCorners({2, 2, 2})), above = hullOf(boxCorners({1, 1, 1}));
+  EXPECT_FALSE(signedDistance(below, above, at(0.1, 0.2, 3)).unique);
+  EXPECT_FALSE(signedDistance(below.padded(0.1), above, at(0.1, 0.2, 3)).unique);
+}
+
 TEST(SignedDistance, IsNotUniqueForConcentricSpheres) {
   EXPECT_FALSE(signedDistance(Sphere{1}, Sphere{2}, at(0, 0, 0)).unique);
 }
