@@ -1,5 +1,7 @@
 #include "stress/scene_checks.h"
 
+#include "laws/question_laws.h"
+#include "laws/scene_questions.h"
 #include "oracle/shape_pairs.h"
 #include "scene/posed_scene.h"
 #include "stress/random_geometry.h"
@@ -344,6 +346,15 @@ void seekOtherOpinions(const PairTruth& nearest, bool with_oracle, SceneObservat
   }
 }
 
+/// The laws of questions that need no truth.
+void checkLaws(const SceneCell& cell, SceneObservation& seen) {
+  const std::vector<double> not_asked_for(cell.model()->robot.joints.size(), 0.0);
+  const laws::Cell here{cell.model(), cell.objects(), {{not_asked_for, cell.poses(), cell.frames()}}};
+  for (const testing::AssertionResult& law :
+       {laws::isTheSameAskedAgain<laws::Closest>(here), laws::isTheSameInOtherThreads<laws::All>(here)})
+    if (!law && !seen.failure) seen.failure = law.message();
+}
+
 }  // namespace
 
 void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
@@ -361,6 +372,7 @@ void observeScenes(const stress::Part& part, int states, stress::Tally& tally) {
       PosedScene fresh = scene.forAnotherThread();
       fresh.update(cell.poses(), cell.frames());
       Examiner(cell, truth, fresh, seen).run();
+      checkLaws(cell, seen);
     }
     const bool with_oracle = part.number % part.per_reference == 0;
     if (const PairTruth* nearest = nearestOf(truth); nearest) seekOtherOpinions(*nearest, with_oracle, seen);
