@@ -64,20 +64,12 @@ class OnPaper(unittest.TestCase):
                 self.assertEqual(self.robot.minimum_between(starts[i], goals[j])["upper"], rows[i, j]["upper"])
         self.assertEqual((0,), self.robot.first_contact(starts[:0], goals[0]).shape)
 
-    def test_what_is_no_edge_is_refused_or_has_no_answer(self):
+    def test_what_is_not_finite_has_no_answer(self):
         rows = self.robot.first_contact([[math.nan, 0, 0], [0, 0, 0]], [1.0, 0, 0], 0.1)
         self.assertEqual([Status.UNKNOWN, Status.CONVERGED], rows["status"].tolist())
         self.assertEqual([0.0, 1.0], rows["t_free"].tolist())
         row = self.robot.minimum_between([math.nan, 0, 0], [1.0, 0, 0])
         self.assertEqual((Status.UNKNOWN, -math.inf), (row["status"], row["lower"]))
-        with self.assertRaisesRegex(ValueError, r"goal has the shape \(2,\), but it must be \(..., 3\)"):
-            self.robot.first_contact([0, 0, 0], [0, 0])
-        with self.assertRaisesRegex(ValueError, r"start has the shape \(2, 3\), and goal \(4, 3\)"):
-            self.robot.first_contact(numpy.zeros((2, 3)), numpy.zeros((4, 3)))
-        with self.assertRaisesRegex(ValueError, "distance"):
-            self.robot.first_contact([0, 0, 0], [0, 0, 0], math.nan)
-        with self.assertRaisesRegex(TypeError, "goal is a masked array"):
-            self.robot.minimum_between([0, 0, 0], numpy.ma.masked_array([0.0, 0, 0], [1, 0, 0]))
 
 
 class Splines(unittest.TestCase):
@@ -129,24 +121,11 @@ class Splines(unittest.TestCase):
         self.assertAlmostEqual(self.distance(1.0), rows["lower"][0], delta=1e-6)
         self.assertAlmostEqual(self.distance(1.5), rows["lower"][1], delta=1e-6)
 
-    def test_what_is_no_spline_is_refused_or_has_no_answer(self):
+    def test_what_is_not_finite_has_no_answer_and_a_tube_of_nought_is_the_way(self):
         def ask(**keywords):
             return self.robot.minimum_between([2.0, 0, 0], [1.0, 0, 0], **keywords)
 
         zero = [0.0, 0, 0]
-        for text, keywords in (("velocities has 3 entries", dict(velocities=[1.0, 2.0, 3.0])),
-                               ("velocities is not a pair", dict(velocities=1.0)),
-                               (r"velocities\[1\] has the shape \(2,\)", dict(velocities=(zero, [0.0, 0]))),
-                               ("accelerations need velocities", dict(accelerations=(zero, zero))),
-                               ("duration is not a positive", dict(velocities=(zero, zero), duration=0.0)),
-                               ("duration is not a positive", dict(velocities=(zero, zero), duration=math.nan)),
-                               (r"tracking_error has the shape \(2,\)", dict(tracking_error=[0.1, 0.1])),
-                               ("tracking_error has a number that is negative", dict(tracking_error=-0.1)),
-                               ("tracking_error has a number that is negative", dict(tracking_error=math.nan)),
-                               ("too fast", dict(velocities=([1e308, 0, 0], [-1e308, 0, 0]), duration=10.0)),
-                               ("do not broadcast", dict(velocities=(zero, zero), duration=[1.0, 2.0, 3.0], start=numpy.zeros((2, 3))))):
-            with self.assertRaisesRegex(ValueError, text):
-                self.robot.minimum_between(keywords.pop("start", [2.0, 0, 0]), [1.0, 0, 0], **keywords)
         self.assertEqual(Status.UNKNOWN, ask(velocities=([math.nan, 0, 0], zero))["status"])
         self.assertEqual(ask(tracking_error=0.0).tobytes(), ask().tobytes())
 

@@ -46,21 +46,12 @@ class OnPaper(unittest.TestCase):
         self.assertAlmostEqual(min((math.hypot(3.0, 5.0) - 0.2) / 3.1, (2.0 - 0.2) / 3.1), free, delta=1e-9)
 
 
-class Refusals(unittest.TestCase):
+class NotFinite(unittest.TestCase):
     def test_a_state_or_a_motion_that_is_not_finite_has_no_answer(self):
         robot = balls()
         self.assertTrue(numpy.isnan(robot.free_motion([math.nan, 0.0, 0.0])).all())
         scales = robot.free_scale([[0.0, 0.0, 0.0], [math.inf, 0.0, 0.0]], [[math.nan, 0.0, 0.0], [1.0, 0.0, 0.0]])
         self.assertTrue(numpy.isnan(scales).all())
-
-    def test_wrong_arguments_are_named(self):
-        robot = balls()
-        q = [0.0, 0.0, 0.0]
-        for arguments, options, named in [((q, math.inf), {}, "distance"), ((q,), {"influence_distance": -1.0}, "influence_distance")]:
-            with self.assertRaisesRegex(ValueError, named):
-                robot.free_motion(*arguments, **options)
-        with self.assertRaisesRegex(ValueError, "q has the shape .*motion"):
-            robot.free_scale(numpy.zeros((2, 3)), numpy.zeros((4, 3)))
 
 
 class BesideDistances(unittest.TestCase):
@@ -76,12 +67,6 @@ class BesideDistances(unittest.TestCase):
             self.assertGreater(robot.minimum(q + part * scales[:, None] * motions)["upper"].min(), distance)
         corners = motions * numpy.nan_to_num(robot.free_motion(q, distance), posinf=1.0) / numpy.abs(motions).sum(axis=1, keepdims=True)
         self.assertGreater(robot.minimum(q + corners)["upper"].min(), distance)
-
-    def test_the_answer_does_not_depend_on_other_states_or_threads(self):
-        robot = demo()
-        q = random_states(robot, repeats(600), 13)
-        together = robot.free_motion(q)
-        self.assertEqual(together[::-1].tobytes(), demo(threads=1).free_motion(q[::-1]).tobytes())
 
 
 if __name__ == "__main__":

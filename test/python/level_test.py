@@ -10,7 +10,7 @@ import unittest
 import numpy
 
 import cases
-from cases import BALLS, InFolder, balls, demo, proximity, random_states, repeats
+from cases import BALLS, balls, demo, proximity, random_states, repeats
 from proximity import Level, Status
 
 # Two pairs of the demo's robot with thresholds of their own; a link before a group.
@@ -163,41 +163,6 @@ class OfAConfiguration(unittest.TestCase):
         copy = pickle.loads(pickle.dumps(robot))
         self.assertEqual(["ball"], list(copy.objects))
         self.assertEqual(robot.level(self.Q).tobytes(), copy.level(self.Q).tobytes())
-
-    def test_what_only_a_node_uses_is_a_warning_and_what_is_wrong_an_error(self):
-        with self.assertWarnsRegex(UserWarning, "only a running node uses rate, lookahead"):
-            proximity.Robot.from_text(BALLS, config="rate: 50\nlookahead: 1")
-        with self.assertWarnsRegex(UserWarning, "its uncertainty counts where a question is given it"):
-            proximity.Robot.from_text(BALLS, config="joint_uncertainty: 0.1")
-        for text, message in (("default_padding: -1", "the configuration, line 1: default_padding is -1"),
-                              ("robots: {left: {description: a}}", "robots describes several robots"),
-                              ("link_padding: {nobody: 1}", "nobody"),
-                              ("objects: {changes: [{at: {row: 0}, operation: REMOVE, id: a}]}",
-                               "it has changes"), ("link_stop_distance: {nobody: 0}", "nobody")):
-            with self.assertRaisesRegex(ValueError, message):
-                balls(config=text)
-
-
-class Refusals(InFolder):
-    def test_without_thresholds_there_are_no_levels(self):
-        robot = balls()
-        self.assertEqual(proximity.PAIR, robot.minimum([[0.0, 0.0, 0.0]]).dtype)
-        with self.assertRaisesRegex(ValueError, "thresholds="):
-            robot.level([0.0, 0.0, 0.0])
-
-    def test_what_is_wrong_is_named_with_its_place(self):
-        for text, words in (("stop_distanc: 1", "the thresholds.*stop_distanc"), ("stop_distance: -1", "the thresholds.*is -1, outside of"),
-                            ("link_stop_distance: {moon: 1}", "the thresholds: link_stop_distance.*moon"),
-                            ("stop_distance: 1", "the thresholds: stop_distance is 1, above warn_distance")):
-            with self.subTest(text), self.assertRaisesRegex(ValueError, words):
-                balls(thresholds=text)
-
-    def test_a_file_is_named(self):
-        urdf = self.file("balls.urdf", BALLS)
-        with self.assertRaisesRegex(ValueError, "wrong.yaml: link_stop_distance"):
-            proximity.Robot(urdf, thresholds=self.file("wrong.yaml", "link_stop_distance: {moon: 1}"))
-        with self.assertRaises(FileNotFoundError):
-            proximity.Robot(urdf, thresholds=self.folder / "absent.yaml")
 
 
 if __name__ == "__main__":

@@ -241,21 +241,6 @@ rules:
         self.assertEqual(self.of_file.pairs, self.by_hand.pairs)
         self.assertEqual(len(listed), len(self.of_file.pairs))
 
-    def test_leading_dimensions_and_threads_do_not_matter(self):
-        q = random_states(self.robot, (2, 3, repeats(100)), 3)
-        flat = q.reshape(-1, q.shape[-1])
-        robot = demo(threads=1).with_objects(self.path)
-        questions = {"minimum": lambda q: robot.minimum(q), "closest": lambda q: robot.closest(q, 3),
-                     "below": lambda q: robot.below(q, 0.05), "gradient": lambda q: robot.gradient(q)[1]}
-        for name, ask in questions.items():
-            with self.subTest(name):
-                robot.threads = 1
-                expected = ask(flat)
-                robot.threads = 3
-                found = ask(q)
-                self.assertEqual(q.shape[:-1], found.shape[:3])
-                self.assertEqual(expected.tobytes(), found.tobytes())
-
     def test_an_answer_depends_on_its_state_alone(self):
         q = random_states(self.robot, repeats(300), 6)
         order = numpy.random.default_rng(7).permutation(len(q))
@@ -281,49 +266,10 @@ rules:
                           again.objects["table"].padding))
 
 
-class Refusals(InFolder):
+class Files(InFolder):
     def setUp(self):
         super().setUp()
         self.robot = balls()
-
-    def test_what_is_wrong_is_named_with_the_object(self):
-        robot = self.robot.with_object("cup", Sphere(0.1), link="arm")
-        for words, make in (
-                ('"pin".*shape 1.*radius', lambda: robot.with_object("pin", Sphere(-1))),
-                ('"pin".*size has the shape \\(2,\\)', lambda: robot.with_object("pin", Box((1, 2)))),
-                ('"pin".*pose has the shape \\(4,\\)', lambda: robot.with_object("pin", Sphere(1), (1, 2, 3, 4))),
-                ('"pin".*last row', lambda: robot.with_object("pin", Sphere(1), numpy.ones((4, 4)))),
-                ('"pin".*rotation', lambda: robot.with_object("pin", Sphere(1), numpy.diag([2.0, 1, 1, 1]))),
-                ('"pin".*no shape', lambda: robot.with_object("pin", [])),
-                ('"pin".*triangles.1. names vertex 7 of 4', lambda: robot.with_object("pin", Mesh(CORNERS, [[0, 1, 2], [0, 1, 7]]))),
-                ('"amr".*"arm"', lambda: robot.with_object("pin", Sphere(1), link="amr")),
-                ('"amr".*"arm"', lambda: robot.with_object("pin", Sphere(1), frame="amr")),
-                ('"pin".*frame: it goes without link', lambda: robot.with_object("pin", Sphere(1), frame="arm", link="arm")),
-                ('"pin".*touch_links', lambda: robot.with_object("pin", Sphere(1), touch_links=["arm"])),
-                ('"arm"', lambda: robot.with_object("arm", Sphere(1))),
-                ('"pin"', lambda: robot.without("pin")),
-                ('"pin"', lambda: robot.attached("pin", "arm", q=AT_ZERO)),
-                ('"cup"', lambda: robot.moved("cup", (0, 0, 0))),
-                ('"cup".*either', lambda: robot.detached("cup")),
-                ('"cup".*either', lambda: robot.detached("cup", (0, 0, 0), q=AT_ZERO)),
-                ("one state", lambda: robot.detached("cup", q=[AT_ZERO])),
-                ('"cpu".*"cup"', lambda: robot.allowing("cpu", "arm"))):
-            with self.subTest(words), self.assertRaisesRegex(ValueError, words):
-                make()
-        self.assertEqual(["cup"], list(robot.objects))
-
-    def test_what_is_no_shape_is_a_type_error(self):
-        for shapes in (0.1, "sphere", [0.1], [("sphere", None)], None):
-            with self.subTest(shapes), self.assertRaisesRegex(TypeError, "proximity.Sphere"):
-                self.robot.with_object("pin", shapes)
-
-    def test_files_are_refused_with_their_place(self):
-        with self.assertRaises(FileNotFoundError):
-            self.robot.with_objects(self.folder / "cell.yaml")
-        for text, words in (("objects: [{id: pin}]", "cell.yaml, line 1.*pin"), ("objects: [{id: pin, colour: red}]", "colour"),
-                            ("changes: [{at: {row: 1}, operation: REMOVE, id: pin}]", "cell.yaml.*changes")):
-            with self.subTest(text), self.assertRaisesRegex(ValueError, words):
-                self.robot.with_objects(self.file("cell.yaml", text))
 
     def test_of_two_objects_of_a_file_with_one_id_the_second_counts(self):
         sphere = "{id: pin, pose: {position: {y: 4}}, primitives: [{type: SPHERE, dimensions: [%s]}]}"
@@ -331,10 +277,6 @@ class Refusals(InFolder):
         once = self.robot.with_object("pin", Sphere(0.5), (0.0, 4.0, 0.0))
         quarter = [math.pi / 2, 0.0, 0.0]
         self.assertEqual(once.minimum(quarter)["distance"], twice.minimum(quarter)["distance"])
-
-    def test_an_open_mesh_is_a_warning(self):
-        with self.assertWarnsRegex(UserWarning, '"sheet".*not a closed surface'):
-            self.robot.with_object("sheet", Mesh(CORNERS, FACES[:2]))
 
     def test_an_rpy_of_a_file_that_looks_like_degrees_is_a_warning(self):
         turned = "objects: [{id: pin, pose: {rpy: [0, 90, 0]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}]"

@@ -308,59 +308,21 @@ class BesideTheTool(cases.InFolder):
                          self.printed(self.cloud, "--pairs", "below:0.05"))
 
 
-class Refusals(unittest.TestCase):
-    def setUp(self):
-        self.robot = balls()
-        self.q = [0.0, 0.0, 0.0]
+class Links(unittest.TestCase):
+    Q = [0.0, 0.0, 0.0]
 
-    def assert_refused(self, message, question, *arguments, error=ValueError, **options):
-        with self.subTest(message), self.assertRaisesRegex(error, message):
-            question(self.q, *arguments, **options)
-
-    def test_wrong_points_are_named_by_number(self):
-        ask, points = self.robot.point_distance, random_points(2000, 13)
-        for bad in (math.nan, math.inf):
-            wrong = points.copy()
-            wrong[1500, 1] = bad
-            self.assert_refused(r"points\[1500\] is not finite", ask, wrong)
-            self.assert_refused(r"points\[1500\] is not finite", ask, wrong.reshape(2, 1000, 3))
-        for bad in (-0.1, math.nan, math.inf):
-            self.assert_refused(r"radii\[0\] is negative or not finite", ask, points, bad)
-            self.assert_refused(r"radii\[3\] is negative or not finite", ask, points[:4], [0.0, 0.0, 0.0, bad])
-
-    def test_wrong_rays_are_named_by_number(self):
-        ask, origins = self.robot.first_hit, random_points(3, 14)
-        self.assert_refused(r"origins\[1\] is not finite", ask, [[0.0] * 3, [math.nan] * 3], [1.0, 0.0, 0.0])
-        self.assert_refused(r"directions\[2\] is not finite, or has no length", ask, origins, [[1.0] * 3, [1.0] * 3, [0.0] * 3])
-        for bad in (0.0, -1.0, math.nan):
-            self.assert_refused(r"ranges\[2\] is not positive", ask, origins, [1.0, 0.0, 0.0], [1.0, math.inf, bad])
-
-    def test_wrong_shapes_are_told_with_the_right_one(self):
-        self.assert_refused(r"points has the shape \(4, 2\), but it must be \(\.\.\., 3\)", self.robot.point_distance, numpy.zeros((4, 2)))
-        self.assert_refused(r"points has the shape \(\)", self.robot.point_distance, 1.0)
-        self.assert_refused(r"points has the shape \(4, 3\), and radii", self.robot.point_distance, numpy.zeros((4, 3)), [1.0, 2.0])
-        self.assert_refused(r"directions has the shape \(1,\)", self.robot.first_hit, numpy.zeros((4, 3)), [1.0])
-        with self.assertRaisesRegex(ValueError, "q has the shape"):
-            self.robot.point_distance([0.0], numpy.zeros((4, 3)))
-        self.assert_refused("points has the dtype", self.robot.point_distance, [[1j, 0, 0]], error=TypeError)
-
-    def test_wrong_names_and_numbers_are_named(self):
-        for ask in (lambda q, **options: self.robot.point_distance(q, [0.0, 0.0, 9.0], **options),
-                    lambda q, **options: self.robot.first_hit(q, [0.0, 0.0, 9.0], [1.0, 0.0, 0.0], **options)):
-            self.assert_refused('there is no link or object "armm" .did you mean "arm"', ask, links=["base", "armm"])
-            self.assert_refused('link "carriage" has no collision geometry', ask, links=["carriage"])
-            self.assert_refused("links is empty", ask, links=[])
-            self.assert_refused("tolerance is not a number", ask, tolerance=math.nan)
-            self.assert_refused("time_budget", ask, time_budget=-1.0)
-            self.assert_refused("incompatible function arguments", ask, links="arm", error=TypeError)
-        self.assert_refused("threshold is not a number", self.robot.point_distance, [0.0, 0.0, 9.0], threshold=math.nan)
+    def test_are_a_list_and_no_text(self):
+        for ask in (lambda **links: balls().point_distance(self.Q, self.Q, **links),
+                    lambda **links: balls().first_hit(self.Q, self.Q, [1.0, 0.0, 0.0], **links)):
+            with self.assertRaisesRegex(TypeError, "incompatible function arguments"):
+                ask(links="arm")
 
     def test_a_link_of_which_no_mesh_is_there_does_not_count(self):
         text = BALLS.replace('<sphere radius="0.5"/>', '<mesh filename="file:///nowhere.stl"/>')
         with cases.no_warnings():
             robot = proximity.Robot.from_text(text, allow_missing_meshes=True)
-        self.assertEqual(BASE, robot.point_distance(self.q, [1.0, 0.0, 1.0])["link"])
-        self.assertEqual(Hit.FREE, robot.first_hit(self.q, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0])["hit"])
+        self.assertEqual(BASE, robot.point_distance(self.Q, [1.0, 0.0, 1.0])["link"])
+        self.assertEqual(Hit.FREE, robot.first_hit(self.Q, [0.0, 0.0, 1.0], [0.0, 0.0, 1.0])["hit"])
 
 
 if __name__ == "__main__":

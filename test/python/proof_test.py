@@ -40,17 +40,6 @@ class OnPaper(unittest.TestCase):
         self.assertEqual(list(range(len(rows))), list(rows["pair"]))
 
 
-class Refusals(unittest.TestCase):
-    def test_wrong_boxes_are_named(self):
-        for arguments, named in ((([0.0, 0.0], None), "lower"), (([5.0, 0.0, 0.0], [1.0, 0.0, 0.0]), "finite interval"),
-                                 ((None, [math.nan, 0.0, 0.0]), "finite interval"), ((None, None, -1.0), "contact distance"),
-                                 ((numpy.zeros((2, 3)), None), "lower")):
-            with self.assertRaisesRegex(ValueError, named):
-                balls(only_pairs=ARM_AND_BASE).prove(*arguments)
-        with self.assertRaisesRegex(ValueError, "seconds"):
-            balls().prove(seconds=-1.0)
-
-
 class BesideDistances(unittest.TestCase):
     def test_no_state_of_a_box_contradicts_a_proof(self):
         robot, width = demo(), 0.02

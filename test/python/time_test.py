@@ -90,17 +90,6 @@ class TimeBudget(unittest.TestCase):
         self.assertLessEqual(row["lower"], row["upper"])
         self.assertLessEqual(row["lower"], self.robot.minimum(q[:2])["upper"].min())
 
-    def test_wrong_ones_are_refused(self):
-        q = random_states(self.robot, 2, 7)
-        for seconds in (-1.0, math.nan):
-            for ask in (lambda: self.robot.minimum(q, time_budget=seconds),
-                        lambda: self.robot.first_contact(q[0], q[1], time_budget=seconds),
-                        lambda: self.robot.prove(time_budget=seconds)):
-                with self.assertRaisesRegex(ValueError, "time_budget"):
-                    ask()
-        with self.assertRaisesRegex(TypeError, "another name of time_budget"):
-            self.robot.prove(time_budget=1.0, seconds=1.0)
-
 
 # Begins to load a mesh of seconds. Afterwards it loads the same one with a tolerance of metres, which is one hull at once.
 LOADING = """

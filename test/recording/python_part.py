@@ -88,7 +88,7 @@ def answer_to(question, names):
 
 def answers(group, asked):
     import proximity
-    names = {**vars(proximity), "proximity": proximity, "numpy": numpy, "nan": math.nan, "states": states, "at": at,
-             "text": text, "pickle": pickle, **robots.PLACES}
+    names = {**vars(proximity), "proximity": proximity, "numpy": numpy, "nan": math.nan, "inf": math.inf, "states": states, "at": at,
+             "text": text, "pickle": pickle, "pathlib": pathlib, **robots.PLACES}
     for question in asked:
         yield question, answer_to(question, names)
