@@ -319,11 +319,4 @@ TEST(HastyNode, HasNoMinimumOfPairsThatItDidNotLookAt) {
   }
 }
 
-TEST(HastyNode, HasNoDistance) {
-  const ros::Time stamp = gantry().moveTo({0.5, 0.0, 0.0});
-  const auto response = call<MinimumDistanceResponse>(kHasty + "minimum_distance", baseAndBall(stamp));
-  expectRefusal(response, QueryStatus::OVER_BUDGET, "1 of 1 pairs have no answer");
-  EXPECT_TRUE(saysNothing(response.pair));
-}
-
 }  // namespace proximity_server::node::load_test

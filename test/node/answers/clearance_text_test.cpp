@@ -1,6 +1,7 @@
 // The line about the pair that sets the level.
 #include "node/answers/clearance_text.h"
 #include "node/monitor/slider_robot.h"
+#include "robots/urdf.h"
 
 #include <gtest/gtest.h>
 
@@ -72,9 +73,8 @@ TEST_F(ClearanceLine, HasTheGuaranteedDistanceIfThatDecides) {
 }
 
 TEST(ClearanceLineOfAngles, TakesTheShortWayAcrossHalfATurn) {
-  const std::string urdf = R"(<robot name="wheel"><link name="base"/><link name="arm"/>
-    <joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>)";
-  const Robot robot(urdf, "", Config());
+  using namespace robots;
+  const Robot robot(urdfOf(link("base") + link("arm") + hinge("hinge", "base", "arm", "0 0 1")), "", Config());
   ClearanceText text(robot.robotModel());
   text.move(scene::forwardKinematics(robot.robotModel(), std::vector<double>{3.1}), ros::Time(1.0));
   text.move(scene::forwardKinematics(robot.robotModel(), std::vector<double>{-3.1}), ros::Time(1.5));

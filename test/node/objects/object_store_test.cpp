@@ -221,81 +221,6 @@ TEST_F(ObjectsOfASlider, MayTouchWhatTheRulesAllow) {
   EXPECT_EQ(store_.list().rules.size(), 2u);
 }
 
-// Each row is refused with these words, and then nothing of its message is done.
-TEST_F(ObjectsOfASlider, RefuseWithNameFieldAndReason) {
-  apply({addBall("bar"), addBall("held"), attach("held", "hand")});
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  const auto with = [](ObjectChange base, auto edit) {
-    edit(base);
-    return base;
-  };
-  const auto added = [&](auto edit) { return with(addBall("new"), edit); };
-  const auto triangle = [](shape_msgs::Mesh& mesh, std::uint32_t vertex) {
-    mesh.vertices.resize(3);
-    mesh.triangles.resize(1);
-    mesh.triangles[0].vertex_indices = {0, 1, vertex};
-  };
-  struct Row {
-    ObjectChange change;
-    std::vector<std::string> words;
-  };
-  const std::vector<Row> rows = {
-      {addBall("bar"), {"\"bar\"", "id", "already"}},
-      {addBall(""), {"id", "empty"}},
-      {addBall("*"), {"id", "all objects"}},
-      {addBall("hand"), {"\"hand\"", "id", "link"}},
-      {added([](auto& c) { c.operation = 9; }), {"operation", "9"}},
-      {added([](auto& c) { c.primitives.clear(); }), {"\"new\"", "no shape"}},
-      {added([](auto& c) { c.primitives[0].dimensions = {-1.0}; }), {"\"new\"", "primitives[0]"}},
-      {added([](auto& c) { c.primitives[0].dimensions = {std::nan("")}; }), {"primitives[0]"}},
-      {added([](auto& c) {
-         c.primitives[0].dimensions = {1.0, 2.0};
-       }),
-       {"primitives[0]", "dimensions", "radius"}},
-      {added([](auto& c) { c.primitives[0].type = 77; }), {"primitives[0]", "type 77"}},
-      {added([](auto& c) { c.primitive_poses.resize(2); }), {"primitive_poses", "2", "1"}},
-      {added([&](auto& c) { c.primitive_poses = {at(kNaN, 0, 0)}; }), {"primitive_poses[0]", "not finite"}},
-      {added([&](auto& c) { c.pose = at(kNaN, 0, 0); }), {"pose", "not finite"}},
-      {added([&](auto& c) { c.pose = at(1e300, 0, 0); }), {"pose", "1e6 m"}},
-      {added([](auto& c) { c.pose.orientation.x = HUGE_VAL; }), {"pose", "orientation"}},
-      {added([](auto& c) { c.padding = -1.0; }), {"padding", "negative"}},
-      {added([](auto& c) { c.header.frame_id = "nowhere"; }), {"\"new\"", "nowhere"}},
-      {added([](auto& c) { c.frame = "nowhere"; }), {"\"new\"", "nowhere"}},
-      {added([](auto& c) { c.link = "hnd"; }), {"link", "\"hnd\"", "\"hand\""}},
-      {added([](auto& c) { c.link = "hand", c.touch_links = {"rial"}; }), {"touch_links", "\"rial\"", "\"rail\""}},
-      {added([](auto& c) { c.touch_links = {"rail"}; }), {"touch_links", "link"}},
-      {added([](auto& c) { c.link = "hand", c.frame = "camera"; }), {"frame", "link"}},
-      {added([](auto& c) { c.keep_pose = true; }), {"keep_pose", "ADD"}},
-      {added([&](auto& c) { triangle(c.meshes.emplace_back(), 3); }), {"meshes[0]", "triangles[0]", "vertex 3"}},
-      {added([&](auto& c) { c.meshes.resize(1); }), {"no triangle"}},
-      {added([](auto& c) { c.mesh_files.resize(1); }), {"mesh_files[0]", "relative path"}},
-      {added([](auto& c) { c.mesh_files.resize(1), c.mesh_files[0].uri = "a.stl"; }),
-       {"mesh_files[0]", "'a.stl' is a relative path"}},
-      {added([](auto& c) { c.mesh_files.resize(1), c.mesh_files[0].uri = "http://host/a.stl"; }),
-       {"mesh_files[0]", "http://host/a.stl: only package://"}},
-      {added([](auto& c) { c.mesh_files.resize(1), c.mesh_files[0].uri = "/no.stl"; }), {"\"new\"", "/no.stl"}},
-      {added([](auto& c) { c.mesh_files.resize(1), c.mesh_files[0].uri = "file:///no.stl"; }), {"\"new\"", "no.stl"}},
-      {added([](auto& c) { c.planes.resize(1); }), {"planes[0]", "coef"}},
-      {added([](auto& c) {
-         c.link = "hand", c.planes.resize(1), c.planes[0].coef = {1, 0, 0, 0};
-       }),
-       {"link", "plane"}},
-      {change(ObjectChange::MOVE, "baz"), {"\"baz\"", "no object", "\"bar\""}},
-      {change(ObjectChange::MOVE, "held"), {"\"held\"", "hand", "holds"}},
-      {with(change(ObjectChange::MOVE, "bar"), [](auto& c) { c.primitives = {kBall}; }), {"shapes", "MOVE"}},
-      {with(change(ObjectChange::MOVE, "bar"), [](auto& c) { c.mesh_poses.resize(1); }), {"mesh_poses", "1", "0"}},
-      {change(ObjectChange::APPEND, "bar"), {"\"bar\"", "shapes"}},
-      {change(ObjectChange::ATTACH, "bar"), {"\"bar\"", "link", "empty"}},
-      {attach("bar", "nothing"), {"link", "\"nothing\""}},
-      {change(ObjectChange::DETACH, "bar"), {"\"bar\"", "no link holds it"}},
-      {with(change(ObjectChange::REMOVE, "bar"), [](auto& c) { c.link = "hand"; }), {"link", "REMOVE"}},
-  };
-  for (const Row& row : rows) {
-    const std::string text = refusal({addBall("first"), row.change});
-    for (const std::string& word : row.words) EXPECT_NE(text.find(word), std::string::npos) << word << " in: " << text;
-  }
-}
-
 TEST_F(ObjectsOfASlider, ReadMeshFilesBelowAllowedRootsOnly) {
   Config config;
   config.allowed_mesh_roots = {"/usr/share"};
@@ -514,16 +439,6 @@ TEST_F(ObjectsOfASlider, BoxesMayHaveASizeEach) {
   EXPECT_NEAR(distanceToRail("map"), 0.8, 1e-9);
   apply({addBoxes("larger", {1.0, 3.0}, {0.2, 4.4})});
   EXPECT_NEAR(distanceToRail("larger"), 0.7, 1e-9);
-}
-
-TEST_F(ObjectsOfASlider, WrongBoxesAreRefused) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, 2.0, 3.0}, {0.2, 0.2})}), "boxes[0]: sizes has 2 entries");
-  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0}, {})}), "boxes[0]: sizes has 0 entries");
-  EXPECT_PRED2(holds, refusal({addBoxes("map", {}, {0.2})}), "there are no boxes");
-  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, 2.0}, {0.2, 0.0})}), "box 2");
-  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, 2.0}, {0.2, -1.0})}), "box 2");
-  EXPECT_PRED2(holds, refusal({addBoxes("map", {1.0, kNaN}, {0.2})}), "box 2");
 }
 
 TEST_F(ObjectsOfASlider, BoxesMoveWithTheirPoses) {

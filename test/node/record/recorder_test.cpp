@@ -2,6 +2,7 @@
 #include "node/record/bag_file.h"
 #include "node/record/recorded_sliders.h"
 #include "node/robot/load_config.h"
+#include "robots/urdf.h"
 
 #include <gtest/gtest.h>
 #include <rosbag/bag.h>
@@ -182,10 +183,8 @@ TEST(RecordMessages, HaveAllSettings) {
 }
 
 TEST(RecordMessages, HaveTheRateOfAJointThatPassesHalfATurn) {
-  const Robot robot(
-      R"(<robot name="wheel"><link name="base"/><link name="rim"/><joint name="axle" type="continuous">
-         <parent link="base"/><child link="rim"/><axis xyz="0 0 1"/></joint></robot>)",
-      "", Config());
+  using namespace robots;
+  const Robot robot(urdfOf(link("base") + link("rim") + hinge("axle", "base", "rim", "0 0 1")), "", Config());
   const auto jointsAt = [&](double angle, double time, const sensor_msgs::JointState& before) {
     RecordedCycle cycle;
     cycle.poses.assign(2, Eigen::Isometry3d::Identity());

@@ -17,6 +17,7 @@
 #include <regex>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 #include <type_traits>
 
 namespace proximity_server::node::parameters_test {
@@ -335,35 +336,33 @@ TEST(TrackedParameter, HasANameAndNumbersByDefault) {
 }
 
 TEST(TrackedParameter, IsRefusedByEntryAndField) {
-  const auto refusal = [](const auto& spoil) {
+  const auto refusal = [](const std::string& field, const XmlRpcValue& value) {
     XmlRpcValue list;
     list[0] = people();
     list[1] = people();
     list[1]["name"] = "cart";
-    spoil(list);
+    list[1][field] = value;
     return scene::errorOf([&] { configWith("tracked", list); });
   };
-  const std::string entry = "parameter /node/tracked[1]";
-  EXPECT_EQ(refusal([](XmlRpcValue&) {}), "");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list = 1.0; }),
+  EXPECT_EQ(refusal("radius", 0.3), "");
+  const std::tuple<std::string, XmlRpcValue, std::string> kRefusals[] = {
+      {"topic", "no topic", " is no name of a topic: 'no topic'"},
+      {"type", "LaserScan", " is 'LaserScan', but must be PoseArray or PointCloud2"},
+      {"radius", 0.0, " is 0, outside of [0.001, 10]"},
+      {"max_age", "old", " must be a number"},
+      {"raduis", 1.0, " is unknown: did you mean 'radius'?"},
+      {"near_speed", 1.0, " must not be below speed"},
+      {"name", "", " is '', no name of an object"},
+      {"name", "*", " is '*', no name of an object"},
+      {"name", "seen/people", " is 'seen/people', as that of an entry before it"}};
+  for (const auto& [field, value, reason] : kRefusals)
+    EXPECT_EQ(refusal(field, value), "parameter /node/tracked[1]/" + field + reason);
+  EXPECT_EQ(scene::errorOf([] { configWith("tracked", 1.0); }),
             "parameter /node/tracked must be a list of {topic: ..., type: ..., radius: ...}");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1] = "/people"; }),
-            entry + " must be of the form {topic: /people, type: PoseArray, radius: 0.3}");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["topic"] = "no topic"; }),
-            entry + "/topic is no name of a topic: 'no topic'");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["type"] = "LaserScan"; }),
-            entry + "/type is 'LaserScan', but must be PoseArray or PointCloud2");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["radius"] = 0.0; }),
-            entry + "/radius is 0, outside of [0.001, 10]");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["max_age"] = "old"; }), entry + "/max_age must be a number");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["raduis"] = 1.0; }),
-            entry + "/raduis is unknown: did you mean 'radius'?");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["near_speed"] = 1.0; }),
-            entry + "/near_speed must not be below speed");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = ""; }), entry + "/name is '', no name of an object");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "*"; }), entry + "/name is '*', no name of an object");
-  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["name"] = "seen/people"; }),
-            entry + "/name is 'seen/people', as that of an entry before it");
+  XmlRpcValue of_text;
+  of_text[0] = "/people";
+  EXPECT_EQ(scene::errorOf([&] { configWith("tracked", of_text); }),
+            "parameter /node/tracked[0] must be of the form {topic: /people, type: PoseArray, radius: 0.3}");
   XmlRpcValue without_radius, list;
   without_radius["topic"] = "/people";
   without_radius["type"] = "PoseArray";

@@ -15,6 +15,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <tuple>
 
 // Several robots in one node: their parameters, frames and transforms.
 
@@ -74,20 +75,17 @@ TEST(RobotsOfTheParameters, AreTheSingleOneOfTheOtherParametersWhereThereAreNone
 }
 
 TEST(RobotsOfTheParameters, AreRefusedByNameWhereTheyAreWrong) {
+  const std::tuple<std::string, XmlRpcValue, std::string> kRefusals[] = {
+      {"tf_prefx", "right", " is unknown: did you mean 'tf_prefix'?"},
+      {"tf_prefix", 3, " must be a text"},
+      {"description", "", " is missing: the name of the parameter with the robot's URDF"},
+      {"joint_states", "joint states", " is no name of a topic: 'joint states'"}};
+  for (const auto& [field, value, reason] : kRefusals) {
+    XmlRpcValue values = leftAndRight();
+    values["robots"]["right"][field] = value;
+    expectRefusal(values, "parameter /node/robots/right/" + field + reason);
+  }
   XmlRpcValue values = leftAndRight();
-  values["robots"]["right"]["tf_prefx"] = "right";
-  expectRefusal(values, "parameter /node/robots/right/tf_prefx is unknown: did you mean 'tf_prefix'?");
-  values = leftAndRight();
-  values["robots"]["right"]["tf_prefix"] = 3;
-  expectRefusal(values, "parameter /node/robots/right/tf_prefix must be a text");
-  values = leftAndRight();
-  values["robots"]["right"]["description"] = "";
-  expectRefusal(values,
-                "parameter /node/robots/right/description is missing: the name of the parameter with the robot's URDF");
-  values = leftAndRight();
-  values["robots"]["right"]["joint_states"] = "joint states";
-  expectRefusal(values, "parameter /node/robots/right/joint_states is no name of a topic: 'joint states'");
-  values = leftAndRight();
   values["robots"]["a/b"] = values["robots"]["left"];
   expectRefusal(values, "parameter /node/robots/a/b names a robot: letters, digits and underscores, a letter first");
   values = leftAndRight();

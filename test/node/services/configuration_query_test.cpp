@@ -2,7 +2,6 @@
 #include "node/asked_robot.h"
 #include "node/services/queries.h"
 
-#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -177,20 +176,6 @@ TEST_F(FreeMotionQuery, IsNoughtWhereAPoseIsMissing) {
   EXPECT_EQ(response.free_motion, std::vector<double>(3, 0.0));
 }
 
-TEST_F(FreeMotionQuery, RefusesWhatIsNotAboutAllPairs) {
-  auto request = asking();
-  request.group = "lifted";
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "want_free_motion");
-  request = asking();
-  request.motion = state({"x_axi"}, {0.5});
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "motion: there is no joint 'x_axi'");
-  request.motion = state({"x_axis"}, {});
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "joint 'x_axis' has no position");
-  request = asking();
-  request.free_motion_distance = std::numeric_limits<double>::infinity();
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "free_motion_distance");
-}
-
 // ---- joints that are not named
 
 using MissingJoints = AskedGantry;
@@ -323,55 +308,6 @@ TEST_F(FloatingJoint, StandsAsInTfOrAtItsOrigin) {
 
 TEST_F(FloatingJoint, HasNotOnePosition) {
   expectRefusal(ask(asking({state({"flight"}, {0.0})})), QueryStatus::INVALID_ARGUMENT, "'flight'");
-}
-
-// ---- bad requests
-
-class BadState : public AskedGantry {
- protected:
-  void expectRefusalOf(const sensor_msgs::JointState& bad, const std::string& named) {
-    const auto response = ask(asking({gantryAt({0.5, 0.0, 0.0}), bad}));
-    expectRefusal(response, QueryStatus::INVALID_ARGUMENT, "state 1: ");
-    EXPECT_NE(response.status.message.find(named), std::string::npos) << response.status.message;
-    EXPECT_TRUE(response.states.empty());
-  }
-};
-
-TEST_F(BadState, WithAnUnknownJointIsAnsweredWithTheNearestName) {
-  expectRefusalOf(state({"x_axi"}, {0.5}), "there is no joint 'x_axi': did you mean 'x_axis'?");
-}
-
-TEST_F(BadState, WithAFixedJointIsRefused) {
-  expectRefusalOf(state({"post_to_block"}, {0.0}), "joint 'post_to_block' is fixed");
-}
-
-TEST_F(BadState, ThatNamesAJointTwiceIsRefused) {
-  expectRefusalOf(state({"x_axis", "lift", "x_axis"}, {0.5, 0.0, 0.5}), "joint 'x_axis' is named twice");
-}
-
-TEST_F(BadState, WithTooFewOrTooManyPositionsIsRefused) {
-  expectRefusalOf(state({"x_axis", "lift"}, {0.5}), "joint 'lift' has no position");
-  expectRefusalOf(state({"x_axis"}, {0.5, 0.1}), "after that of joint 'x_axis'");
-}
-
-TEST_F(BadState, ThatIsNotFiniteIsRefused) {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    expectRefusalOf(state({"x_axis", "lift"}, {0.5, bad}), "the position of joint 'lift' is not finite");
-  }
-}
-
-using BadConfiguration = AskedGantry;
-
-TEST_F(BadConfiguration, WithoutStatesOrOfNoKnownKindIsRefused) {
-  expectRefusal(ask(asking({})), QueryStatus::INVALID_ARGUMENT, "states");
-  auto request = asking({gantryAt({0.5, 0.0, 0.0})});
-  request.missing_joints = 2;
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, "missing_joints 2");
-  request.missing_joints = 0;
-  request.mode = 9;
-  const auto response = ask(request);
-  expectRefusal(response, QueryStatus::INVALID_ARGUMENT, "mode 9");
-  EXPECT_TRUE(response.states.empty());
 }
 
 // ---- max_batch, which is 10; 2 pairs are checked

@@ -276,81 +276,7 @@ TEST_F(ReferenceFrameOfMotion, OfALinkCarriesFixedObjects) {
   expectNear(response.pair.point_b, 0.0, 0.4, 0.0, 1e-5);
 }
 
-// ---- what cannot be answered
-
-using BadContactRequest = TimeOfContact;
-
-TEST_F(BadContactRequest, NumbersAreNamed) {
-  const auto good = sliding(-0.5, {1.0, 0.0, 0.0});
-  for (const double bad : {0.0, -1.0, kNaN, std::numeric_limits<double>::infinity()}) {
-    auto request = good;
-    request.horizon = bad;
-    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "horizon");
-  }
-  auto request = good;
-  request.contact_distance = -1.0;
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "contact_distance");
-  for (const double bad : {-1.0, kNaN}) {
-    request = good;
-    request.tolerance = bad;
-    expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "tolerance");
-  }
-  request = good;
-  request.time_budget = ros::Duration(-1.0);
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "time_budget");
-}
-
-TEST_F(BadContactRequest, MustMoveEitherLinksOrJoints) {
-  auto request = sliding(-0.5, {1.0, 0.0, 0.0});
-  request.links = {"ball"};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "same length");
-  request.twists = {twist({-0.5, 0.0, 0.0})};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "not both");
-  expectFailure(ask(between("base", "ball", request.stamp)), QueryStatus::INVALID_ARGUMENT, "nothing moves");
-}
-
-TEST_F(BadContactRequest, LinksAndJointsAreNamed) {
-  auto request = between("base", "ball", moveTo({1.0, 0.0, 0.0}));
-  request.links = {"bal"};
-  request.twists = {twist({-0.5, 0.0, 0.0})};
-  expectFailure(ask(request), QueryStatus::UNKNOWN_LINK, "did you mean 'ball'?");
-  request.links = {"ball"};
-  request.twists = {twist({-0.5, kNaN, 0.0})};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the twist of link 'ball' is not finite");
-
-  request = sliding(-0.5, {1.0, 0.0, 0.0});
-  request.joints.velocity.clear();
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "joint 'x_axis' has no velocity");
-  request.joints.velocity = {kNaN};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the velocity of joint 'x_axis' is not finite");
-  request.joints.velocity = {-0.5};
-  request.joints.position = {std::numeric_limits<double>::infinity()};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "the position of joint 'x_axis' is not finite");
-  request.joints.position.clear();
-  request.joints.velocity = {1e308};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "horizon");
-  request.joints.velocity = {-0.5};
-  request.joints.name = {"x_axes"};
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "did you mean 'x_axis'?");
-}
-
-TEST_F(BadContactRequest, PairsThatTheFilterExcludesNeedIgnoreFilter) {
-  auto request = between("base", "block", moveTo({1.0, 0.0, 0.0}));
-  request.joints.name = {"lift"};
-  request.joints.velocity = {0.1};
-  expectFailure(ask(request), QueryStatus::PAIR_EXCLUDED, "adjacent");
-  request.ignore_filter = true;
-  const auto response = ask(request);
-  EXPECT_TRUE(response.success) << response.status.message;
-  expectMinimum(response.minimum, 0.8);
-}
-
-TEST_F(BadContactRequest, WithoutTfNothingIsSaid) {
-  auto request = between("base", "ball", ros::Time());
-  request.joints.name = {"x_axis"};
-  request.joints.velocity = {-0.5};
-  expectFailure(ask(request), QueryStatus::TF_UNAVAILABLE, "_axis'");
-}
+// ---- time budgets
 
 using TimeBudget = TimeOfContact;
 
@@ -595,26 +521,6 @@ TEST_F(ReferenceFrameOfMotion, OfALinkIsThatOfTheTimeOfContactOnATrajectory) {
   const auto response = ask(towardsTheBase());
   expectContact(response, 1.0 + 4.0 / 3.0, 0.3);
   expectNear(response.pair.point_a, 0.0, 0.1, 0.0, 1e-5);
-}
-
-using BadTrajectory = AskedGantry;
-
-TEST_F(BadTrajectory, PointsAndJointsAreNamed) {
-  const auto with = [](const std::vector<WayPoint>& points) { return along({"x_axis", "lift"}, points); };
-  const int invalid = QueryStatus::INVALID_ARGUMENT;
-  expectFailure(ask(with({})), invalid, "two points");
-  expectFailure(ask(with({{0.0, {1.0, 0.0}}})), invalid, "two points");
-  expectFailure(ask(along({}, {{0.0, {}}, {1.0, {}}})), invalid, "no joints");
-  expectFailure(ask(with({{0.0, {1.0, 0.0}}, {1.0, {1.0}}})), invalid, "point 1: joint 'lift' has no position");
-  expectFailure(ask(with({{0.0, {1.0, 0.0, 0.0}}, {1.0, {1.0, 0.0}}})), invalid, "point 0: one position too many");
-  expectFailure(ask(with({{0.0, {1.0, 0.0}}, {1.0, {1.0, kNaN}}})), invalid, "point 1: the position of joint 'lift'");
-  expectFailure(ask(with({{0.0, {1.0, 0.0}}, {1.0, {1.0, 0.0}}, {1.0, {0.5, 0.0}}})), invalid, "point 2");
-  expectFailure(ask(along({"x_axis", "x_axis"}, {{0.0, {1.0, 0.0}}, {1.0, {1.0, 0.0}}})), invalid, "named twice");
-  expectFailure(ask(along({"x_axes"}, {{0.0, {1.0}}, {1.0, {1.0}}})), invalid, "did you mean 'x_axis'?");
-}
-
-TEST_F(BadTrajectory, WithoutTheTfItNeedsNothingIsSaid) {
-  expectFailure(ask(along({"x_axis"}, {{0.0, {1.0}}, {1.0, {0.0}}})), QueryStatus::TF_UNAVAILABLE, "'y_axis'");
 }
 
 TEST_F(TimeBudget, ThatEndsLeavesTheOtherSegmentsUnknown) {
@@ -982,59 +888,6 @@ TEST(RandomPresentTurns, AreThoseOfAWayFromTheStatedPositions) {
     EXPECT_NE(before.certified, kFromPresent) << i;
   }
   EXPECT_GT(other_turns, 10);
-}
-
-using BadSpline = AskedGantry;
-
-TEST_F(BadSpline, FieldsAndPointsAreNamed) {
-  const int invalid = QueryStatus::INVALID_ARGUMENT;
-  const auto good = dipping(0.4);
-  const auto with = [&](const auto& change) {
-    auto request = good;
-    change(request);
-    return ask(request);
-  };
-  using Request = QueryTrajectoryRequest&;
-  expectFailure(with([](Request r) { r.interpolation = 7; }), invalid, "interpolation 7 does not exist");
-  expectFailure(with([](Request r) { r.trajectory.points[1].velocities = {0.4}; }), invalid,
-                "point 1: joint 'y_axis' has no velocity");
-  expectFailure(with([](Request r) {
-                  r.trajectory.points[0].velocities = {0.4, 0.0, 0.0};
-                }),
-                invalid, "point 0: one velocity too many");
-  expectFailure(with([](Request r) { r.trajectory.points[1].velocities[0] = kNaN; }), invalid,
-                "point 1: the velocity of joint 'x_axis' is not finite");
-  expectFailure(with([](Request r) { r.trajectory.points[1].velocities[0] = 1e308; }), invalid,
-                "joint 'x_axis' is too fast");
-  expectFailure(with([](Request r) {
-                  r.interpolation = QueryTrajectoryRequest::QUINTIC;
-                  r.trajectory.points[1].accelerations = {kNaN, 0.0};
-                }),
-                invalid, "point 1: the acceleration of joint 'x_axis' is not finite");
-  for (const std::vector<double>& errors : {std::vector<double>{0.1, -0.1}, {0.1, kNaN}})
-    expectFailure(with([&](Request r) { r.tracking_error = errors; }), invalid,
-                  "tracking_error 1, of joint 'y_axis', is not a number from 0 on");
-  expectFailure(with([](Request r) { r.tracking_error = {-0.1}; }), invalid, "tracking_error 0 is not");
-  expectFailure(with([](Request r) {
-                  r.tracking_error = {0.1, 0.1, 0.1};
-                }),
-                invalid, "tracking_error: there are 3 numbers for 2 joints");
-  expectFailure(with([](Request r) { r.present_velocities = {0.1, 0.1}; }), invalid, "without from_present_state");
-}
-
-TEST_F(BadSpline, PresentStateNeedsALaterPoint) {
-  const int invalid = QueryStatus::INVALID_ARGUMENT;
-  auto request = dipping(0.4);
-  request.stamp = moveTo({0.6, 0.0, 0.0});
-  request.from_present_state = true;
-  request.present_velocities = {0.1};
-  expectFailure(ask(request), invalid, "present_velocities: joint 'y_axis' has no velocity");
-  request.present_velocities.clear();
-  request.trajectory.points[1].time_from_start = ros::Duration(0.0);
-  request.trajectory.points.erase(request.trajectory.points.begin());
-  expectFailure(ask(request), invalid, "no point of the trajectory is later than the present state");
-  request.trajectory.points.clear();
-  expectFailure(ask(request), invalid, "the trajectory has no points");
 }
 
 TEST_F(TimeBudget, ThatEndsOnASplineLeavesItOpen) {

@@ -77,12 +77,6 @@ TEST_F(Objects, AreNamedInRequestsAsLinksAre) {
   EXPECT_EQ(links(ask(between("", "")).pair), (std::set<std::string>{"ball", "part"}));
 }
 
-TEST_F(Objects, OfUnknownNamesTheNearestOfLinksAndObjectsIsNamed) {
-  add({addBall("part", poseAt(1.0, 0.5, 0.0))});
-  expectRefusal(ask(between("ball", "pert")), QueryStatus::UNKNOWN_LINK, "'part'");
-  expectRefusal(ask(between("ball", "blok")), QueryStatus::UNKNOWN_LINK, "'block'");
-}
-
 TEST_F(Objects, AreAskedAsAWhole) {
   add({addBall("part", poseAt(1.0, 0.5, 0.0))});
   MinimumDistanceRequest request = between("ball", "part");
@@ -91,22 +85,6 @@ TEST_F(Objects, AreAskedAsAWhole) {
   request.a = answer.a;
   request.b = answer.b;
   EXPECT_EQ(ask(request).pair.distance, answer.distance);
-  request.b.index = 2;
-  expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT,
-                "object 'part' has shapes up to number 1, asked was number 2");
-}
-
-TEST_F(Objects, AreRefusedIfNameRobotOrKindIsThatOfAnother) {
-  add({addBall("part", poseAt(1.0, 0.5, 0.0))});
-  const auto refusedAfter = [&](const auto& change, const std::string& reason) {
-    MinimumDistanceRequest request = between("ball", "part");
-    change(request);
-    expectRefusal(ask(request), QueryStatus::INVALID_ARGUMENT, reason);
-  };
-  refusedAfter([](auto& request) { request.b.name = "lid"; }, "name is 'lid', but that of 'part' is ''");
-  refusedAfter([](auto& request) { request.b.robot = "left"; }, "robot is 'left', but that of 'part' is ''");
-  refusedAfter([](auto& request) { request.a.kind = ShapeRef::OBJECT; }, "kind is 1, but 'ball' is a link: 0");
-  refusedAfter([](auto& request) { request.b.kind = 7; }, "kind is 7, but 'part' is an object: 1");
 }
 
 TEST_F(Objects, ThatStandStillAreNotCheckedAgainstTheBase) {

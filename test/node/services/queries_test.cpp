@@ -135,16 +135,9 @@ TEST_F(MinimumDistance, InOverlapIsMinusTheDepth) {
   expectNear(response.pair.normal, 1.0, 0.0, 0.0);
 }
 
-// ---- bad requests
+// ---- bad requests: the others are in the recording
 
 using BadRequest = AskedGantry;
-
-TEST_F(BadRequest, UnknownLinkIsAnsweredWithTheNearestName) {
-  const ros::Time stamp = moveTo({0.5, 0.0, 0.0});
-  const auto response = ask(between<MinimumDistanceRequest>("base", "bal", stamp));
-  expectFailure(response, QueryStatus::UNKNOWN_LINK, "'bal'");
-  EXPECT_NE(response.status.message.find("'ball'"), std::string::npos) << response.status.message;
-}
 
 // Regression: it came back whole, after a long search for the nearest name.
 TEST_F(BadRequest, ANameOfAnyLengthIsAnsweredWithAReadableMessage) {
@@ -154,31 +147,6 @@ TEST_F(BadRequest, ANameOfAnyLengthIsAnsweredWithAReadableMessage) {
   EXPECT_LT(response.status.message.size(), 1000U);
   EXPECT_NE(response.status.message.find("bytes left out)"), std::string::npos) << response.status.message;
   EXPECT_NE(response.status.message.find("'ball'"), std::string::npos) << response.status.message;
-}
-
-TEST_F(BadRequest, LinkWithoutGeometryIsNamed) {
-  const ros::Time stamp = moveTo({0.5, 0.0, 0.0});
-  expectFailure(ask(between<MinimumDistanceRequest>("slide", "ball", stamp)), QueryStatus::NO_COLLISION_GEOMETRY,
-                "'slide'");
-}
-
-TEST_F(BadRequest, ALinkWithItselfIsRefused) {
-  const ros::Time stamp = moveTo({0.5, 0.0, 0.0});
-  expectFailure(ask(between<MinimumDistanceRequest>("ball", "ball", stamp)), QueryStatus::INVALID_ARGUMENT, "'ball'");
-}
-
-TEST_F(BadRequest, ShapeThatDoesNotExistIsNamed) {
-  auto request = between<MinimumDistanceRequest>("ball", "block", moveTo({0.5, 0.0, 0.0}));
-  request.b = shape("block", 3);
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "3");
-  request.b = shape("block", 0, "hihg");
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "'high'");
-}
-
-TEST_F(BadRequest, ThresholdThatIsNotFiniteIsNamed) {
-  auto request = between<MinimumDistanceRequest>("base", "ball", moveTo({0.5, 0.0, 0.0}));
-  request.threshold = std::numeric_limits<double>::quiet_NaN();
-  expectFailure(ask(request), QueryStatus::INVALID_ARGUMENT, "threshold");
 }
 
 // ---- time
@@ -199,21 +167,6 @@ TEST_F(Stamp, OfThePastGivesThePoseOfThen) {
   const ros::Time now = moveTo({0.7, 0.0, 0.0});
   EXPECT_NEAR(ask(between<MinimumDistanceRequest>("base", "ball", now)).pair.distance, 0.5, kTolerance);
   EXPECT_NEAR(ask(between<MinimumDistanceRequest>("base", "ball", then)).pair.distance, 0.3, kTolerance);
-}
-
-TEST_F(Stamp, OutsideOfWhatTfHoldsFailsAndNamesAJoint) {
-  const ros::Time stamp = moveTo({0.5, 0.0, 0.0});
-  for (const double offset : {-500.0, 500.0}) {
-    const auto response = ask(between<MinimumDistanceRequest>("base", "ball", stamp + ros::Duration(offset)));
-    expectFailure(response, QueryStatus::TF_EXTRAPOLATION, "_axis'");
-  }
-}
-
-TEST_F(Stamp, OfAnotherEraFailsLikeAnyOther) {
-  moveTo({0.5, 0.0, 0.0});
-  for (const ros::Time& stamp : {ros::TIME_MIN, ros::TIME_MAX}) {
-    expectFailure(ask(between<MinimumDistanceRequest>("base", "ball", stamp)), QueryStatus::TF_EXTRAPOLATION, "_axis'");
-  }
 }
 
 TEST_F(Stamp, AFrameThatIsBrokenIsRefusedAndItsJointNamed) {
@@ -265,12 +218,6 @@ TEST_F(SeparationAxis, DoesNotExistInOverlap) {
   EXPECT_FALSE(response.separated);
   EXPECT_TRUE(isNaN(response.axis));
   EXPECT_TRUE(std::isnan(response.gap) && std::isnan(response.plane_offset));
-}
-
-TEST_F(SeparationAxis, RefusesANegativeMargin) {
-  auto request = between<SeparationAxisRequest>("base", "ball", moveTo({0.5, 0.0, 0.0}));
-  request.margin = -0.1;
-  EXPECT_EQ(ask(request).status.code, QueryStatus::INVALID_ARGUMENT);
 }
 
 // ---- penetration_depth
@@ -402,8 +349,6 @@ TEST_F(QueryPairs, OfAGroupAreThoseItMoves) {
   ASSERT_TRUE(response.success) << response.status.message;
   ASSERT_EQ(response.pairs.size(), 1u);
   EXPECT_EQ(links(response.pairs[0]), (std::set<std::string>{"ball", "block"}));
-  request.group = "liftd";
-  EXPECT_EQ(ask(request).status.code, QueryStatus::INVALID_ARGUMENT);
 }
 
 TEST_F(QueryPairs, MayLeaveThePenetrationOut) {
@@ -431,11 +376,8 @@ TEST_F(QueryPairs, UnknownPairsLeaveTheKnownOnesStanding) {
   EXPECT_TRUE(saysNothing(response.minimum));
 }
 
-TEST_F(QueryPairs, RefusesListsOfDifferentLengthsAndTooMuch) {
+TEST_F(QueryPairs, RefusesTooMuch) {
   auto request = batch(QueryPairsRequest::PER_PAIR, moveTo({0.5, 0.0, 0.0}));
-  request.a = {shape("ball"), shape("ball")};
-  request.b = {shape("base")};
-  EXPECT_EQ(ask(request).status.code, QueryStatus::INVALID_ARGUMENT);
   request.a.assign(11, shape("ball"));  // max_batch is 10
   request.b.assign(11, shape("base"));
   const auto response = ask(request);

@@ -58,20 +58,6 @@ TEST_F(UncertainGantry, GuaranteesTheDistanceOfAnObjectThatAFrameOfTfCarries) {
   EXPECT_NEAR(response.pair.guaranteed, 0.29, 1e-3);
 }
 
-TEST_F(UncertainGantry, RefusesAnUncertaintyThatMakesNoSense) {
-  const auto refusal = [&](const std::string& text) {
-    const auto response = askWithin<MinimumDistanceRequest>(text);
-    EXPECT_FALSE(response.success);
-    EXPECT_EQ(response.status.code, QueryStatus::INVALID_ARGUMENT);
-    EXPECT_TRUE(std::isnan(response.pair.guaranteed));
-    return response.status.message;
-  };
-  EXPECT_EQ(refusal("joint_uncertainty: {x_axs: 0.1}"),
-            "uncertainty, line 1: joint_uncertainty/x_axs: there is no joint \"x_axs\" (did you mean \"x_axis\"?)");
-  EXPECT_EQ(refusal("-0.1"), "uncertainty, line 1: must not be negative");
-  EXPECT_NE(refusal("joint_uncertanty: 0.1").find("joint_uncertanty"), std::string::npos);
-}
-
 TEST_F(UncertainGantry, GuaranteesEveryPairOfAList) {
   QueryPairsRequest request;
   request.stamp = stamp();

@@ -1,6 +1,5 @@
 // --assert-above of the executable, on robots whose distances are worked out on paper.
 #include "tools/program/clearance_command.h"
-#include "tools/robot/crossing_sliders.h"
 
 namespace proximity_server::tools::clearance_assertion_test {
 
@@ -13,15 +12,6 @@ class ClearanceAssertion : public Clearance {
     const CommandResult result = run(states, arguments + " --assert-above " + distance);
     EXPECT_EQ(result.output, run(states, arguments).output);
     return result;
-  }
-
-  /// The tip of the crossing sliders and its rod, whose corner passes below it: see clearance_trajectory_test.cpp.
-  std::string crossingSliders() {
-    urdf_ = files_.write("crossing.urdf", kCrossingSliders);
-    return "--srdf " + files_.write("crossing.srdf",
-                                    "<robot name='crossing sliders'>"
-                                    "<disable_collisions link1='base' link2='rod'/>"
-                                    "<disable_collisions link1='base' link2='tip'/></robot>");
   }
 };
 

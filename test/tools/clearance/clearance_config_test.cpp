@@ -1,4 +1,5 @@
 // What --config takes from a file of the node's parameters, on paper.
+#include "robots/urdf.h"
 #include "tools/program/clearance_command.h"
 
 #include <gtest/gtest.h>
@@ -14,12 +15,8 @@ namespace proximity_server::tools::clearance_config_test {
 class ClearanceConfig : public Clearance {
  protected:
   ClearanceConfig() {
-    std::string links = "<link name='base'/>";
-    for (const std::string name : {"a", "b", "c"})
-      links += "<link name='" + name + "'><collision><geometry><sphere radius='0.1'/></geometry></collision></link>" +
-               "<joint name='to_" + name + "' type='prismatic'><parent link='base'/><child link='" + name +
-               "'/><axis xyz='1 0 0'/><limit lower='-1' upper='9' effort='1' velocity='1'/></joint>";
-    urdf_ = files_.write("balls.urdf", "<robot name='balls'>" + links + "</robot>");
+    const std::string ball = robots::ball("0.1");
+    urdf_ = files_.write("balls.urdf", robots::onRail({{"a", ball}, {"b", ball}, {"c", ball}}));
   }
 
   CommandResult runWith(const std::string& yaml, const std::string& arguments = "") {
@@ -56,7 +53,7 @@ TEST_F(ClearanceConfig, VisualsCountAsInTheNode) {
   files_.write("balls.urdf", urdf);
   const std::string srdf =
       "--srdf " +
-      files_.write("balls.srdf", "<robot name='balls'><group name='middle'><link name='b'/></group></robot>");
+      files_.write("balls.srdf", "<robot name='sliders'><group name='middle'><link name='b'/></group></robot>");
   expectPair(rowWith("rate: 50"), "ac", 0.42);
   EXPECT_TRUE(says(runWith("rate: 50").errors, "1 of 1 links with a <visual>: b. The parameter collision_from_visual"));
   expectPair(rowWith("collision_from_visual: all"), "ab", 0.1);
@@ -98,39 +95,6 @@ TEST_F(ClearanceConfig, ObjectsStandThereFromTheStart) {
   expectPair(rowWith(ball, "--objects " + files_.write("none.yaml", "[]")), "ab", 0.1);
   EXPECT_EQ(rowWith(ball + "object_warn_distance: 0.06").at("level"), "WARN");
   expectPair(rowWith(ball + "reference_frame: c"), "cball", 0.05);  // c is at 0.62
-}
-
-TEST_F(ClearanceConfig, ObjectsHaveNoNumbersInNpy) {
-  const CommandResult result = runWith("objects: [{id: ball, primitives: [{type: SPHERE, dimensions: [0.1]}]}]",
-                                       "--format npy --out " + files_.path("rows.npy"));
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(says(result.errors, "cell.yaml: --format npy does not go with objects")) << result.errors;
-}
-
-TEST_F(ClearanceConfig, WhatAQuestionDoesNotTakeIsTold) {
-  EXPECT_TRUE(says(runWith("rate: 50\nlookahead: 1").errors, "cell.yaml: only a running node uses rate, lookahead"));
-  EXPECT_TRUE(says(runWith("stop_distanse: 0.01\nrate: 50").errors,
-                   R"(parameter "stop_distanse" (did you mean "stop_distance"?) has no effect)"));
-  EXPECT_TRUE(says(runWith("joint_uncertainty: 0.01", "--pairs any:0.05").errors,
-                   "its uncertainty is not used with --pairs any"));
-  EXPECT_TRUE(says(runWith("rate: 50", "--accuracy 1e-4").errors, "there are no levels with --accuracy"));
-}
-
-TEST_F(ClearanceConfig, WhatIsWrongIsRefusedWithItsLine) {
-  const auto expectRefusal = [&](const std::string& yaml, const std::string& message) {
-    const CommandResult result = runWith(yaml);
-    EXPECT_EQ(result.exit_code, 1) << yaml;
-    EXPECT_TRUE(says(result.errors, message)) << result.errors << "does not say: " << message;
-  };
-  expectRefusal("rate: 50\ndefault_padding: -1", "cell.yaml, line 2: default_padding is -1, outside of [0, 10]");
-  expectRefusal("robots: {left: {description: /left}}", "robots describes several robots, but the URDF is one");
-  expectRefusal("link_padding: {d: 0.1}", "\"d\"");
-  expectRefusal("collision_from_visual: [d]", "collision_from_visual: no link \"d\": the SRDF has no group \"d\"");
-  expectRefusal("rate: 50\njoint_uncertainty: {to_d: 1}",
-                "cell.yaml, line 2: joint_uncertainty/to_d: there is no joint");
-  expectRefusal("link_stop_distance: {d: 0.1}", "d");
-  expectRefusal("objects: [{id: ball}]", "cell.yaml, line 1");
-  expectRefusal("joint_inequalities: [\"to_d <= 1\"]", "to_d");
 }
 
 }  // namespace proximity_server::tools::clearance_config_test

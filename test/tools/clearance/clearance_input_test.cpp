@@ -1,7 +1,6 @@
 // Checks the messages of the executable about its input and its options, and how it ends.
 #include "sanitized.h"
 #include "tools/program/clearance_command.h"
-#include "tools/robot/crossing_sliders.h"
 #include "tools/states/numpy_bytes.h"
 
 #include <algorithm>
@@ -10,24 +9,6 @@
 namespace proximity_server::tools::clearance_input_test {
 
 using namespace scene;
-
-TEST_F(Clearance, NamesWhatIsWrongWithTheInput) {
-  const auto expect = [&](const CommandResult& result, const std::string& part) {
-    EXPECT_EQ(result.exit_code, 1) << result.errors;
-    EXPECT_EQ(result.output, "");
-    EXPECT_TRUE(says(result.errors, "clearance: ")) << result.errors;
-    EXPECT_TRUE(says(result.errors, part)) << result.errors;
-  };
-  expect(run("", ""), "empty");
-  expect(run("elbow\n1\n", ""), "no such joint");
-  expect(runCommandApart(CLEARANCE " /nowhere.urdf < /dev/null"),
-         "/nowhere.urdf: cannot be read (No such file or directory)");
-  expect(run("slide\n0\n", "--srdf /nowhere.srdf"), "/nowhere.srdf: cannot be read (No such file or directory)");
-  expect(run("slide\n0\n", "--out /nowhere/out.csv"),
-         "/nowhere/out.csv: cannot be written (No such file or directory)");
-  expect(run("slide\n0\n", "--srdf " + urdf_), urdf_ + ": SRDF, line 2: this is a URDF");
-  expect(runCommandApart(CLEARANCE " " + urdf_ + " --states /tmp"), "/tmp: cannot be read (Is a directory)");
-}
 
 // Regression: an id of 50 MB came back whole.
 TEST_F(Clearance, CutsNamesOfAnyLengthInErrors) {
@@ -38,25 +19,6 @@ TEST_F(Clearance, CutsNamesOfAnyLengthInErrors) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_LT(result.errors.size(), 3000U);
   EXPECT_TRUE(says(result.errors, "bytes left out)...xxx")) << result.errors;
-}
-
-TEST_F(Clearance, NamesWhatIsWrongWithAnOption) {
-  const auto expect = [&](const std::string& arguments, const std::string& message) {
-    const CommandResult result = run("slide\n0\n", arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_TRUE(says(result.errors, "clearance: " + message)) << result.errors;
-  };
-  expect("--pairs below:x", "--pairs: below:x: no number behind below:");
-  expect("--pairs k:0", "--pairs: k:0: at least one pair");
-  expect("--pairs below:nan", "--pairs: below:nan: not a number");
-  expect("--format xml", "--format: 'xml' is neither csv, json nor npy\n");
-  expect("--mesh-tolerance -1", "--mesh-tolerance: '-1' is not a finite length of at least 0 m\n");
-  expect("--mesh-tolerance nan", "--mesh-tolerance: 'nan' is not a finite length of at least 0 m\n");
-  expect("--mesh-tolerance inf", "--mesh-tolerance: 'inf' is not a finite length of at least 0 m\n");
-  expect("--assert-above -0.01", "--assert-above: '-0.01' is not a finite length of at least 0 m\n");
-  expect("--threads 0", "--threads: '0' is not a whole number from 1 to 1024\n");
-  expect("--threads 1.5", "--threads: '1.5' is not a whole number from 1 to 1024\n");
-  expect("--fast", "The following argument was not expected: --fast\n");
 }
 
 TEST_F(Clearance, GivesTheSameRowsForAStateFromAnySource) {
@@ -119,46 +81,6 @@ TEST_F(Clearance, NamesTheFileThatCannotBeWrittenAndWhy) {
   expect("", "> /dev/full", "standard output: writing failed (No space left on device)\n");
 }
 
-TEST_F(Clearance, NamesWhatIsWrongWithTheOptionsOfTheStates) {
-  const std::string npy = files_.write("s.npy", npyHeader(npyDictionary("<f8", "(1, 1)")) + bytesOf<double>({0.0}));
-  const std::string csv = files_.write("s.csv", "slide\n0\n");
-  const auto expect = [&](const std::string& arguments, const std::string& message) {
-    const CommandResult result = runCommandApart(CLEARANCE " " + urdf_ + " " + arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_EQ(result.output, "");
-    EXPECT_TRUE(says(result.errors, "clearance: " + message)) << result.errors;
-  };
-  expect("--sample 3 --grid 3", "--sample excludes --grid");
-  expect("--sample 3 --states " + npy, "--states excludes --sample");
-  expect("--bag x.bag --grid 3", "--bag excludes --grid");
-  expect("--seed 3", "--seed requires --sample");
-  expect("--rate 3", "--rate requires --bag");
-  expect("--topic /joints", "--topic requires --bag");
-  expect("--joints slide", "--joints requires --states");
-  expect("--sample 0", "--sample: '0' is not a whole number from 1 to 9223372036854775807\n");
-  expect("--sample 3 --seed -1", "--seed: '-1' is not a whole number from 0 to 9223372036854775807\n");
-  expect("--bag x.bag --rate 0", "--rate: '0' is not a rate from 1e-06 to 1e+06 Hz\n");
-  expect("--bag x.bag --rate nan", "--rate: 'nan' is not a rate from 1e-06 to 1e+06 Hz\n");
-  expect("--bag /nowhere.bag", "/nowhere.bag: cannot be read (No such file or directory)\n");
-  expect("--grid slide=0:1", "--grid: 'slide=0:1': expected JOINT=LOWER:UPPER:COUNT, JOINT=POSITION or COUNT\n");
-  expect("--grid slid=0", "--grid: joint \"slid\": no such joint (did you mean \"slide\"?)\n");
-  expect("--sample 3 --trajectory", "--sample excludes --trajectory");
-  expect("--grid 3 --trajectory", "--grid excludes --trajectory");
-  expect("--states " + csv + " --joints slide",
-         "--joints goes with a .npy or .npz: the header of a CSV names its joints\n");
-  expect("--states " + npy + " --joints '\"slide'", "--joints: '\"slide': a quote does not end\n");
-  expect("--states " + npy, npy + ": the joints of its 1 columns are not named");
-  expect("--states /nowhere.npy --joints slide", "/nowhere.npy: cannot be read (No such file or directory)\n");
-}
-
-TEST_F(Clearance, HelpIsTextAndTellsTheExitCodes) {
-  const CommandResult result = runCommandApart(CLEARANCE " --help");
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_TRUE(std::all_of(result.output.begin(), result.output.end(),
-                          [](char letter) { return letter == '\n' || (letter >= ' ' && letter <= '~'); }));
-  EXPECT_TRUE(says(result.output, "Exit codes: 0: ")) << result.output;
-}
-
 TEST_F(Clearance, PrintsTheWarningsOfModelAndSrdf) {
   urdf_ = files_.write("crossing.urdf", kCrossingSliders);
   const CommandResult result = run("slide\n0\n", "--srdf " + files_.write("faulty.srdf", kFaultySrdf));
@@ -207,14 +129,6 @@ TEST_F(Clearance, ListsTheJointsWithoutReadingAMesh) {
             "slide,prismatic,0.25,1,m,\n"
             "turn,revolute,-2.5,-0.5,rad,\n"
             "\"wheel, left\",continuous,-inf,inf,rad,\n");
-}
-
-TEST_F(Clearance, AllowsAMeshThatIsNotThereIfAsked) {
-  const std::string robot = CLEARANCE " " + files_.write("all.urdf", kAllJoints) + " --zero --no-filter";
-  EXPECT_TRUE(
-      says(runCommandApart(robot).errors, "link \"a\", <collision> 1: package://nowhere/a.stl: no package named"));
-  EXPECT_TRUE(says(runCommandApart(robot + " --allow-missing-meshes").errors,
-                   "warning: link \"a\", <collision> 1: no geometry: package://nowhere/a.stl: "));
 }
 
 TEST_F(Clearance, ZeroIsTheStateNearestToZeroWithinTheLimits) {

@@ -282,22 +282,6 @@ TEST_F(ClearanceObjects, AMeshIsReadFromItsFile) {
   }
 }
 
-TEST_F(ClearanceObjects, RefusesBadObjectsWithTheirPlaceAndName) {
-  const std::string path = files_.path(name_);
-  EXPECT_TRUE(says(refusal("- {id: a}"), path + ", line 1: [0] \"a\": it has no shape"));
-  EXPECT_TRUE(says(refusal("- {id: a, frame: camera, " + kSphere + "}"),
-                   path + ", line 1: [0] \"a\": frame: there is no link \"camera\""));
-  EXPECT_TRUE(says(refusal("- {id: a, link: sled, " + kSphere + "}"), path + ", line 1: [0] \"a\": "));
-  EXPECT_TRUE(says(refusal("- {id: ball, " + kSphere + "}"), path + ", line 1: [0] \"ball\": "));
-  EXPECT_TRUE(says(refusal("- {id: a, " + kSphere + "}\n- {id: a, " + kSphere + "}"), path + ", line 2: [1] \"a\": "));
-  EXPECT_TRUE(says(refusal("changes: [{at: {row: 9}, operation: DETACH, id: a}]"),
-                   path + ", line 1: changes[0] \"a\": object \"a\": id: there is no object with this id"))
-      << "also of a row that never comes";
-  const CommandResult missing = run("slide\n0\n", "--objects nowhere.yaml");
-  EXPECT_EQ(missing.exit_code, 1);
-  EXPECT_TRUE(says(missing.errors, "nowhere.yaml: cannot be read (No such file or directory)")) << missing.errors;
-}
-
 TEST_F(ClearanceObjects, SaysWhichChangesWereNeverMade) {
   rows("objects: [{id: a, pose: {position: [9, 9, 9]}, " + kSphere +
            "}]\nchanges: [{at: {row: 5}, operation: REMOVE, id: a}]",

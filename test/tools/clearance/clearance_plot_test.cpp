@@ -1,8 +1,6 @@
 // --plot of the executable. What a picture shows is asked of the script that draws it.
 #include "tools/program/clearance_command.h"
 
-#include <random>
-
 namespace proximity_server::tools::clearance_plot_test {
 
 using namespace scene;
@@ -13,14 +11,6 @@ class ClearancePlotTest : public Clearance {
     if (runCommand("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null").exit_code != 0) {
       GTEST_SKIP() << "python3-matplotlib is not installed";
     }
-  }
-
-  static std::string wander(int count) {
-    std::mt19937 random(11);
-    std::uniform_real_distribution<double> position(-1.5, 2.0);
-    std::string states = "slide\n";
-    for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
-    return states;
   }
 
   /// How a file begins.

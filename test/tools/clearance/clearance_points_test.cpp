@@ -5,7 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <utility>
+#include <string>
+#include <vector>
 
 namespace proximity_server::tools::clearance_points_test {
 
@@ -19,12 +20,6 @@ class ClearancePoints : public Clearance {
     const CommandResult result = run("slide\n0\n0.5\n", points(csv) + arguments);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     return rowsOf(result.output);
-  }
-
-  void expectRefusal(const std::string& arguments, const std::string& message) {
-    const CommandResult result = run("slide\n0\n", arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_TRUE(says(result.errors, message)) << result.errors << "does not say: " << message;
   }
 };
 
@@ -109,28 +104,6 @@ TEST_F(ClearancePoints, AnAssertionIsAboutTheClosestPoint) {
     EXPECT_EQ(refuted.exit_code, 2) << pairs;
     EXPECT_TRUE(says(refuted.errors, "state 0: base - point 0 at 0.625 m")) << refuted.errors;
   }
-}
-
-TEST_F(ClearancePoints, FilesThatAreWrongAreRefusedByTheirPlace) {
-  const std::pair<const char*, const char*> kWrong[] = {
-      {"", "points.csv: no point"},
-      {"x,y,z\n", "points.csv: no point"},
-      {"x,y\n1,2\n", "line 1: expected the header x,y,z or x,y,z,radius"},
-      {"x,y,z\n\n1,2,3,4\n", "line 3: 4 numbers for 3 columns"},
-      {"x,y,z\n1,2,nan\n", "line 2: 'nan' is no finite number"},
-      {"x,y,z\n1,2,\n", "line 2: '' is no finite number"},
-      {"x,y,z,radius\n1,2,3,0\n1,2,3,-1\n", "radii[1] is negative"}};
-  for (const auto& [text, message] : kWrong) expectRefusal(points(text), message);
-  expectRefusal("--points " + files_.path("none.csv"), "none.csv");
-}
-
-TEST_F(ClearancePoints, WhatIsAboutPairsOfLinksIsRefused) {
-  for (const std::string other : {"--trajectory", "--accuracy 1e-3", "--thresholds t.yaml", "--joint-uncertainty 0.1",
-                                  "--no-filter", "--plot p.png", "--report r.html", "--second-opinion fcl",
-                                  "--shard 0/2", "--range 0:1", "--merge parts", "--summary s.json", "--list"})
-    expectRefusal(points(kPoints) + other, other.substr(0, other.find(' ')));
-  for (const std::string other : {"--pairs any:1", "--pairs minimum:0.1", "--format npy --out a.npy"})
-    expectRefusal(points(kPoints) + other, "--points does not go with " + other.substr(0, 11));
 }
 
 }  // namespace proximity_server::tools::clearance_points_test

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
-#include <random>
 
 namespace proximity_server::tools::clearance_thresholds_test {
 
@@ -69,19 +68,7 @@ class ClearanceThresholds : public Clearance {
   }
 
   /// The slider at random places, also in contact with the base.
-  static std::string states() {
-    std::mt19937 random(3);
-    std::uniform_real_distribution<double> position(-1.1, 2.0);
-    std::string states = "slide\n";
-    for (int i = 0; i < 1000; ++i) states += shortest(position(random)) + "\n";
-    return states;
-  }
-
-  void expectRefusal(const std::string& arguments, const std::string& message) {
-    const CommandResult result = run("slide\n0\n", arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_TRUE(says(result.errors, message)) << result.errors << "does not say: " << message;
-  }
+  static std::string states() { return wander(1000, -1.1, 3); }
 };
 
 TEST_F(ClearanceThresholds, EachPairHasTheLevelOfItsOwnThresholds) {
@@ -231,21 +218,6 @@ TEST_F(ClearanceThresholds, MergedPartsHaveTheBytesOfOneRunAndOthersAreRefused) 
   };
   expectDifference(run(states(), again));
   expectDifference(run(states(), again + thresholds("stop_distance: 0.01\n")));
-}
-
-TEST_F(ClearanceThresholds, RefusesWhatHasNoLevels) {
-  expectRefusal("--format npy --out " + files_.path("x.npy") + thresholds(),
-                "--thresholds does not go with --format npy");
-  expectRefusal("--pairs any:1" + thresholds(), "--thresholds does not go with --pairs any");
-  expectRefusal("--plot " + files_.path("x.png") + thresholds(), "add --pairs k:1");
-}
-
-TEST_F(ClearanceThresholds, RefusesAWrongFileByNameAndPlace) {
-  expectRefusal("--thresholds " + files_.path("absent.yaml"), "absent.yaml: cannot be read");
-  expectRefusal(thresholds("stop_distanc: 1\n"), "thresholds.yaml");
-  expectRefusal(thresholds("stop_distanc: 1\n"), "stop_distanc");
-  expectRefusal(thresholds("link_stop_distance: {moon: 1}\n"), "thresholds.yaml: link_stop_distance");
-  expectRefusal(thresholds("link_stop_distance: {moon: 1}\n"), "moon");
 }
 
 }  // namespace proximity_server::tools::clearance_thresholds_test

@@ -1,6 +1,5 @@
 // The executable with --trajectory from end to end, on robots whose motions are worked out on paper.
 #include "tools/program/clearance_command.h"
-#include "tools/robot/crossing_sliders.h"
 
 #include <nlohmann/json.hpp>
 
@@ -32,27 +31,9 @@ class ClearanceTrajectory : public Clearance {
     }
     return named;
   }
-
-  /// Changes the robot to the crossing sliders, without the pairs that always touch or do not matter here; what is left
-  /// can be told on paper. Returns the arguments for that.
-  std::string crossingSliders() {
-    urdf_ = files_.write("crossing.urdf", kCrossingSliders);
-    return "--srdf " + files_.write("crossing.srdf",
-                                    "<robot name='crossing sliders'>"
-                                    "<disable_collisions link1='base' link2='rod'/>"
-                                    "<disable_collisions link1='base' link2='tip'/></robot>");
-  }
 };
 
 double number(const Row& row, const std::string& column) { return std::stod(row.at(column)); }
-
-std::string wander(int count) {
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> position(-1.5, 2.0);
-  std::string states = "slide\n";
-  for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
-  return states;
-}
 
 // The rod turns its edge to the tip: a square of 0.2 whose corner passes below a sphere of radius 0.25, 1 above its
 // axis. After a turn by phi from there the corner is sqrt(1 + r^2 - 2 r cos(phi)) from the centre, r = sqrt(0.02).
@@ -239,29 +220,6 @@ TEST_F(ClearanceTrajectory, WritesTheSegmentsBeforeAnError) {
   EXPECT_TRUE(says(result.errors, "s.csv, line 4: column \"slide\": \"nan\" is no finite number")) << result.errors;
 }
 
-TEST_F(ClearanceTrajectory, NamesWhatIsWrong) {
-  const auto expect = [&](const std::string& states, const std::string& arguments, const std::string& part) {
-    const CommandResult result = run(states, arguments);
-    EXPECT_EQ(result.exit_code, 1);
-    EXPECT_TRUE(says(result.errors, part)) << result.errors;
-  };
-  const std::string states = "slide\n0\n1\n";
-  expect("slide\n1\n", "--trajectory", "s.csv: a trajectory has at least two way points, this one has 1");
-  expect("time,slide\n1,0\n1,0\n", "--trajectory", "s.csv, line 3: column \"time\": 1 is not later than 1");
-  expect(states, "--trajectory --pairs all", "--pairs excludes --trajectory");
-  expect(states, "--trajectory --no-skip", "--no-skip excludes --trajectory");
-  expect(states, "--contact-distance 0.1", "--contact-distance requires --trajectory");
-  expect(states, "--tolerance 0.1", "--tolerance requires --trajectory");
-  expect(states, "--trajectory --contact-distance nan",
-         "--contact-distance: 'nan' is not a finite length of at least 0 m");
-  expect(states, "--trajectory --contact-distance -1",
-         "--contact-distance: '-1' is not a finite length of at least 0 m");
-  expect(states, "--trajectory --contact-distance 1m",
-         "--contact-distance: '1m' is not a finite length of at least 0 m");
-  expect(states, "--trajectory --tolerance 0", "--tolerance: '0' is not a finite length of at least 1e-08 m");
-  expect(states, "--trajectory --tolerance inf", "--tolerance: 'inf' is not a finite length of at least 1e-08 m");
-}
-
 TEST_F(Clearance, WarnsOfTimesThatAreNotUsed) {
   const std::string warning = "column \"time\" is not used without --trajectory.\n";
   const CommandResult result = run("time,slide\n3,0\n1,1\n", "");
@@ -337,25 +295,6 @@ TEST_F(ClearanceTrajectory, TrackingErrorsInDegreesAreThoseOfJointsThatTurn) {
   EXPECT_LT(lower("30deg"), lower("0"));
 }
 
-TEST_F(ClearanceTrajectory, BadTrackingErrorsAreNamed) {
-  const auto expectRefusal = [&](const std::string& error, const std::string& text) {
-    const CommandResult result = run("slide\n0\n0\n", "--trajectory --tracking-error " + error);
-    EXPECT_EQ(result.exit_code, 1);
-    EXPECT_TRUE(says(result.errors, text)) << result.errors;
-  };
-  const auto file = [&](const std::string& yaml) { return files_.write("bad.yaml", yaml + "\n"); };
-  expectRefusal("-0.1", "'-0.1' is not a number from 0 on");
-  expectRefusal("nan", "'nan' is not a number from 0 on");
-  expectRefusal("no.yaml", "no.yaml");
-  expectRefusal(file("slide: -1"), "bad.yaml: line 1: \"slide\": not a number from 0 on");
-  expectRefusal(file("slid: 1"), "did you mean \"slide\"?");
-  expectRefusal(file("follow: 1"), "\"follow\" follows \"slide\"");
-  expectRefusal(file("slide: 1deg"), "\"slide\" is prismatic");
-  expectRefusal(file("constraints: {slide: {goal: 0.1}}"), "the controller does not limit its error");
-  expectRefusal(file("constraints: {slide: {trajectory: 0.0}}"), "the controller does not limit its error");
-  expectRefusal(file("constraints: {slide: 0.1}"), "\"slide\" is not a map");
-}
-
 TEST_F(ClearanceTrajectory, BeginsInTheStateOfTheController) {
   const std::string states = "time,slide\n-1,5\n0,4\n2,0\n3,-0.5\n";
   const std::vector<Row> rows = segments(states, "--start slide=0.5");
@@ -386,22 +325,6 @@ TEST_F(ClearanceTrajectory, StartTakesTheShorterWayOfAContinuousJoint) {
   EXPECT_NEAR(number(rows.at(1), "lower"), corner, 1e-5) << "between way points it goes as they say";
 }
 
-TEST_F(ClearanceTrajectory, BadStartsAreNamed) {
-  const auto expectRefusal = [&](const std::string& start, const std::string& text) {
-    const CommandResult result = run("slide\n0\n0\n", "--trajectory --start " + start);
-    EXPECT_EQ(result.exit_code, 1);
-    EXPECT_TRUE(says(result.errors, text)) << result.errors;
-  };
-  expectRefusal("slid=1", "did you mean");
-  expectRefusal("slide=1,2", "'2' is not JOINT=POSITION");
-  expectRefusal("slide=x", "--start slide=x");
-  expectRefusal("no.csv", "no.csv");
-  expectRefusal(files_.write("two.csv", "slide\n0\n1\n"), "there is more than one state");
-  const CommandResult late = run("time,slide\n-2,0\n0,0\n", "--trajectory --start slide=1");
-  EXPECT_EQ(late.exit_code, 1);
-  EXPECT_TRUE(says(late.errors, "no way point is later than --start")) << late.errors;
-}
-
 TEST_F(ClearanceTrajectory, SplinesBeyondALimitAreNamed) {
   const CommandResult beyond = run(swing(3.0), "--trajectory --interpolation cubic");
   EXPECT_EQ(beyond.exit_code, 0) << beyond.errors;
@@ -409,22 +332,6 @@ TEST_F(ClearanceTrajectory, SplinesBeyondALimitAreNamed) {
       says(beyond.errors, "in 1 segment. That is segment 0, at 1 s: \"slide\" is at -1.5 m, its limit is -1 m."))
       << beyond.errors;
   EXPECT_FALSE(says(run(swing(1.0), "--trajectory --interpolation cubic").errors, "limit"));
-}
-
-TEST_F(ClearanceTrajectory, ColumnsThatASplineNeedsAreNamed) {
-  const auto refusal = [&](const std::string& states, const std::string& arguments) {
-    const CommandResult result = run(states, arguments);
-    EXPECT_EQ(result.exit_code, 1);
-    return result.errors;
-  };
-  const std::string cubic = "--trajectory --interpolation cubic", quintic = "--trajectory --interpolation quintic";
-  EXPECT_TRUE(says(refusal("slide\n0\n1\n", cubic), "there is no column \"slide.velocity\""));
-  EXPECT_TRUE(says(refusal("slide,slide.velocity\n0,0\n1,0\n", quintic), "there is no column \"slide.acceleration\""));
-  EXPECT_TRUE(says(refusal("slide,slid.velocity\n0,0\n1,0\n", cubic), "column \"slid.velocity\""));
-  EXPECT_TRUE(says(refusal("slide,follow.velocity\n0,0\n1,0\n", cubic), "there is no column \"slide.velocity\""));
-  EXPECT_TRUE(says(refusal(swing(1.0), "--trajectory --interpolation spline"), "'spline' is none of"));
-  EXPECT_TRUE(says(refusal(swing(1.0), "--interpolation cubic"), "--trajectory"));
-  EXPECT_TRUE(says(run(swing(1.0), "--trajectory").errors, "velocities and accelerations are not used"));
 }
 
 }  // namespace proximity_server::tools::clearance_trajectory_test

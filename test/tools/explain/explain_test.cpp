@@ -1,5 +1,6 @@
 // What the executable tells of a query, and how it ends.
 #include "proximity_server/narrowphase/signed_distance.h"
+#include "robots/urdf.h"
 #include "tools/explain/explain_command.h"
 #include "tools/robot/two_sliders.h"
 #include "tools/text/csv.h"
@@ -141,12 +142,9 @@ TEST_F(ExplainLinks, AreAskedAboutInTheState) {
 }
 
 TEST_F(ExplainLinks, AreExplainedByTheirClosestPieces) {
-  urdf_ = files_.write("pieces.urdf", R"(<robot name="pieces">
-    <link name="base"><collision><origin xyz="-5 0 0"/><geometry><box size="1 1 1"/></geometry></collision>
-      <collision><origin xyz="5 0 0"/><geometry><sphere radius="0.5"/></geometry></collision></link>
-    <link name="ball"><collision><geometry><sphere radius="0.25"/></geometry></collision></link>
-    <joint name="slide" type="prismatic"><parent link="base"/><child link="ball"/><axis xyz="1 0 0"/>
-      <limit lower="-9" upper="9" effort="1" velocity="1"/></joint></robot>)");
+  using namespace robots;
+  urdf_ = files_.write("pieces.urdf", urdfOf(link("base", box("1 1 1", "-5 0 0") + ball("0.5", "5 0 0")) +
+                                             link("ball", ball("0.25")) + slider("slide", "base", "ball", "1 0 0")));
   const Json left = explainJson("base ball" + robot() + slideAt(-2.0)),
              right = explainJson("base ball" + robot() + slideAt(2.0));
   EXPECT_EQ(left["a"], "base, box 1 x 1 x 1");
@@ -167,92 +165,6 @@ TEST_F(ExplainLinks, MayHaveTheGeometryOfTheirVisuals) {
   const Json answer = explainJson("base ball" + robot() + slideAt(2.0) + " --config " + config + " --srdf " + srdf);
   EXPECT_EQ(answer["b"], "ball, sphere, radius 0.25, of its <visual>");
   EXPECT_EQ(answer["distance"], 1.25);
-}
-
-TEST_F(ExplainLinks, AWrongOneIsNamed) {
-  const auto expect = [&](const std::string& arguments, const std::string& message) {
-    const CommandResult result = explainCommand(arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_EQ(result.output, "");
-    EXPECT_TRUE(says(result.errors, "explain: " + message)) << result.errors;
-  };
-  expect("base bal" + robot(), urdf_ + ": no link \"bal\" (did you mean \"ball\"?)\n");
-  expect("base base" + robot(), urdf_ + ": the two links are the same, \"base\"\n");
-  expect("base ball" + robot() + " --state elbow=1", "--state, line 1: column \"elbow\": no such joint");
-  expect("base ball" + robot() + " --state slide", "--state: 'slide' is not joint=position\n");
-  expect("base ball" + robot() + " --state slide=", "--state: 'slide=' is not joint=position\n");
-  expect("base ball" + robot() + " --state '=1 slide=0.5'", "--state: '=1' is not joint=position\n");
-  expect("base ball" + robot() + " --state time=4", "--state: \"time\" is no joint\n");
-  expect("base ball" + robot() + " --state ' '", "--state: no positions\n");
-  expect("base ball" + robot() + " --state slide=x", "--state, line 2: column \"slide\": \"x\" is no finite number\n");
-  expect("base ball --urdf /nowhere.urdf", "/nowhere.urdf: cannot be read (No such file or directory)\n");
-  expect("base ball --xyz '1 2 3'" + robot(), "--xyz excludes --urdf\n");
-  EXPECT_TRUE(says(explainCommand("base ball" + robot() + slideAt(5.0)).errors, "beyond the limits of a joint"));
-}
-
-TEST(Explain, NamesWhatIsWrongWithAShape) {
-  const auto expect = [](const std::string& shape, const std::string& message) {
-    for (const bool is_first : {true, false}) {
-      const CommandResult result =
-          explainCommand(is_first ? "'" + shape + "' 'sphere 1'" : "'sphere 1' '" + shape + "'");
-      EXPECT_EQ(result.exit_code, 1);
-      EXPECT_EQ(result.output, "");
-      EXPECT_EQ(result.errors, std::string("explain: ") + (is_first ? "a" : "b") + ": " + message + "\n");
-    }
-  };
-  expect("bxo 1 2 3", "'bxo' is none of box, sphere, capsule, cylinder, cone, ellipsoid, hull");
-  expect("", "empty; expected a shape, as \"box 1 2 3\"");
-  expect("box 1 2", "box needs 3 numbers (x y z), not 2");
-  expect("box 1 2 x", "'x' is no finite number");
-  expect("box 1 2 nan", "'nan' is no finite number");
-  expect("box 1 2 3 4", "'4' is one word too many");
-  expect("box 1 2 -3", "box size must be positive and finite, not -3.000000");
-  expect("hull 0", "a hull of 1 to 1000000 points");
-  expect("hull 1e300 0 0 0", "a hull of 1 to 1000000 points");
-  expect("hull 2 1 2 3", "hull of 2 needs 6 numbers (x y z of each point), not 3");
-  expect("sphere 1 pad", "pad needs 1 number (metres), not 0");
-  expect("sphere 1 pad -2", "margin with padding must be finite and not negative, not -1.000000");
-  expect("sphere 1 sweep 1 0 0 0 1 0 0 0 2 0 0 0", "the first nine numbers are no rotation matrix");
-}
-
-TEST(Explain, NamesWhatIsWrongWithAnOption) {
-  const auto expect = [](const std::string& arguments, const std::string& message) {
-    const CommandResult result = explainCommand("'sphere 1' 'box 1 1 1' " + arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_EQ(result.output, "");
-    EXPECT_TRUE(says(result.errors, "explain: " + message)) << result.errors;
-  };
-  expect("--xyz '1 2'", "--xyz: '1 2' has 2 numbers, not 3\n");
-  expect("--rpy '1 2 inf'", "--rpy: 'inf' is no finite number\n");
-  expect("--pose '1 2 3'", "--pose: '1 2 3' has 3 numbers, not 12\n");
-  expect("--pose '1 0 0 0 1 0 0 0 -1 0 0 0'", "--pose: the first nine numbers are no rotation matrix\n");
-  expect("--first-direction x", "--first-direction: 'x' has 1 numbers, not 3\n");
-  expect("--stop-above x", "--stop-above: 'x' is no finite number\n");
-  expect("--tolerance -1", "--tolerance: '-1' is not a finite length of at least 0 m\n");
-  expect("--format xml", "--format: 'xml' is neither table nor json\n");
-  expect("--state slide=1", "--state requires --urdf\n");
-  expect("--plot x.gif", "--plot: x.gif: the name ends in none of .png, .pdf and .svg\n");
-}
-
-TEST(Explain, AnEmptyOptionIsNotTakenForNone) {
-  for (const std::string option :
-       {"--xyz", "--rpy", "--pose", "--first-direction", "--stop-above", "--stop-below", "--plot", "--urdf"}) {
-    const CommandResult result = explainCommand("'sphere 1' 'box 1 1 1' " + option + " ''");
-    EXPECT_EQ(result.exit_code, 1) << option;
-    EXPECT_EQ(result.output, "");
-    EXPECT_EQ(result.errors.substr(0, result.errors.find('\n')), "explain: " + option + ": the text is empty");
-  }
-  const CommandResult result = explainCommand("a b --urdf x --state ''");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_TRUE(says(result.errors, "explain: --state: the text is empty\n")) << result.errors;
-}
-
-TEST(Explain, HelpIsTextAndTellsTheExitCodes) {
-  const CommandResult result = explainCommand("--help");
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_TRUE(std::all_of(result.output.begin(), result.output.end(),
-                          [](char letter) { return letter == '\n' || (letter >= ' ' && letter <= '~'); }));
-  EXPECT_TRUE(says(result.output, "Exit codes: 0: done; 1: bad input")) << result.output;
 }
 
 }  // namespace proximity_server::tools::explain_test

@@ -293,16 +293,4 @@ TEST_F(ModelCheck, JsonAndJUnitHaveTheSameFindings) {
   EXPECT_FALSE(says(readFile(junit), "<failure")) << "a warning does not fail by default";
 }
 
-TEST_F(ModelCheck, RefusesWhatMakesNoSense) {
-  const auto refuses = [&](const std::string& arguments, const std::string& reason) {
-    const CommandResult result = run(Parts(), arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_TRUE(says(result.errors, reason)) << result.errors;
-  };
-  refuses("--accept visuals", "there is no check \"visuals\" (did you mean \"visual\"?)");
-  refuses("--fail-on always", "'always' is none of note, warning, error, never");
-  refuses("--junit /nowhere/junit.xml", "/nowhere/junit.xml");
-  EXPECT_TRUE(says(run("<robot/>", "").errors, "robot.urdf"));
-}
-
 }  // namespace proximity_server::tools::model_check_test

@@ -1,4 +1,5 @@
 #include "tools/pair_audit/level_shares.h"
+#include "robots/urdf.h"
 
 #include "proximity_server/scene/levels/always_near.h"
 #include "proximity_server/scene/levels/make_scene_model.h"
@@ -11,14 +12,14 @@ namespace proximity_server::tools::level_shares_test {
 using namespace scene;
 
 // The second ball is from -0.05 to 0.15 beside the first, and the third 0.04 above the second wherever that is.
-const char* const kBalls = R"(<robot name="balls">
-  <link name="first"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
-  <link name="second"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
-  <link name="third"><collision><geometry><sphere radius="0.5"/></geometry></collision></link>
-  <joint name="slide" type="prismatic"><parent link="first"/><child link="second"/><origin xyz="1 0 0"/><axis xyz="1 0 0"/>
-    <limit lower="-0.05" upper="0.15" effort="1" velocity="1"/></joint>
-  <joint name="turn" type="continuous"><parent link="second"/><child link="third"/><origin xyz="0 0 1.04"/><axis xyz="0 0 1"/>
-  </joint></robot>)";
+const std::string kBalls = [] {
+  using namespace robots;
+  return urdfOf(
+      link("first", ball("0.5")) + link("second", ball("0.5")) + link("third", ball("0.5")) +
+          joint("slide", "prismatic", "first", "second", origin("1 0 0") + axis("1 0 0") + limits("-0.05", "0.15")) +
+          hinge("turn", "second", "third", "0 0 1", "0 0 1.04"),
+      "balls");
+}();
 
 std::shared_ptr<const SceneModel> ballsChecking(const std::string& enabled) {
   return std::make_shared<const SceneModel>(

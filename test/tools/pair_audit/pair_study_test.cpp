@@ -1,4 +1,5 @@
 #include "tools/pair_audit/pair_study.h"
+#include "robots/urdf.h"
 
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
@@ -147,11 +148,9 @@ TEST_F(CrossingSliders, SamplingEndsWhenNothingChanges) {
 }
 
 TEST(PairStudy, SamplingEndsWhenAllIsKnown) {
-  const auto model = modelOf(R"(<robot name="pendulum">
-    <link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-    <link name="b"><collision><origin xyz="0.6 0 0"/><geometry><sphere radius="0.2"/></geometry></collision></link>
-    <joint name="turn" type="continuous"><parent link="a"/><child link="b"/><origin xyz="0.4 0 0"/><axis xyz="0 0 1"/>
-    </joint></robot>)");
+  using namespace robots;
+  const auto model = modelOf(urdfOf(link("a", box("1 1 1")) + link("b", ball("0.2", "0.6 0 0")) +
+                                    hinge("turn", "a", "b", "0 0 1", "0.4 0 0")));
   const PairStudy study = studyPairs(model, {});
   EXPECT_EQ(study.end, SamplingEnd::AllKnown);
   EXPECT_LT(study.samples, 5000);

@@ -1,4 +1,5 @@
 // The executable from end to end, on robots whose distances paper knows.
+#include "robots/urdf.h"
 #include "tools/program/run_command.h"
 #include "tools/robot/two_sliders.h"
 #include "tools/text/csv.h"
@@ -224,40 +225,12 @@ TEST_F(Prove, ACertificateOfAnotherRobotIsRefused) {
   expectRefused("--check " + certificate, "certificate.json: certificate.hashes.joints: is ");
 }
 
-TEST_F(Prove, BadInputIsRefusedByName) {
-  expectRefused("--check absent.json", "prove: absent.json: cannot be read");
-  expectRefused("--check " + files_.write("no.json", "{\"format\""), "no.json: no JSON: ");
-  expectRefused("--check no.json --box box.yaml", "--check");
-  expectRefused("--certificate absent/c.json", "absent/c.json");
-  expectRefused("--box absent.yaml", "prove: absent.yaml: cannot be read");
-  expectRefused("--box " + files_.write("bad.yaml", "slid: 1"), "bad.yaml, line 1: slid: there is no movable joint");
-  expectRefused("--about slide=3 --radius 0.5", "prove: --about: joint \"slide\" is at 3, and its limits are -1 and 2");
-  expectRefused("--about slide=0", "--about");
-  expectRefused("--radius 1", "--radius");
-  expectRefused("--about slide=0 --radius 1 --box box.yaml", "--box");
-  const std::string sphere = "{id: part, pose: {position: [2, 0, 1]}, primitives: [{type: SPHERE, dimensions: [0.1]}]}";
-  expectRefused(
-      "--objects " + files_.write("changes.yaml", "objects: [" + sphere +
-                                                      "]\nchanges: [{at: {time: 1.5}, operation: REMOVE, id: part}]"),
-      "changes.yaml: there are changes of objects, and a proof is about one set");
-  expectRefused("--pairs some", "--pairs: 'some' is none of checked, disabled, all");
-  expectRefused("--pairs disabled", "there is no pair to prove apart");
-  expectRefused("--only bal", "--only: there is no link or object \"bal\" (did you mean \"ball\"?)");
-  expectRefused("--clearance -1", "--clearance");
-  expectRefused("--time-budget 0", "--time-budget");
-  expectRefused("--tightness 1", "the tightness is 1, but must be in [0, 1)");
-  expectRefused("--boxes 0", "--boxes");
-  expectRefused("--format xml", "--format");
-}
-
 TEST_F(Prove, JointsWithoutLimitsNeedAnInterval) {
-  urdf_ = files_.write("endless.urdf", R"(<robot name="endless">
-  <link name="base"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="turn"/><link name="half"><collision><origin xyz="1 0 0"/><geometry><sphere radius="0.1"/></geometry>
-  </collision></link>
-  <joint name="leader" type="continuous"><parent link="base"/><child link="turn"/><axis xyz="0 0 1"/></joint>
-  <joint name="follower" type="continuous"><parent link="turn"/><child link="half"/><axis xyz="0 0 1"/>
-    <mimic joint="leader" multiplier="0.5"/></joint></robot>)");
+  using namespace robots;
+  urdf_ = files_.write("endless.urdf",
+                       urdfOf(link("base", ball("0.1")) + link("turn") + link("half", ball("0.1", "1 0 0")) +
+                              hinge("leader", "base", "turn", "0 0 1") +
+                              joint("follower", "continuous", "turn", "half", axis("0 0 1") + mimic("leader", "0.5"))));
   expectRefused("", "joint \"leader\", between base - half, has no interval");
   EXPECT_EQ(run("--box " + files_.write("box.yaml", "leader: [-6.3, 6.3]")).exit_code, 0);
 }

@@ -1,9 +1,11 @@
 // The command that starts all tools, and the tool that fills the cache of meshes.
+#include "robots/urdf.h"
 #include "scene/files.h"
 #include "tools/program/run_command.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
@@ -11,9 +13,7 @@ namespace proximity_server::tools::proximity_test {
 
 using scene::TemporaryFiles;
 
-const std::string kBox =
-    "<robot name='box'><link name='base'><collision><geometry><box size='1 1 1'/></geometry>"
-    "</collision></link></robot>";
+const std::string kBox = robots::urdfOf(robots::link("base", robots::box("1 1 1")));
 
 bool says(const std::string& text, const std::string& what) { return text.find(what) != std::string::npos; }
 
@@ -30,6 +30,10 @@ TEST(ProximityCommand, StartsEachToolWithItsArgumentsAndGivesItsExitCode) {
     const CommandResult help = runCommandApart(PROXIMITY " " + name + " --help");
     EXPECT_EQ(help.exit_code, 0) << name << help.errors;
     EXPECT_TRUE(says(help.output, "--config")) << name;
+    EXPECT_EQ(says(help.output, "Exit codes: 0: "), name != "audit" && name != "check") << name;
+    EXPECT_TRUE(std::all_of(help.output.begin(), help.output.end(), [](char letter) {
+      return letter == '\n' || (letter >= ' ' && letter <= '~');
+    })) << name;
   }
   EXPECT_EQ(runCommandApart(PROXIMITY " audit --help").output, runCommandApart(PAIR_AUDIT " --help").output);
   TemporaryFiles files;

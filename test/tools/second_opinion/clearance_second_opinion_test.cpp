@@ -119,20 +119,4 @@ TEST_F(ClearanceSecondOpinion, AnswersOfAllThreadsAreAsked) {
   EXPECT_TRUE(says(in_batches.errors, "asked about 2000 pairs: 2000 agree")) << in_batches.errors;
 }
 
-TEST_F(ClearanceSecondOpinion, RefusesWhatItDoesNotKnow) {
-  const std::pair<const char*, const char*> wrong[] = {
-      {"--second-opinion bullet", "--second-opinion: 'bullet' is not fcl"},
-      {"--second-opinion fcl --trajectory", "--second-opinion"},
-      {"--second-opinion fcl --pairs any:0.1", "--second-opinion does not go with --pairs any"},
-      {"--second-opinion fcl --format npy --out x.npy", "--second-opinion does not go with"},
-      {"--second-opinion-tolerance 0.1", "--second-opinion"},
-      {"--second-opinion fcl --second-opinion-tolerance -1", "--second-opinion-tolerance"},
-      {"--second-opinion fcl --second-opinion-out /nowhere/list.csv", "/nowhere/list.csv: cannot be written"}};
-  for (const auto& [arguments, message] : wrong) {
-    const CommandResult result = run("slide\n0\n1\n", arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_TRUE(says(result.errors, message)) << result.errors;
-  }
-}
-
 }  // namespace proximity_server::tools::clearance_second_opinion_test

@@ -1,5 +1,6 @@
 #include "proximity_server/scene/inequalities/joint_inequalities.h"
 #include "proximity_server/scene/loading/load_robot_model.h"
+#include "robots/urdf.h"
 #include "scene/files.h"
 #include "tools/robot/two_sliders.h"
 #include "tools/states/csv_states.h"
@@ -14,16 +15,15 @@ namespace proximity_server::tools::limit_check_test {
 using namespace scene;
 
 // Limits: "elbow" from -2 to 3 rad, "lift" from 0 to 0.5 m, "wheel" none.
-const char* const kArm = R"(<robot name="arm">
-  <link name="a"/><link name="b"/><link name="c"/><link name="d"/>
-  <joint name="elbow" type="revolute"><parent link="a"/><child link="b"/>
-    <limit lower="-2" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="lift" type="prismatic"><parent link="b"/><child link="c"/>
-    <limit lower="0" upper="0.5" effort="1" velocity="1"/></joint>
-  <joint name="wheel" type="continuous"><parent link="c"/><child link="d"/></joint>
-</robot>)";
+const std::string kArm = [] {
+  using namespace robots;
+  return urdfOf(link("a") + link("b") + link("c") + link("d") +
+                robots::joint("elbow", "revolute", "a", "b", limits("-2", "3")) +
+                robots::joint("lift", "prismatic", "b", "c", limits("0", "0.5")) +
+                robots::joint("wheel", "continuous", "c", "d"));
+}();
 
-std::string warningFor(const char* urdf, const std::string& text, const std::string& inequalities = "[]") {
+std::string warningFor(const std::string& urdf, const std::string& text, const std::string& inequalities = "[]") {
   RobotModel robot = loadRobotModel(urdf, packageResolver({}));
   setJointInequalities(readYaml(inequalities, ""), "", robot);
   std::istringstream stream(text);
@@ -75,11 +75,10 @@ TEST(LimitCheck, LeavesFollowersOut) { EXPECT_EQ(warningFor(kTwoSliders, "slide,
 
 // "only" is at 0, which is not within its limits, but no state says so.
 TEST(LimitCheck, LeavesOutWhatNoStateSets) {
-  const std::string urdf = R"(<robot name="r"><link name="a"/><link name="b"/><link name="c"/>
-    <joint name="other" type="continuous"><parent link="a"/><child link="c"/></joint>
-    <joint name="only" type="revolute"><parent link="a"/><child link="b"/>
-      <limit lower="1" upper="2" effort="1" velocity="1"/></joint></robot>)";
-  EXPECT_EQ(warningFor(urdf.c_str(), "other\n1\n"), "");
+  using namespace robots;
+  const std::string urdf = urdfOf(link("a") + link("b") + link("c") + robots::joint("other", "continuous", "a", "c") +
+                                  robots::joint("only", "revolute", "a", "b", limits("1", "2")));
+  EXPECT_EQ(warningFor(urdf, "other\n1\n"), "");
 }
 
 }  // namespace proximity_server::tools::limit_check_test

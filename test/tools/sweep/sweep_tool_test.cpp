@@ -1,4 +1,5 @@
 // Sweeps in parts, by the executable.
+#include "robots/urdf.h"
 #include "sanitized.h"
 #include "tools/program/clearance_command.h"
 #include "tools/robot/robot_files.h"
@@ -23,13 +24,7 @@ class SweepTool : public Clearance {
   /// The slider at random places, some of them in contact; in more than one block of every kind.
   void SetUp() override { writeStates("s.csv", kStates, 7); }
 
-  void writeStates(const std::string& name, int count, unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> position(-1.2, 2.0);
-    std::string states = "slide\n";
-    for (int i = 0; i < count; ++i) states += shortest(position(random)) + "\n";
-    files_.write(name, states);
-  }
+  void writeStates(const std::string& name, int count, unsigned seed) { files_.write(name, wander(count, -1.2, seed)); }
 
   CommandResult sweep(const std::string& arguments, const std::string& states = "s.csv") const {
     return runCommandApart(CLEARANCE " " + urdf_ + " --states " + files_.path(states) + " " + arguments);
@@ -173,11 +168,9 @@ TEST_F(SweepTool, RefusesPartsOfAnotherSweepAndNamesWhatDiffers) {
 
 // Regression: the C library has other sines where the processor has no fused products.
 TEST_F(SweepTool, HostsWithAndWithoutFusedProductsAnswerTheSame) {
-  files_.write("turn.urdf", R"(<robot name="turn">
-    <link name="a"><collision><origin xyz="1 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-    <link name="b"><collision><origin xyz="2 0 0"/><geometry><sphere radius="0.1"/></geometry></collision></link>
-    <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0.6 0 0.8"/></joint>
-  </robot>)");
+  using namespace robots;
+  files_.write("turn.urdf", urdfOf(link("a", ball("0.1", "1 0 0")) + link("b", ball("0.1", "2 0 0")) +
+                                   hinge("j", "a", "b", "0.6 0 0.8")));
   const std::string older = "GLIBC_TUNABLES=glibc.cpu.hwcaps=-FMA,-FMA_Usable,-AVX2,-AVX2_Usable,-FMA4 ";
   const std::string command = CLEARANCE " " + in("turn.urdf") + " --no-filter --sample 20000 ";
   const std::string whole = runCommandApart(command).output;
@@ -269,30 +262,6 @@ TEST_F(SweepTool, MergingNamesPartsOfDifferentSweepsAndOnesThatOverlap) {
   EXPECT_FALSE(fs::exists(in("merged")));
 }
 
-TEST_F(SweepTool, NamesOptionsThatAreWrongOrDoNotGoTogether) {
-  const std::string out = " --out " + in("parts");
-  expectError(sweep("--shard 0/4" + out), "--shard: '0/4': shards are numbered from 1 to N, here from 1 to 4");
-  expectError(sweep("--shard 5/4" + out), "--shard: '5/4': shards are numbered from 1 to N, here from 1 to 4");
-  expectError(sweep("--range 7:7" + out), "--range: '7:7' has no state");
-  expectError(sweep("--range 4000:5001" + out), "--range 4000:5001: " + in("s.csv") + " has the states 0:5000");
-  expectError(sweep("--shard 1/4"), "--shard and --range need --out DIR");
-  expectError(sweep("--shard 1/4 --range 0:5" + out), "--shard excludes --range");
-  expectError(sweep("--shard 1/4 --assert-above 0" + out),
-              "--assert-above, --plot and --report do not go with --shard");
-  expectError(sweep("--shard 1/4 --trajectory" + out), "--shard excludes --trajectory");
-  expectError(sweep("--shard 1/4 --summary " + in("x") + out), "--shard excludes --summary");
-  expectError(sweep("--format npy"), "--format npy needs --out FILE");
-  expectError(sweep("--format npy --trajectory" + out), "--format npy does not go with --trajectory");
-  expectError(sweep("--pairs any:x"), "--pairs: any:x: no number behind any:");
-  expectError(sweep("--pairs any:nan"), "--pairs: any:nan: not a number");
-  expectError(runCommandApart(CLEARANCE " --merge " + in("parts")), "--merge needs --out FILE");
-  expectError(sweep("--merge " + in("parts") + out), "--merge needs no robot");
-  expectError(runCommandApart(CLEARANCE " --states " + in("s.csv")), "robot is required");
-  expectError(runCommandApart("cat " + in("s.csv") + " | " CLEARANCE " " + urdf_ + " --shard 1/4" + out),
-              "standard input: a stream has no parts");
-  EXPECT_FALSE(fs::exists(in("parts")));
-}
-
 TEST_F(SweepTool, NamesAFileWhereAFolderIsWantedAndTheOtherWayRound) {
   fs::create_directory(in("folder"));
   files_.write("file", "old");
@@ -319,20 +288,13 @@ TEST_F(SweepTool, ABadStateLeavesNoPart) {
 
 /// Three spheres of radius 0.1 on the x axis: a at cart + a, b at b and c at c. The sum of the first two overflows
 /// where each is finite.
-const char* const kOnACart = R"(<robot name="on a cart">
-  <link name="base"/><link name="cart"/>
-  <link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="b"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <link name="c"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="cart" type="prismatic"><parent link="base"/><child link="cart"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="a" type="prismatic"><parent link="cart"/><child link="a"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="b" type="prismatic"><parent link="base"/><child link="b"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-  <joint name="c" type="prismatic"><parent link="base"/><child link="c"/><axis xyz="1 0 0"/>
-    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
-</robot>)";
+const std::string kOnACart = [] {
+  using namespace robots;
+  std::string links = link("base") + link("cart");
+  for (const std::string name : {"a", "b", "c"}) links += link(name, ball("0.1"));
+  return urdfOf(links + slider("cart", "base", "cart", "1 0 0") + slider("a", "cart", "a", "1 0 0") +
+                slider("b", "base", "b", "1 0 0") + slider("c", "base", "c", "1 0 0"));
+}();
 
 /// In the middle one of three states a has no pose; b and c have one, 0.8 apart.
 class UnknownStates : public SweepTool {
