@@ -9,6 +9,21 @@
 namespace proximity_server::scene {
 namespace {
 
+/// More boxes than this along the axes of the body are bounded along these axes only. There may be a hundred thousand of
+/// them, in a map or in what a camera sees, and trying other directions would take seconds.
+constexpr std::size_t kFewBoxes = 64;
+
+bool isAlignedBox(const Piece& piece) {
+  return piece.shape.kind() == narrowphase::Shape::Kind::Box &&
+         piece.body_T_piece.linear() == Eigen::Matrix3d::Identity();
+}
+
+Eigen::AlignedBox3d alignedBoxOf(const Piece& piece) {
+  const Eigen::Vector3d centre = piece.body_T_piece.translation();
+  const Eigen::Vector3d half = piece.shape.halfExtents().array() + piece.shape.margin();
+  return {centre - half, centre + half};
+}
+
 bool hasClosedForm(const narrowphase::Shape& shape) {
   return shape.kind() == narrowphase::Shape::Kind::Point || shape.kind() == narrowphase::Shape::Kind::Segment;
 }
@@ -22,7 +37,9 @@ bool splitsFirst(const Volume& a, const Volume& b) {
 VolumeBuilder::VolumeBuilder(const std::vector<Piece>& pieces, std::vector<Representation> representations)
     : pieces_(pieces), representations_(std::move(representations)) {
   bounds_of_pieces_.reserve(pieces.size());
-  for (const Piece& piece : pieces) bounds_of_pieces_.push_back(boundsOf(piece));
+  are_aligned_ = pieces.size() > kFewBoxes && std::all_of(pieces.begin(), pieces.end(), isAlignedBox);
+  for (const Piece& piece : pieces)
+    bounds_of_pieces_.push_back(are_aligned_ ? boundsOf(alignedBoxOf(piece)) : boundsOf(piece));
 }
 
 Volume VolumeBuilder::over(std::vector<int> pieces, std::vector<Volume>& volumes) const {
@@ -47,16 +64,12 @@ Volume VolumeBuilder::volumeOf(std::vector<int>::iterator begin, std::vector<int
   Volume volume;
   if (begin == end) return volume;
 
-  std::vector<const Piece*> pieces;
-  std::vector<const Bounds*> bounds;
   for (auto piece = begin; piece != end; ++piece) {
-    pieces.push_back(&pieces_[*piece]);
-    bounds.push_back(&bounds_of_pieces_[*piece]);
     volume.representation = std::max(volume.representation, representations_[*piece]);
     volume.has_interior |= pieces_[*piece].interior != nullptr;
     volume.has_representative |= pieces_[*piece].is_representative;
   }
-  volume.bounds = boundsOf(pieces, bounds);
+  volume.bounds = boundsOver(begin, end);
 
   Eigen::Index longest = 0;
   volume.bounds.half.maxCoeff(&longest);
@@ -66,6 +79,28 @@ Volume VolumeBuilder::volumeOf(std::vector<int>::iterator begin, std::vector<int
   const int first_part = system::append(volumes, first);
   volume.parts = {first_part, system::append(volumes, second)};
   return volume;
+}
+
+Bounds VolumeBuilder::boundsOver(std::vector<int>::iterator begin, std::vector<int>::iterator end) const {
+  if (are_aligned_) {
+    Eigen::AlignedBox3d box;
+    double reach = 0.0;
+    for (auto piece = begin; piece != end; ++piece) {
+      const Bounds& bounds = bounds_of_pieces_[*piece];
+      box.extend(Eigen::AlignedBox3d(bounds.centre - bounds.half, bounds.centre + bounds.half));
+      reach = std::max(reach, bounds.reach);
+    }
+    Bounds bounds = boundsOf(box);
+    bounds.reach = reach;
+    return bounds;
+  }
+  std::vector<const Piece*> pieces;
+  std::vector<const Bounds*> bounds;
+  for (auto piece = begin; piece != end; ++piece) {
+    pieces.push_back(&pieces_[*piece]);
+    bounds.push_back(&bounds_of_pieces_[*piece]);
+  }
+  return boundsOf(pieces, bounds);
 }
 
 }  // namespace proximity_server::scene

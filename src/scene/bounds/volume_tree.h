@@ -39,10 +39,12 @@ class VolumeBuilder {
  private:
   Volume leafOf(int piece) const;
   Volume volumeOf(std::vector<int>::iterator begin, std::vector<int>::iterator end, std::vector<Volume>& volumes) const;
+  Bounds boundsOver(std::vector<int>::iterator begin, std::vector<int>::iterator end) const;
 
   const std::vector<Piece>& pieces_;
   std::vector<Representation> representations_;
   std::vector<Bounds> bounds_of_pieces_;
+  bool are_aligned_;  ///< all pieces are boxes along the axes of the body
 };
 
 }  // namespace proximity_server::scene

@@ -135,17 +135,18 @@ constexpr double kOddlyFar = 100.0;
 void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   const auto pose = usablePose(shape.object_T_shape);
   if (!pose) throw std::invalid_argument("its pose is not finite, or no rotation");
-  const ConvexParts parts = std::visit(PartsReader(options), shape.geometry);
+  ConvexParts parts = std::visit(PartsReader(options), shape.geometry);
   const int index = static_cast<int>(all.shapes.size());
   if (all.pieces.size() + parts.parts.size() > kMaxPieces)
     throw std::invalid_argument("the object has more than a million convex pieces");
-  for (Piece piece : parts.parts) {
-    piece.shape = piece.shape.padded(options.padding);
+  for (Piece& piece : parts.parts) {
+    if (options.padding != 0.0) piece.shape = piece.shape.padded(options.padding);
     all.chain_lengths.push_back(pose->translation().norm() + piece.body_T_piece.translation().norm() +
                                 piece.shape.coreReach() + piece.shape.margin());
     piece.body_T_piece = *pose * piece.body_T_piece;
     piece.collision = index;
     requireNear(piece, "the object");
+    if (piece.shape.kind() == Shape::Kind::Hull) parts.info.vertices += piece.shape.hull().size();
     all.pieces.push_back(std::move(piece));
   }
   const auto lengths = all.chain_lengths.end() - static_cast<std::ptrdiff_t>(parts.parts.size());
@@ -166,8 +167,6 @@ void add(const ObjectShape& shape, const ObjectOptions& options, Parts& all) {
   }
   all.shapes.push_back(parts.info);
   all.shapes.back().pieces = static_cast<int>(parts.parts.size() + parts.half_spaces.size());
-  for (const Piece& part : parts.parts)
-    if (part.shape.kind() == Shape::Kind::Hull) all.shapes.back().vertices += part.shape.hull().size();
   for (const std::string& warning : parts.warnings) {  // only once, even if several shapes have the same mesh
     const std::string sentence = warning + ".";
     if (std::find(all.warnings.begin(), all.warnings.end(), sentence) == all.warnings.end())

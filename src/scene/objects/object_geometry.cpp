@@ -17,6 +17,7 @@ std::vector<Volume> volumesOf(const std::vector<Piece>& pieces, const std::vecto
   std::vector<int> all(pieces.size());
   std::iota(all.begin(), all.end(), 0);
   std::vector<Volume> volumes(1);
+  volumes.reserve(2 * pieces.size());
   const Volume root = VolumeBuilder(pieces, std::move(representations)).over(std::move(all), volumes);
   volumes.front() = root;
   return volumes;
