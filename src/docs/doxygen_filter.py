@@ -19,7 +19,7 @@ import sys
 SECTIONS = {
     "Tutorials": ["config/tutorials/ur5.md", "config/tutorials/*.md"],
     "The node": ["srv/README.md", "msg/README.md", "config/README.md", "config/PARAMETERS.md",
-                 "config/UNCERTAINTY.md", "config/SEPARATION.md", "src/demo/README.md",
+                 "config/UNCERTAINTY.md", "config/SEPARATION.md", "config/SENSED.md", "src/demo/README.md",
                  "src/node/*/README.md"],
     "Tools": ["src/tools/README.md", "src/tools/*/README.md", "test/node/clearancetest/README.md"],
     "Libraries": ["include/README.md", "src/python/README.md"],

@@ -39,6 +39,8 @@ add_message_files(FILES
   RayHit.msg
   Record.msg
   QueryStatus.msg
+  Sensed.msg
+  SensedSource.msg
   Separation.msg
   ShapeInfo.msg
   ShapeKind.msg

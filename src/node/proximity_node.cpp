@@ -45,7 +45,7 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
       objects_(
           robot, ros::WallTime::now().toNSec(), frameFinder(tf_),
           [this](const Robot& changed) {
-            recorder_.know(objects_.current());
+            recorder_.know(objects_.recorded());
             monitor_.takeObjects(changed);
           },
           ObjectLimits(), objectsAtStart(robot->config())),
@@ -59,9 +59,9 @@ ProximityNode::ProximityNode(const ros::NodeHandle& nh, const ros::NodeHandle& p
                        ROS_WARN_STREAM_THROTTLE(
                            1.0, "a message of ~apply_objects is left out: " << system::readable(reason));
                      }),
-      tracked_sources_(nh, tf_, objects_, tracked_ages_) {
+      tracked_sources_(nh, private_nh, tf_, objects_, tracked_ages_) {
   if (service_port_.isSeparate()) runPollThreadInRealTime(robot->config().realtime_priority);
-  recorder_.know(objects_.current());
+  recorder_.know(objects_.recorded());
   tf_.watch(*robot);
   tracked_ages_.follow(*robot);
   monitor_.start(robot);
@@ -139,7 +139,7 @@ bool ProximityNode::onReload(std_srvs::Trigger::Request&, std_srvs::Trigger::Res
       loaded->useDefaults(current);
       objects_.follow(loaded, [&] {
         std::atomic_store(&robot_, loaded);
-        recorder_.know(objects_.current());
+        recorder_.know(objects_.recorded());
         tracked_ages_.follow(*loaded);
         monitor_.follow(loaded);
       });

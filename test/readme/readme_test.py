@@ -484,11 +484,11 @@ def tutorials():
 
 
 def readmes():
-    """Every README.md of the repository, the top one first, and the page about uncertainties; their blocks run in this
-    order.
+    """Every README.md of the repository, the top one first, and the pages about uncertainties and cameras; their
+    blocks run in this order.
     """
     return sorted(SOURCE.glob("README.md")) + sorted(
-        path for name in ("README.md", "UNCERTAINTY.md") for path in SOURCE.glob(f"*/**/{name}")
+        path for name in ("README.md", "SENSED.md", "UNCERTAINTY.md") for path in SOURCE.glob(f"*/**/{name}")
         if path.relative_to(SOURCE).parts[0] != "build")
 
 
@@ -547,7 +547,7 @@ BLOCKS = (
     (">>> ", Document.python_session),
     ("<launch>", Document.file_of_test),
     ("objects:", Document.file_of_objects),
-    (("pair_stop_distance:", "joint_uncertainty:", "joint_inequalities:", "tracked:"), Document.parameters),
+    (("pair_stop_distance:", "joint_uncertainty:", "joint_inequalities:", "tracked:", "sensed:"), Document.parameters),
     ("- -347 deg", Document.inequalities_of_icub),
     ("rostest ", Document.rostest),
     ("cmake -S ", Document.commands),

@@ -20,7 +20,7 @@ void assignStart(ConstraintRows& message, const MeasuredCycle& cycle, const Quer
 }  // namespace
 
 Constraints::Constraints(const Robot& robot, int capacity)
-    : is_tracking_(!robot.config().tracked.empty()),
+    : config_(robot.config()),
       rows_(robot.sharedModel(), capacity, robot.constraintColumns()),
       inequality_rows_(robot.sharedModel(), robot.constraintColumns()) {}
 
@@ -34,7 +34,7 @@ const ConstraintRows& Constraints::rowsOf(const MeasuredCycle& cycle, const Moni
 
 QueryStatus Constraints::update(const MeasuredCycle& cycle, const MonitorSettings& settings) {
   if (cycle.clearance.level == Clearance::INVALID) return cycle.clearance.status;
-  const std::string problem = problemOfInfluenceDistance(settings, is_tracking_);
+  const std::string problem = problemOfInfluenceDistance(settings, config_);
   if (!problem.empty()) return statusOf(QueryStatus::INVALID_ARGUMENT, problem);
   damper_.stop = cycle.stop;
   damper_.influence_distance = settings.influence_distance;

@@ -45,7 +45,7 @@ class Constraints {
   void assignInequalities();
   void assignStuck(const MeasuredCycle& cycle);
 
-  const bool is_tracking_;  ///< there are tracked sources
+  const Config& config_;
   scene::ConstraintRows rows_;
   scene::InequalityRows inequality_rows_;
   scene::VelocityDamper damper_;

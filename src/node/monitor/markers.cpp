@@ -181,6 +181,7 @@ MarkerArray pieceMarkers(const Robot& robot) {
 void addTracked(const Robot& robot, const scene::Objects& objects, MarkerArray& array) {
   int id = 0;
   for (const TrackedSource& source : robot.config().tracked) {
+    if (source.sensing) continue;  // ~sensed_points shows what it sees
     Marker balls;
     balls.header = array.markers.front().header;
     balls.lifetime = array.markers.front().lifetime;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "node/answers/clearance_message.h"
+#include "node/answers/sensed_message.h"
 #include "node/monitor/constraints.h"
 #include "node/monitor/lookahead.h"
 #include "node/monitor/monitored_objects.h"
@@ -59,6 +60,9 @@ class Monitor {
   Separation separation(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                         const MonitorSettings& settings, const FrameSnapshot& frames,
                         const std::vector<std::optional<double>>& ages);
+
+  /// The sensed sources in the latest cycle, with their latest clouds and ages, see sensedSources().
+  Sensed sensed(const std::vector<SensedCloud>& clouds, const std::vector<std::optional<double>>& ages);
 
   /// The inequality that the poses of the latest cycle break most; nullopt if they break none, or poses are missing.
   const std::optional<scene::BrokenInequality>& broken() const { return assessment_.broken; }

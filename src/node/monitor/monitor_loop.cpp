@@ -58,6 +58,7 @@ MonitorLoop::MonitorLoop(const ros::NodeHandle& nh, const ros::NodeHandle& priva
   separation_pub_ = nh_.advertise<Separation>("separation", 1);
   separation_scale_pub_ = nh_.advertise<std_msgs::Float64>("separation_scale", 1);
   separation_override_pub_ = nh_.advertise<std_msgs::Int64>("separation_override", 1);
+  sensed_pub_ = nh_.advertise<Sensed>("sensed", 1);
   markers_pub_ = nh_.advertise<visualization_msgs::MarkerArray>(
       "markers", 10, [this](const ros::SingleSubscriberPublisher& subscriber) { sendPieces(subscriber); });
   simulated_timer_ = nh_.createTimer(
@@ -251,6 +252,8 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
   if (is_scaled) publishVelocityScale(snapshot, velocities, frames);
   if (is_separated) publishSeparation(snapshot, velocities, frames);
+  if (sensed_pub_.getNumSubscribers() > 0)
+    sensed_pub_.publish(monitor_.sensed(ages_.clouds(), ages_.all(ros::Time::now())));
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
   health_.slowest_cycle = std::max(health_.slowest_cycle, ros::Duration((ros::SteadyTime::now() - begin).toSec()));
 }

@@ -34,7 +34,7 @@ struct MonitorHealth {
 };
 
 /// Runs a Monitor in threads of its own, and publishes its results on ~clearance. It also publishes on ~constraints,
-/// ~collision_velocity_scale, ~separation with its scale and override, and ~markers while these have subscribers.
+/// ~collision_velocity_scale, ~separation with its scale and override, ~sensed and ~markers while these have subscribers.
 ///
 /// A cycle runs at the rate of the settings, in ROS time, or on every new set of transforms if the rate is 0. If
 /// neither the clock nor the transforms advance, a wall timer publishes nevertheless: the level is then INVALID,
@@ -124,7 +124,7 @@ class MonitorLoop {
   bool clock_stands_still_ = false;          // true if the clock did not advance between the last two keep-alives
   std::optional<ClearanceMarkers> markers_;  // for the monitor's robot; made for the first subscriber
 
-  ros::Publisher clearance_pub_;
+  ros::Publisher clearance_pub_, sensed_pub_;
   ros::Publisher constraints_pub_;
   ros::Publisher velocity_scale_pub_;
   ros::Publisher separation_pub_, separation_scale_pub_, separation_override_pub_;

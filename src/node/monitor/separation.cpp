@@ -21,6 +21,7 @@ std::vector<scene::Tracked> seenBy(const Robot& robot, const scene::Objects& obj
   const std::vector<TrackedSource>& sources = robot.config().tracked;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const TrackedSource& source = sources[i];
+    if (source.sensing) continue;
     const int number = objects.find(source.name);
     if (number < 0) continue;
     numbers.push_back(i);
@@ -87,13 +88,13 @@ Separation separationOf(const Robot& robot, PosedScenes& scenes, const Lookahead
                         const VelocitySnapshot& velocities, const std::vector<int>& joints, const ros::Duration& age,
                         const std::vector<std::optional<double>>& ages, const MonitorSettings& settings,
                         scene::GuaranteedDistances* guaranteed) {
-  if (robot.config().tracked.empty())
+  if (!robot.config().isTracking())
     return unknownSeparation(
         statusOf(QueryStatus::INVALID_ARGUMENT, "the parameter tracked is empty: nobody would be seen"));
   const QueryStatus known = stopStatus(robot, joints, velocities);
   if (known.code != QueryStatus::OK) return unknownSeparation(known);
   for (std::size_t i = 0; i < robot.config().tracked.size(); ++i)
-    if (i >= ages.size() || !ages[i])
+    if (!robot.config().tracked[i].sensing && (i >= ages.size() || !ages[i]))
       return unknownSeparation(
           statusOf(QueryStatus::TF_STALE, "tracked source '" + robot.config().tracked[i].name + "' has no message"));
   try {

@@ -115,7 +115,8 @@ void requireNames(const scene::ObjectEdit& edit) {
 /// Refuses the name of a tracked source.
 void requireUntracked(const Robot& robot, const std::string& id) {
   if (const TrackedSource* const source = robot.config().findTracked(id))
-    scene::refuseField("id", "it is a tracked source: only messages on '" + source->topic + "' change it");
+    scene::refuseField("id",
+                       "it is a " + source->kind() + " source: only messages on '" + source->topic + "' change it");
 }
 
 /// Reads a change, and makes the geometry of an object with meshes.

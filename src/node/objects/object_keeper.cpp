@@ -40,8 +40,9 @@ scene::ObjectFile objectsAtStart(const Config& config) {
   const bool is_restored = exists(config.objects_file);
   scene::ObjectFile file = is_restored ? scene::readObjectFile(config.objects_file) : config.objects;
   for (const scene::ObjectEdit& object : file.objects)
-    if (config.findTracked(object.id))
-      throw std::invalid_argument(object.source + ": id: it is a tracked source, see the parameter tracked");
+    if (const TrackedSource* const source = config.findTracked(object.id))
+      throw std::invalid_argument(object.source + ": id: it is a " + source->kind() + " source, see the parameter " +
+                                  source->kind());
   for (const std::string& warning : file.warnings) ROS_WARN_STREAM(system::readable(warning));
   if (is_restored)
     ROS_INFO_STREAM(

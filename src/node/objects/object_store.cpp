@@ -50,7 +50,8 @@ bool isKept(const scene::Object& object, const Robot& before, const Robot& now) 
   const bool is_same_reference = before.referenceFrame() == now.referenceFrame();
   if (isTracked(before, object.id)) return is_same_reference && isTracked(now, object.id);
   const std::string where = "object " + scene::quoted(object.id) + ": ";
-  if (isTracked(now, object.id)) throw std::invalid_argument(where + "a tracked source has its id: remove it first");
+  if (const TrackedSource* const source = now.config().findTracked(object.id))
+    throw std::invalid_argument(where + "a " + source->kind() + " source has its id: remove it first");
   if (!is_same_reference && std::holds_alternative<scene::Fixed>(object.placement))
     throw std::invalid_argument(where + "it stands in the reference frame '" + before.referenceFrame() +
                                 "', which would be '" + now.referenceFrame() + "': remove it first");
@@ -222,19 +223,14 @@ bool ObjectStore::commit(const scene::ObjectEditor& edited, const Rules& rules, 
   return true;
 }
 
-void ObjectStore::track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source,
-                        const std::vector<Eigen::Vector3d>& points, const std::function<void()>& placed) {
+void ObjectStore::track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source, SeenShapes seen,
+                        const std::function<void()>& placed) {
   scene::ObjectOptions options = objectOptions(*robot);
   scene::ObjectEdit edit = removalOf(source.name);
-  if (!points.empty()) {
+  if (!seen.shapes.empty()) {
     edit.operation = scene::ObjectEdit::Operation::Replace;
-    for (const Eigen::Vector3d& point : points)
-      edit.place.pose.translation() += point / static_cast<double>(points.size());
-    scene::requireReach(edit.place.pose);
-    for (const Eigen::Vector3d& point : points)
-      edit.shapes.push_back({narrowphase::Shape(narrowphase::Sphere{source.radius}),
-                             Eigen::Isometry3d(Eigen::Translation3d(point - edit.place.pose.translation()))});
-    edit.geometry = scene::makeObject(source.name, std::move(edit.shapes), scene::Fixed{}, options).geometry;
+    edit.place.pose = scene::requireReach(seen.place);
+    edit.geometry = scene::makeObject(source.name, std::move(seen.shapes), scene::Fixed{}, options).geometry;
   }
   const Lock only_one(change_mutex_);
   const TrackedSource* const now = robot_->config().findTracked(source.name);
@@ -266,6 +262,16 @@ void ObjectStore::follow(const std::shared_ptr<const Robot>& robot, const std::f
 ObjectStore::CurrentObjects ObjectStore::current() const {
   const Lock lock(mutex_);
   return {robot_, robot_->objects().get(), rules_, listed_};
+}
+
+ObjectStore::CurrentObjects ObjectStore::recorded() const {
+  CurrentObjects now = current();
+  std::vector<scene::ObjectChange> removals;
+  for (const TrackedSource& source : now.robot->config().tracked)
+    if (source.sensing && now.objects.all->find(source.name) >= 0)
+      removals.emplace_back(scene::RemoveObject{source.name});
+  if (!removals.empty()) now.objects.all = std::make_shared<const scene::Objects>(now.objects.all->changed(removals));
+  return now;
 }
 
 // The message of many objects is long. It is made without the lock, so that no change waits for it.

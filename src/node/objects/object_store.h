@@ -1,6 +1,7 @@
 #pragma once
 
 #include "node/objects/change_frames.h"
+#include "node/objects/tracked_points.h"
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChanges.h"
 #include "proximity_server/ObjectList.h"
@@ -55,12 +56,11 @@ class ObjectStore {
   std::uint64_t applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
                               const Remarked& remarked = {});
 
-  /// Replaces the object of a tracked source by balls around these points [m] in the reference frame of `robot`; without
-  /// points it is removed. Calls `placed` before a reload can take the object away. If a reload has replaced the robot
-  /// or changed the source, nothing is done.
+  /// Replaces the object of a tracked or sensed source by these shapes; without shapes it is removed. Calls `placed`
+  /// before a reload can take the object away. If a reload has replaced the robot or changed the source, nothing is done.
   /// Failure: throws std::invalid_argument as apply() does.
-  void track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source,
-             const std::vector<Eigen::Vector3d>& points, const std::function<void()>& placed);
+  void track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source, SeenShapes seen,
+             const std::function<void()>& placed);
 
   /// Gives the objects to a reloaded robot, and then calls `replace`. No change is applied until both are done.
   ///
@@ -77,6 +77,10 @@ class ObjectStore {
     std::uint64_t listed = 0;  ///< see revision()
   };
   CurrentObjects current() const;
+
+  /// The same without those of sensed sources: a record keeps the objects of each revision for seconds, and such an
+  /// object has up to a million boxes.
+  CurrentObjects recorded() const;
 
   /// The present objects as a message, without a stamp and without those of tracked sources.
   ObjectList list() const { return list(current()); }

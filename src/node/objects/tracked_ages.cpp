@@ -44,11 +44,12 @@ std::string TrackedAges::refusalOf(const std::string& name, const ros::Time& sta
   return {};
 }
 
-void TrackedAges::accept(const std::string& name, const ros::Time& stamp) {
+void TrackedAges::accept(const std::string& name, const ros::Time& stamp, const SensedCloud& cloud) {
   const Lock lock(mutex_);
   Entry* const entry = find(name);
   if (!entry) return;
   entry->latest = stamp;
+  entry->cloud = cloud;
   entry->problem.clear();
 }
 
@@ -62,10 +63,10 @@ void TrackedAges::refuse(const std::string& name, const std::string& reason, boo
 
 QueryStatus TrackedAges::status(const ros::Time& now) const {
   const Lock lock(mutex_);
-  for (const auto& [source, latest, problem] : entries_) {
+  for (const auto& [source, latest, problem, cloud] : entries_) {
     const double age = latest ? elapsed(*latest, now) : 0.0;
     if (latest && std::abs(age) <= source.max_age) continue;
-    std::string text = "tracked source '" + source.name + "' on '" + source.topic + "': ";
+    std::string text = source.text() + " on '" + source.topic + "': ";
     if (latest && age > 0.0)
       text += "its latest message is " + textOf(age) + " old, max_age is " + textOf(source.max_age);
     else if (latest)
@@ -84,6 +85,13 @@ std::vector<std::optional<double>> TrackedAges::all(const ros::Time& now) const 
   for (const Entry& entry : entries_)
     ages.push_back(entry.latest ? std::optional(elapsed(*entry.latest, now)) : std::nullopt);
   return ages;
+}
+
+std::vector<SensedCloud> TrackedAges::clouds() const {
+  const Lock lock(mutex_);
+  std::vector<SensedCloud> clouds;
+  for (const Entry& entry : entries_) clouds.push_back(entry.latest ? entry.cloud : SensedCloud());
+  return clouds;
 }
 
 TrackedAges::Entry* TrackedAges::find(const std::string& name) {

@@ -5,6 +5,7 @@
 
 #include <ros/time.h>
 
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -12,7 +13,17 @@
 
 namespace proximity_server::node {
 
-/// How old the latest messages of tracked sources are, in ROS time. Thread-safe.
+/// What became of the points of the latest cloud of a sensed source.
+struct SensedCloud {
+  std::uint64_t points = 0;        ///< with a finite place
+  std::uint64_t out_of_range = 0;  ///< left out, see Sensing::range
+  std::uint64_t on_robot = 0;      ///< left out, see Sensing::self_padding
+  std::uint64_t voxels = 0;        ///< of all others
+  std::uint64_t boxes = 0;         ///< of these voxels
+  double seconds = 0.0;            ///< of wall time, from the transforms to the boxes
+};
+
+/// How old the latest messages of tracked and sensed sources are, in ROS time. Thread-safe.
 class TrackedAges {
  public:
   /// The sources of a robot. The messages of before count no more if the sources or the reference frame have changed.
@@ -22,8 +33,8 @@ class TrackedAges {
   /// message is far ahead of the clock begins anew: the clock has jumped back.
   std::string refusalOf(const std::string& name, const ros::Time& stamp, const ros::Time& now);
 
-  /// A message was used.
-  void accept(const std::string& name, const ros::Time& stamp);
+  /// A message was used; of a sensed source it was this cloud.
+  void accept(const std::string& name, const ros::Time& stamp, const SensedCloud& cloud = {});
 
   /// Why the latest message was not used. Without a message before it that is still good (`is_stale`), the source is
   /// stale at once.
@@ -35,11 +46,15 @@ class TrackedAges {
   /// [s] The ages of the latest messages that count, in the order of Config::tracked; nullopt: there is none.
   std::vector<std::optional<double>> all(const ros::Time& now) const;
 
+  /// The latest clouds that count, in the same order.
+  std::vector<SensedCloud> clouds() const;
+
  private:
   struct Entry {
     TrackedSource source;
     std::optional<ros::Time> latest;  ///< the stamp of the latest message that counts
     std::string problem;              ///< why a later one was not used
+    SensedCloud cloud{};              ///< of the latest message
   };
   Entry* find(const std::string& name);
 

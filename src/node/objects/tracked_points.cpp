@@ -51,20 +51,12 @@ double numberAt(const std::uint8_t* place, bool is_swapped) {
   return static_cast<double>(number);
 }
 
-}  // namespace
-
-std::vector<Eigen::Vector3d> pointsOf(const geometry_msgs::PoseArray& message) {
-  std::vector<Eigen::Vector3d> points;
-  for (const geometry_msgs::Pose& pose : message.poses)
-    add({pose.position.x, pose.position.y, pose.position.z}, points.size(), points);
-  return points;
-}
-
-std::vector<Eigen::Vector3d> pointsOf(const PointCloud2& message) {
-  std::vector<Eigen::Vector3d> points;
+/// Calls visit(point, index) for the points of a cloud.
+template <class Visit>
+void forEachPoint(const PointCloud2& message, const Visit& visit) {
   const std::uint64_t width = message.width, height = message.height, step = message.point_step,
                       row_step = message.row_step;  // products of 32 bits fit into 64
-  if (width * height == 0) return points;
+  if (width * height == 0) return;
   const std::array<Coordinate, 3> coordinates{coordinateOf(message, "x"), coordinateOf(message, "y"),
                                               coordinateOf(message, "z")};
   if (width * step > row_step) throw std::invalid_argument("width times point_step is more than row_step");
@@ -79,8 +71,41 @@ std::vector<Eigen::Vector3d> pointsOf(const PointCloud2& message) {
       point[axis] = of.size == sizeof(float) ? numberAt<float>(place + of.offset, is_swapped)
                                              : numberAt<double>(place + of.offset, is_swapped);
     }
-    if (!point.hasNaN()) add(point, i, points);
+    visit(point, i);
   }
+}
+
+}  // namespace
+
+SeenShapes ballsAround(const std::vector<Eigen::Vector3d>& points, double radius) {
+  SeenShapes balls;
+  for (const Eigen::Vector3d& point : points) balls.place.translation() += point / static_cast<double>(points.size());
+  for (const Eigen::Vector3d& point : points)
+    balls.shapes.push_back({narrowphase::Shape(narrowphase::Sphere{radius}),
+                            Eigen::Isometry3d(Eigen::Translation3d(point - balls.place.translation()))});
+  return balls;
+}
+
+std::vector<Eigen::Vector3d> pointsOf(const geometry_msgs::PoseArray& message) {
+  std::vector<Eigen::Vector3d> points;
+  for (const geometry_msgs::Pose& pose : message.poses)
+    add({pose.position.x, pose.position.y, pose.position.z}, points.size(), points);
+  return points;
+}
+
+std::vector<Eigen::Vector3d> pointsOf(const PointCloud2& message) {
+  std::vector<Eigen::Vector3d> points;
+  forEachPoint(message, [&](const Eigen::Vector3d& point, std::uint64_t index) {
+    if (!point.hasNaN()) add(point, index, points);
+  });
+  return points;
+}
+
+std::vector<Eigen::Vector3d> returnsOf(const PointCloud2& message) {
+  std::vector<Eigen::Vector3d> points;
+  forEachPoint(message, [&](const Eigen::Vector3d& point, std::uint64_t) {
+    if (point.allFinite()) points.push_back(point);
+  });
   return points;
 }
 

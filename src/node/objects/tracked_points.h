@@ -1,8 +1,10 @@
 #pragma once
 
+#include "proximity_server/scene/objects/object_shape.h"
+
 #include <geometry_msgs/PoseArray.h>
 #include <sensor_msgs/PointCloud2.h>
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <cstddef>
 #include <vector>
@@ -14,6 +16,15 @@
 
 namespace proximity_server::node {
 
+/// What a source sees as shapes, in a frame that stands at `place` in the reference frame of the robot.
+struct SeenShapes {
+  std::vector<scene::ObjectShape> shapes{};
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+};
+
+/// A ball around each point [m].
+SeenShapes ballsAround(const std::vector<Eigen::Vector3d>& points, double radius);
+
 constexpr std::size_t kMostTrackedPoints = 1000;
 
 std::vector<Eigen::Vector3d> pointsOf(const geometry_msgs::PoseArray& message);
@@ -21,5 +32,9 @@ std::vector<Eigen::Vector3d> pointsOf(const geometry_msgs::PoseArray& message);
 /// Reads a cloud of any layout with x, y and z as FLOAT32 or FLOAT64.
 /// Failure: as above, and if the sizes that the message states do not fit each other or its data.
 std::vector<Eigen::Vector3d> pointsOf(const sensor_msgs::PointCloud2& message);
+
+/// All points of a cloud that are finite, however many. REP 117 has other numbers where a sensor sees nothing.
+/// Failure: as above, if sizes do not fit.
+std::vector<Eigen::Vector3d> returnsOf(const sensor_msgs::PointCloud2& message);
 
 }  // namespace proximity_server::node

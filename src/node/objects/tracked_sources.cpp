@@ -6,22 +6,32 @@
 #include "system/number_text.h"
 
 #include <ros/console.h>
+#include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <algorithm>
 #include <exception>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace proximity_server::node {
 namespace {
 
 void warn(const TrackedSource& source, const std::string& reason) {
-  ROS_WARN_STREAM_THROTTLE(1.0, system::readable("tracked source '" + source.name + "': a message on '" + source.topic +
-                                                 "' is left out: " + reason));
+  ROS_WARN_STREAM_THROTTLE(
+      1.0, system::readable(source.text() + ": a message on '" + source.topic + "' is left out: " + reason));
 }
 
 }  // namespace
+
+TrackedSources::TrackedSources(const ros::NodeHandle& nh, const ros::NodeHandle& private_nh, TfPoses& tf,
+                               ObjectStore& store, TrackedAges& ages)
+    : nh_(nh),
+      tf_(tf),
+      store_(store),
+      ages_(ages),
+      points_pub_(ros::NodeHandle(private_nh).advertise<sensor_msgs::PointCloud2>("sensed_points", 1)) {}
 
 void TrackedSources::follow(const Robot& robot) {
   const std::vector<TrackedSource>& tracked = robot.config().tracked;
@@ -33,6 +43,7 @@ void TrackedSources::follow(const Robot& robot) {
   for (const TrackedSource& source : tracked) {
     Subscription& subscription = *subscriptions_.emplace_back(std::make_unique<Subscription>());
     subscription.source = source;
+    if (source.sensing) subscription.boxes.emplace(*source.sensing);
     if (source.type == TrackedSource::Type::PoseArray)
       subscribe<geometry_msgs::PoseArray>(subscription);
     else
@@ -43,19 +54,22 @@ void TrackedSources::follow(const Robot& robot) {
 
 template <class Message>
 void TrackedSources::subscribe(Subscription& subscription) {
-  subscription.subscriber = withQueue(nh_, subscription.queue)
-                                .subscribe<Message>(
-                                    subscription.source.topic, 1,
-                                    [this, &source = subscription.source](
-                                        const boost::shared_ptr<const Message>& message) { take(source, *message); },
-                                    {}, ros::TransportHints().tcpNoDelay());
+  subscription.subscriber =
+      withQueue(nh_, subscription.queue)
+          .subscribe<Message>(
+              subscription.source.topic, 1,
+              [this, &subscription](const boost::shared_ptr<const Message>& message) { take(subscription, *message); },
+              {}, ros::TransportHints().tcpNoDelay());
 }
 
 template <class Message>
-void TrackedSources::take(const TrackedSource& source, const Message& message) {
+void TrackedSources::take(Subscription& subscription, const Message& message) {
+  const TrackedSource& source = subscription.source;
   const std::string refusal = ages_.refusalOf(source.name, message.header.stamp, ros::Time::now());
   if (!refusal.empty()) return warn(source, refusal);
   try {
+    if constexpr (std::is_same_v<Message, sensor_msgs::PointCloud2>)
+      if (subscription.boxes) return placeCloud(subscription, message);
     place(source, message.header, pointsOf(message));
   } catch (const ChangeError& error) {  // a frame is not known; the message before it counts until it is too old
     ages_.refuse(source.name, error.what(), /*is_stale=*/false);
@@ -71,12 +85,52 @@ void TrackedSources::place(const TrackedSource& source, const std_msgs::Header& 
                            std::vector<Eigen::Vector3d> points) {
   const std::shared_ptr<const Robot> robot = store_.current().robot;
   if (!points.empty()) {
-    ChangeFrames frames(*robot, frameFinder(tf_, header.stamp, source.max_age));
-    const Eigen::Isometry3d pose =
-        frames.seenFrom(robot->referenceFrame(), frames.named(header.frame_id), Eigen::Isometry3d::Identity());
+    const Eigen::Isometry3d pose = poseOf(*robot, source, header);
     for (Eigen::Vector3d& point : points) point = pose * point;
   }
-  store_.track(robot, source, points, [&] { ages_.accept(source.name, header.stamp); });
+  store_.track(robot, source, ballsAround(points, source.radius), [&] { ages_.accept(source.name, header.stamp); });
+}
+
+/// The pose of the frame of a message in the reference frame, at its time.
+Eigen::Isometry3d TrackedSources::poseOf(const Robot& robot, const TrackedSource& source,
+                                         const std_msgs::Header& header) {
+  ChangeFrames frames(robot, frameFinder(tf_, header.stamp, source.max_age));
+  return frames.seenFrom(robot.referenceFrame(), frames.named(header.frame_id), Eigen::Isometry3d::Identity());
+}
+
+/// Gives the boxes of a cloud to the store, without the points of the robot where it was at the time of the cloud.
+void TrackedSources::placeCloud(Subscription& subscription, const sensor_msgs::PointCloud2& message) {
+  const TrackedSource& source = subscription.source;
+  const ObjectStore::CurrentObjects now = store_.current();
+  const std::shared_ptr<const Robot>& robot = now.robot;
+  std::vector<Eigen::Vector3d> points = returnsOf(message);
+  SensedCloud cloud;
+  SeenShapes seen;
+  if (!points.empty()) {
+    const Eigen::Isometry3d pose = poseOf(*robot, source, message.header);
+    const PoseSnapshot where = tf_.await(*robot, CloudBoxes::bodiesOf(*robot), message.header.stamp, source.max_age);
+    if (where.status.code != QueryStatus::OK) throw ChangeError(where.status.code, where.status.message);
+    seen.shapes = subscription.boxes->make(robot, *now.objects.all, where.poses, pose, points, cloud);
+  }
+  publish(*robot, message.header.stamp, points);
+  store_.track(robot, source, std::move(seen), [&] { ages_.accept(source.name, message.header.stamp, cloud); });
+}
+
+/// Publishes the points [m], which are in the reference frame.
+void TrackedSources::publish(const Robot& robot, const ros::Time& stamp, const std::vector<Eigen::Vector3d>& points) {
+  if (points_pub_.getNumSubscribers() == 0) return;
+  sensor_msgs::PointCloud2 cloud;
+  cloud.header.stamp = stamp;
+  cloud.header.frame_id = robot.referenceFrame();
+  sensor_msgs::PointCloud2Modifier modifier(cloud);
+  modifier.setPointCloud2FieldsByString(1, "xyz");
+  modifier.resize(points.size());
+  sensor_msgs::PointCloud2Iterator<float> out(cloud, "x");
+  for (const Eigen::Vector3d& point : points) {
+    for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
+    ++out;
+  }
+  points_pub_.publish(cloud);
 }
 
 }  // namespace proximity_server::node

@@ -68,6 +68,7 @@ std::vector<std::string> reasonsOf(const RecordReader& reader, const ReplayOptio
     reasons.push_back("the mesh tolerance is " + formatted("%g", *options.mesh_tolerance) + " m");
   if (reader.robot->config().pose_latency == PoseLatency::Velocity)
     reasons.push_back("pose_latency is velocity: a record has no velocities of joint_states");
+  if (reader.robot->config().isSensing()) reasons.push_back("a record has nothing of sensed sources");
   reasons.push_back("meshes are read from where they are now, and may have changed");
   return reasons;
 }

@@ -2,6 +2,8 @@
 
 #include "proximity_server/scene/configuration/robot_config.h"
 
+#include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -45,26 +47,44 @@ enum class PoseLatency : unsigned char {
 };
 const char* toString(PoseLatency latency);  ///< "velocity"
 
-/// An entry of the parameter `tracked`: people or things whose points come by a topic. In each scene it is an object with
-/// this name, of one ball around each point.
+/// How a sensed source makes boxes of its points.
+struct Sensing {
+  double resolution = 0.02;                    ///< [m] the edge of a voxel
+  double self_padding = 0.02;                  ///< [m] points so near to a link, or to what it holds, are its own
+  std::map<std::string, double> link_padding;  ///< [m] the same of single links
+  double range = 100.0;                        ///< [m] farther from the sensor points are left out
+
+  bool operator==(const Sensing& other) const {
+    return std::tie(resolution, self_padding, link_padding, range) ==
+           std::tie(other.resolution, other.self_padding, other.link_padding, other.range);
+  }
+};
+
+/// An entry of the parameter `tracked`, people or things whose points come by a topic, or of `sensed`, what a camera sees.
+/// In each scene it is an object with this name: of one ball around each point, or of the voxels that have points.
 struct TrackedSource {
   enum class Type : unsigned char { PoseArray, PointCloud2 };
 
   std::string name, topic;
   Type type = Type::PoseArray;
-  double radius = 0.0;       ///< [m] of each ball
-  double max_age = 0.5;      ///< [s] of the latest message; beyond it the source is stale
-  double speed = 1.6;        ///< [m/s] the fastest that the points move; EN ISO 13855: a person
-  double near_speed = 2.0;   ///< [m/s] the same nearer than 0.5 m
-  double intrusion = 0.0;    ///< [m] how far a part of a person may be before it is seen
-  double uncertainty = 0.0;  ///< [m] how far a point may be off
+  double radius = 0.0;               ///< [m] of each ball
+  double max_age = 0.5;              ///< [s] of the latest message; beyond it the source is stale
+  double speed = 1.6;                ///< [m/s] the fastest that the points move; EN ISO 13855: a person
+  double near_speed = 2.0;           ///< [m/s] the same nearer than 0.5 m
+  double intrusion = 0.0;            ///< [m] how far a part of a person may be before it is seen
+  double uncertainty = 0.0;          ///< [m] how far a point may be off
+  std::optional<Sensing> sensing{};  ///< of a sensed source; nothing else above but max_age counts for it
+
+  std::string kind() const { return sensing ? "sensed" : "tracked"; }  ///< its parameter
+  std::string text() const { return kind() + " source '" + name + "'"; }
 
   bool operator==(const TrackedSource& other) const { return values() == other.values(); }
 
  private:
-  std::tuple<const std::string&, const std::string&, Type, double, double, double, double, double, double> values()
-      const {
-    return {name, topic, type, radius, max_age, speed, near_speed, intrusion, uncertainty};
+  std::tuple<const std::string&, const std::string&, Type, double, double, double, double, double, double,
+             const std::optional<Sensing>&>
+  values() const {
+    return {name, topic, type, radius, max_age, speed, near_speed, intrusion, uncertainty, sensing};
   }
 };
 
@@ -103,12 +123,16 @@ struct Config : scene::RobotConfig {
   double message_latency = 0.0;  ///< [s] from a cycle of the monitor until its message is used
   scene::JointLimits max_acceleration;
   scene::FileValue base_speed{scene::FileValue::Map()}, object_speed{scene::FileValue::Map()};
-  std::vector<TrackedSource> tracked;
-  scene::FileValue tracked_value{scene::FileValue::List()};  ///< the parameter, of which configFrom() makes `tracked`
+  std::vector<TrackedSource> tracked;  ///< and sensed, after those that are tracked
+  /// The parameters `tracked` and `sensed`, of which configFrom() makes it.
+  scene::FileValue tracked_value{scene::FileValue::List()}, sensed_value{scene::FileValue::List()};
   MonitorSettings monitor;
 
-  /// nullptr if no tracked source has this name.
+  /// nullptr if no tracked or sensed source has this name.
   const TrackedSource* findTracked(const std::string& source) const;
+
+  bool isTracking() const;  ///< true if there are tracked sources
+  bool isSensing() const;   ///< true if there are sensed sources
 };
 
 }  // namespace proximity_server::node

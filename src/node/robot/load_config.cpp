@@ -38,6 +38,11 @@ void requireTopics(const std::vector<std::string>& topics, const std::string& na
     reader.require(isTopic(topic), name, "has no name of a topic: '" + topic + "'");
 }
 
+void requireKnown(const ParameterReader& reader) {
+  for (const std::string& field : reader.unknown())
+    reader.require(false, field, "is unknown" + scene::didYouMean(field, reader.known()));
+}
+
 RobotSource robotSource(const std::string& name, const FileValue& value, const std::string& name_space) {
   ParameterReader reader(value, name_space);
   RobotSource robot;
@@ -54,8 +59,7 @@ RobotSource robotSource(const std::string& name, const FileValue& value, const s
   if (const FileValue* const topics = reader.find("trajectories"))
     robot.trajectories = reader.texts(*topics, "trajectories");
   requireTopics(robot.trajectories, "trajectories", reader);
-  for (const std::string& field : reader.unknown())
-    reader.require(false, field, "is unknown" + scene::didYouMean(field, reader.known()));
+  requireKnown(reader);
   return robot;
 }
 
@@ -77,21 +81,27 @@ std::vector<RobotSource> sourcesFrom(const FileValue& value, const ParameterRead
   return sources;
 }
 
-/// Reads an entry of the parameter `tracked`; `name_space` ends with its index.
-TrackedSource trackedSource(const FileValue& value, const std::string& name_space) {
-  ParameterReader reader(value, name_space);
+/// The topic and the name of an entry of the parameters `tracked` and `sensed`.
+TrackedSource namedSource(ParameterReader& reader) {
   TrackedSource source;
-  std::string type;
   reader.read("topic", source.topic);
   reader.require(isTopic(source.topic), "topic", "is no name of a topic: '" + source.topic + "'");
-  reader.read("type", type);
-  reader.require(type == "PoseArray" || type == "PointCloud2", "type",
-                 "is '" + type + "', but must be PoseArray or PointCloud2");
-  source.type = type == "PoseArray" ? TrackedSource::Type::PoseArray : TrackedSource::Type::PointCloud2;
   source.name = source.topic.substr(source.topic.front() == '/' ? 1 : 0);
   reader.read("name", source.name);
   reader.require(!source.name.empty() && source.name != "*", "name", "is '" + source.name + "', no name of an object");
   scene::requireUtf8(source.name);
+  return source;
+}
+
+/// Reads an entry of the parameter `tracked`; `name_space` ends with its index.
+TrackedSource trackedSource(const FileValue& value, const std::string& name_space) {
+  ParameterReader reader(value, name_space);
+  TrackedSource source = namedSource(reader);
+  std::string type;
+  reader.read("type", type);
+  reader.require(type == "PoseArray" || type == "PointCloud2", "type",
+                 "is '" + type + "', but must be PoseArray or PointCloud2");
+  source.type = type == "PoseArray" ? TrackedSource::Type::PoseArray : TrackedSource::Type::PointCloud2;
   reader.require(reader.isSet("radius"), "radius", "is missing: that of the ball around each point [m]");
   scene::ParameterRows numbers;
   const auto add = [&](const char* name, double* field, const scene::Range& range) {
@@ -106,26 +116,49 @@ TrackedSource trackedSource(const FileValue& value, const std::string& name_spac
   for (const Parameter& number : numbers.rows) reader.read(number);
   if (!reader.isSet("near_speed")) source.near_speed = 1.25 * source.speed;
   reader.require(source.near_speed >= source.speed, "near_speed", "must not be below speed");
-  for (const std::string& field : reader.unknown())
-    reader.require(false, field, "is unknown" + scene::didYouMean(field, reader.known()));
+  requireKnown(reader);
   return source;
 }
 
-std::vector<TrackedSource> trackedFrom(const FileValue& value, const ParameterReader& reader,
-                                       const std::string& name_space) {
+/// Reads an entry of the parameter `sensed`; `name_space` ends with its index.
+TrackedSource sensedSource(const FileValue& value, const std::string& name_space) {
+  ParameterReader reader(value, name_space);
+  TrackedSource source = namedSource(reader);
+  source.type = TrackedSource::Type::PointCloud2;
+  std::string type = "PointCloud2";
+  reader.read("type", type);
+  reader.require(type == "PointCloud2", "type", "is '" + type + "', but must be PointCloud2");
+  Sensing& sensing = source.sensing.emplace();
+  scene::ParameterRows numbers;
+  const auto add = [&](const char* name, const Parameter::Field& field, const scene::Range& range) {
+    numbers(name, field, range, "", Parameter::Change::Reload, "");
+  };
+  add("resolution", &sensing.resolution, {1e-3, 1});
+  add("self_padding", &sensing.self_padding, {0, 10});
+  add("link_self_padding", &sensing.link_padding, {0, 10});
+  add("range", &sensing.range, {1e-2, 1000});
+  add("max_age", &source.max_age, {1e-3, 10});
+  for (const Parameter& number : numbers.rows) reader.read(number);
+  requireKnown(reader);
+  return source;
+}
+
+/// Appends the sources of the parameter `name`, whose entries `read` reads. `fields` and `example` are of an entry.
+template <class Read>
+void addSources(const std::string& name, const FileValue& value, const std::string& fields, const std::string& example,
+                const Read& read, const ParameterReader& reader, const std::string& name_space,
+                std::vector<TrackedSource>& sources) {
   const auto* const entries = std::get_if<FileValue::List>(&value.content);
-  reader.require(entries, "tracked", "must be a list of {topic: ..., type: ..., radius: ...}");
-  std::vector<TrackedSource> sources;
+  reader.require(entries, name, "must be a list of " + fields);
+  std::size_t number = 0;
   for (const FileValue& entry : *entries) {
-    const std::string place = "tracked[" + std::to_string(sources.size()) + "]";
-    reader.require(std::holds_alternative<FileValue::Map>(entry.content), place,
-                   "must be of the form {topic: /people, type: PoseArray, radius: 0.3}");
-    TrackedSource source = trackedSource(entry, name_space + "/" + place);
+    const std::string place = name + "[" + std::to_string(number++) + "]";
+    reader.require(std::holds_alternative<FileValue::Map>(entry.content), place, "must be of the form " + example);
+    TrackedSource source = read(entry, name_space + "/" + place);
     reader.require(scene::findNamed(sources, source.name) < 0, place + "/name",
                    "is '" + source.name + "', as that of an entry before it");
     sources.push_back(std::move(source));
   }
-  return sources;
 }
 
 PoseLatency poseLatency(const FileValue& value, const ParameterReader& reader) {
@@ -177,11 +210,20 @@ const TrackedSource* Config::findTracked(const std::string& source) const {
   return found < 0 ? nullptr : &tracked[found];
 }
 
-std::string problemOfInfluenceDistance(const MonitorSettings& settings, bool is_tracking) {
+bool Config::isTracking() const {
+  return std::any_of(tracked.begin(), tracked.end(), [](const TrackedSource& source) { return !source.sensing; });
+}
+
+bool Config::isSensing() const {
+  return std::any_of(tracked.begin(), tracked.end(), [](const TrackedSource& source) { return source.sensing; });
+}
+
+std::string problemOfInfluenceDistance(const MonitorSettings& settings, const Config& config) {
   const std::pair<const char*, double> stop_distances[] = {
       {"stop_distance", settings.stop_distance},
       {"object_stop_distance", settings.object_stop_distance},
-      {"tracked_stop_distance", is_tracking ? settings.tracked_stop_distance : 0.0}};
+      {"tracked_stop_distance", config.isTracking() ? settings.tracked_stop_distance : 0.0},
+      {"sensed_stop_distance", config.isSensing() ? settings.sensed_stop_distance : 0.0}};
   for (const auto& [name, stop] : stop_distances) {
     if (settings.influence_distance > stop) continue;
     return "influence_distance is " + scene::shortest(settings.influence_distance) + ", not above " + name +
@@ -226,7 +268,10 @@ Config configFrom(const XmlRpcValue& values, const std::string& name_space) {
     ROS_WARN_STREAM(reader.place() << name << " is unknown and has no effect"
                                    << scene::didYouMean(name, reader.known()));
   config.robots = sourcesFrom(config.robots_value, reader, name_space);
-  config.tracked = trackedFrom(config.tracked_value, reader, name_space);
+  addSources("tracked", config.tracked_value, "{topic: ..., type: ..., radius: ...}",
+             "{topic: /people, type: PoseArray, radius: 0.3}", trackedSource, reader, name_space, config.tracked);
+  addSources("sensed", config.sensed_value, "{topic: ..., resolution: ...}",
+             "{topic: /camera/points, resolution: 0.02}", sensedSource, reader, name_space, config.tracked);
   config.pose_latency = poseLatency(config.pose_latency_value, reader);
   config.useMeshCache();
   const std::pair<const char*, const std::string&> paths[] = {{"objects_file", config.objects_file},

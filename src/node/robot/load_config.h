@@ -28,8 +28,9 @@ Config configFrom(const XmlRpc::XmlRpcValue& values, const std::string& name_spa
 MonitorSettings monitorSettingsFrom(const dynamic_reconfigure::Config& values, const std::string& name_space);
 
 /// Returns why ~constraints cannot have rows with these settings ("influence_distance is ..."), or "" if it can. The
-/// node starts nevertheless, because most users have no controller. `is_tracking`: there are tracked sources.
-std::string problemOfInfluenceDistance(const MonitorSettings& settings, bool is_tracking);
+/// node starts nevertheless, because most users have no controller. The
+/// sources are those of `config`.
+std::string problemOfInfluenceDistance(const MonitorSettings& settings, const Config& config);
 
 /// Names the settings that differ between `in_force` and `others`, with both values: "threshold is 0.3, there it is
 /// 0.5". Returns "" if they are equal.

@@ -8,10 +8,12 @@
 #include "proximity_server/scene/loading/joined_robots.h"
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/state/degrees_of_freedom.h"
+#include "system/number_text.h"
 
 #include <ros/console.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <utility>
@@ -167,6 +169,19 @@ std::vector<std::optional<double>> limitsOf(const scene::RobotModel& robot, cons
   return limits;
 }
 
+/// An obstacle must not vanish among the robot's own points before the robot stops.
+/// Throws std::invalid_argument naming the source and the distances.
+void requireSeenBefore(const TrackedSource& source, double stop_distance) {
+  if (!source.sensing) return;
+  double padding = source.sensing->self_padding;
+  for (const auto& [link, of_link] : source.sensing->link_padding) padding = std::max(padding, of_link);
+  const double seen_from = padding + std::sqrt(3.0) * source.sensing->resolution;
+  if (seen_from < stop_distance) return;
+  std::string text = "sensed_stop_distance is " + scene::shortest(stop_distance) + ", not above ";
+  system::appendRounded(text, seen_from, 3);
+  throw std::invalid_argument(text + ", the self padding of " + source.text() + " plus the diagonal of its voxels");
+}
+
 /// Throws std::invalid_argument for a robot that does not exist.
 scene::FrameSpeeds baseSpeedsOf(const scene::RobotModel& robot, const Config& config) {
   scene::FrameSpeeds speeds = scene::frameSpeedsFrom(config.base_speed, "parameter base_speed");
@@ -240,9 +255,16 @@ Robot::Robot(const std::vector<RobotTexts>& texts, const Config& config)
       objects_(std::make_unique<ObjectSlot>(noObjects(model_, reference_link_, config.free_objects))),
       scenes_(std::make_unique<ScenePool>(model_)) {
   useDefaults(config.monitor);
-  for (const TrackedSource& source : config.tracked)
+  for (const TrackedSource& source : config.tracked) {
+    const std::string parameter = "parameter " + source.kind() + ": ";
     if (model_->robot.findLink(source.name) >= 0)
-      throw std::invalid_argument("parameter tracked: name is " + scene::quoted(source.name) + ", that of a link");
+      throw std::invalid_argument(parameter + "name is " + scene::quoted(source.name) + ", that of a link");
+    if (!source.sensing) continue;
+    for (const auto& [link, padding] : source.sensing->link_padding)
+      if (model_->robot.findLink(link) < 0)
+        throw std::invalid_argument(parameter + "link_self_padding: there is no link " +
+                                    scene::unknownName(link, scene::namesOf(model_->robot.links)));
+  }
 }
 
 scene::LevelThresholds Robot::thresholdsWith(const scene::Objects& objects) const {
@@ -269,6 +291,7 @@ void Robot::useDefaults(const MonitorSettings& settings) const {
   for (int link = 0; link < static_cast<int>(model.links.size()); ++link)
     require(next->stop.of({{link}, scene::ShapeRef::ofObject(0)}), next->stop.objects,
             model.links[link].name + " and objects");
+  for (const TrackedSource& source : config_.tracked) requireSeenBefore(source, settings.sensed_stop_distance);
   std::atomic_store(&thresholds_, std::shared_ptr<const Thresholds>(next));
 }
 
@@ -291,8 +314,9 @@ void assignTracked(const std::vector<TrackedSource>& tracked, const scene::Objec
   for (const TrackedSource& source : tracked) {
     const int number = objects.find(source.name);
     if (number < 0) continue;
-    thresholds.stop.setObject(number, distances.tracked_stop_distance);
-    thresholds.warn.setObject(number, distances.tracked_warn_distance);
+    const bool is_sensed = source.sensing.has_value();
+    thresholds.stop.setObject(number, is_sensed ? distances.sensed_stop_distance : distances.tracked_stop_distance);
+    thresholds.warn.setObject(number, is_sensed ? distances.sensed_warn_distance : distances.tracked_warn_distance);
   }
 }
 

@@ -21,7 +21,10 @@ std::string contradictionIn(const LevelDistances& distances) {
   const std::string of_objects =
       contradiction("object_", distances.object_stop_distance, distances.object_warn_distance);
   if (!of_objects.empty()) return of_objects;
-  return contradiction("tracked_", distances.tracked_stop_distance, distances.tracked_warn_distance);
+  const std::string of_tracked =
+      contradiction("tracked_", distances.tracked_stop_distance, distances.tracked_warn_distance);
+  if (!of_tracked.empty()) return of_tracked;
+  return contradiction("sensed_", distances.sensed_stop_distance, distances.sensed_warn_distance);
 }
 
 void assignDefaults(LevelThresholds& thresholds, const LevelDistances& distances) {

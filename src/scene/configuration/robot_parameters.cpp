@@ -118,8 +118,9 @@ const std::vector<std::string>& parametersOfNode() {
       "message_latency", "max_acceleration", "base_speed", "object_speed", "influence_distance", "damping_gain",
       "max_constraints", "constraint_joints", "stop_latency", "max_deceleration", "diagnostic_period",
       "conditional_pairs",
-      // tracked sources
-      "tracked", "tracked_warn_distance", "tracked_stop_distance"};
+      // tracked and sensed sources
+      "tracked", "tracked_warn_distance", "tracked_stop_distance", "sensed", "sensed_warn_distance",
+      "sensed_stop_distance"};
   return kNames;
 }
 

@@ -87,6 +87,14 @@ TEST(TrackedPoints, WithoutAReturnAreLeftOut) {
   EXPECT_TRUE(pointsOf(PointCloud2()).empty()) << "nobody is there, and no field is needed";
 }
 
+TEST(SensedPoints, AreAllThatAreFinite) {
+  Points points(3000, Vector3d(1.0, 0.0, 0.0));
+  points[1].y() = kNaN;
+  points[2].z() = -std::numeric_limits<double>::infinity();
+  EXPECT_EQ(returnsOf(cloudOf(points)), Points(2998, Vector3d(1.0, 0.0, 0.0)));
+  EXPECT_TRUE(returnsOf(PointCloud2()).empty());
+}
+
 TEST(TrackedPoints, AreRefusedIfACoordinateIsInfinite) {
   EXPECT_EQ(errorOf([] {
               pointsOf(cloudOf({{0, 0, 0}, {0, std::numeric_limits<double>::infinity(), 0}}));

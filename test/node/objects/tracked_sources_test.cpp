@@ -123,7 +123,7 @@ TEST_F(AgesOfTwo, CountAfterAReloadOnlyForTheSameSourcesInTheSameFrame) {
 class TrackedObjects : public testing::Test {
  protected:
   void track(const std::string& name, const std::vector<Vector3d>& points) {
-    store_.track(store_.current().robot, sourceNamed(name), points, [this] { ++placed_; });
+    store_.track(store_.current().robot, sourceNamed(name), ballsAround(points, 0.2), [this] { ++placed_; });
   }
   std::string refusal(const ObjectChange& change) {
     return errorOf([&] { store_.apply(messageOf({change})); });
@@ -241,7 +241,7 @@ class MonitorOfPeople : public MonitorOfSliders {
   }
   /// The level with a person beside the right sphere, so far from its surface [m].
   const Clearance& withAPersonAt(double distance) {
-    store_->track(robot_, config_.tracked[0], {{0.5, 0.3 + distance, 0.0}}, [] {});
+    store_->track(robot_, config_.tracked[0], ballsAround({{0.5, 0.3 + distance, 0.0}}, 0.2), [] {});
     return cycleWithPresentObjects();
   }
   const Clearance& cycleWithPresentObjects() {
@@ -275,7 +275,8 @@ TEST_F(MonitorOfPeople, GivesThemToNoOtherObjectThatGetsTheNumber) {
 }
 
 TEST_F(MonitorOfPeople, HasNoRowsIfTheInfluenceDoesNotReachThem) {
-  store_->track(robot_, config_.tracked[0], {{1.1, 0.0, 0.0}}, [] {});  // in the way of the right sphere, 0.3 m off
+  store_->track(robot_, config_.tracked[0], ballsAround({{1.1, 0.0, 0.0}}, 0.2),
+                [] {});  // in the way of the right sphere, 0.3 m off
   cycleWithPresentObjects();
   const ConstraintRows& rows = monitor_.constraints(snapshot(), settings_);
   EXPECT_EQ(rows.status.message, "influence_distance is 0.1, not above tracked_stop_distance, which is 0.2");

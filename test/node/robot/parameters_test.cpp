@@ -215,6 +215,8 @@ XmlRpcValue otherValue(const Parameter& parameter) {
     value[0]["topic"] = "/people";
     value[0]["type"] = "PoseArray";
     value[0]["radius"] = 0.3;
+  } else if (parameter.name == "sensed") {
+    value[0]["topic"] = "/camera/points";
   } else if (parameter.name == "pose_latency") {
     value = "limit";
   } else if (std::holds_alternative<scene::FileValue*>(parameter.field)) {
@@ -369,6 +371,59 @@ TEST(TrackedParameter, IsRefusedByEntryAndField) {
   list[0] = without_radius;
   EXPECT_EQ(scene::errorOf([&] { configWith("tracked", list); }),
             "parameter /node/tracked[0]/radius is missing: that of the ball around each point [m]");
+}
+
+TEST(SensedParameter, HasANameAndNumbersByDefault) {
+  XmlRpcValue people_list, list;
+  people_list[0] = people();
+  for (const int i : {0, 1}) list[i]["topic"] = "/camera/points";
+  list[1]["name"] = "wrist";
+  for (const char* number : {"max_age", "resolution", "self_padding", "range"}) list[1][number] = 0.25;
+  list[1]["link_self_padding"]["hand"] = 0.5;
+  XmlRpcValue values;
+  values["sensed"] = list;
+  values["tracked"] = people_list;
+  const Config config = configFrom(values, "/node");
+  ASSERT_EQ(config.tracked.size(), 3U);
+  EXPECT_EQ(config.tracked[0].name, "seen/people") << "those that are tracked come first";
+  EXPECT_TRUE(config.isTracking() && config.isSensing());
+  TrackedSource expected;
+  expected.name = "camera/points";
+  expected.topic = "/camera/points";
+  expected.type = TrackedSource::Type::PointCloud2;
+  expected.sensing.emplace();
+  EXPECT_EQ(config.tracked[1], expected);
+  EXPECT_EQ(expected.sensing->resolution, 0.02);
+  EXPECT_EQ(expected.sensing->self_padding, 0.02);
+  expected.name = "wrist";
+  expected.max_age = 0.25;
+  *expected.sensing = {0.25, 0.25, {{"hand", 0.5}}, 0.25};
+  EXPECT_EQ(config.tracked[2], expected);
+}
+
+TEST(SensedParameter, IsRefusedByEntryAndField) {
+  const auto refusal = [](const auto& spoil) {
+    XmlRpcValue list;
+    list[0]["topic"] = "/camera/points";
+    spoil(list);
+    return scene::errorOf([&] { configWith("sensed", list); });
+  };
+  const std::string entry = "parameter /node/sensed[0]";
+  EXPECT_EQ(refusal([](XmlRpcValue&) {}), "");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list = 1.0; }),
+            "parameter /node/sensed must be a list of {topic: ..., resolution: ...}");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0] = "/camera"; }),
+            entry + " must be of the form {topic: /camera/points, resolution: 0.02}");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["topic"] = ""; }), entry + "/topic is no name of a topic: ''");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["type"] = "LaserScan"; }),
+            entry + "/type is 'LaserScan', but must be PointCloud2");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["resolution"] = 0.0; }),
+            entry + "/resolution is 0, outside of [0.001, 1]");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["link_self_padding"]["hand"] = -1.0; }),
+            entry + "/link_self_padding/hand is -1, outside of [0, 10]");
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["padding"] = 0.1; }).find(entry + "/padding is unknown"), 0U);
+  EXPECT_EQ(refusal([](XmlRpcValue& list) { list[1]["topic"] = "/camera/points"; }),
+            "parameter /node/sensed[1]/name is 'camera/points', as that of an entry before it");
 }
 
 // ---- dynamic_reconfigure

@@ -22,6 +22,8 @@ struct LevelDistances {
   double object_stop_distance = 0.02;  ///< for pairs with an object
   double tracked_warn_distance = 0.5;  ///< for pairs with the object of a tracked source, which only the node has
   double tracked_stop_distance = 0.2;
+  double sensed_warn_distance = 0.2;  ///< for pairs with the object of a sensed source, which only the node has
+  double sensed_stop_distance = 0.1;
 };
 
 /// Returns why these distances contradict each other ("stop_distance is ..."), or "" if they do not.

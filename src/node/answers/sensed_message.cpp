@@ -1,0 +1,50 @@
+#include "node/answers/sensed_message.h"
+
+#include "node/answers/conversions.h"
+
+namespace proximity_server::node {
+namespace {
+
+/// The closest pair with an object; nullptr if none is checked or near.
+const scene::PairProximity* closestTo(int number, const Robot& robot, PosedScenes& scenes) {
+  const scene::ShapeRef object = scene::ShapeRef::ofObject(number);
+  const scene::Objects& objects = *scenes.state.objects();
+  std::vector<scene::ShapeRefPair> pairs;
+  for (int link = 0; link < static_cast<int>(robot.robotModel().links.size()); ++link)
+    if (objects.isChecked(link, object)) pairs.push_back({{link}, object});
+  for (const int searcher : objects.searchers())
+    if (searcher != number && objects.isChecked(scene::ShapeRef::ofObject(searcher), object))
+      pairs.push_back({scene::ShapeRef::ofObject(searcher), object});
+  scene::Question question;
+  question.tolerance = robot.config().tolerance;
+  return scenes.scene.minimum(scenes.state, pairs, question);
+}
+
+}  // namespace
+
+std::vector<SensedSource> sensedSources(const Robot& robot, PosedScenes& scenes, bool is_known,
+                                        const std::vector<SensedCloud>& clouds,
+                                        const std::vector<std::optional<double>>& ages) {
+  std::vector<SensedSource> sources;
+  const scene::Objects& objects = *scenes.state.objects();
+  const std::vector<TrackedSource>& tracked = robot.config().tracked;
+  for (std::size_t i = 0; i < tracked.size() && i < clouds.size(); ++i) {
+    if (!tracked[i].sensing) continue;
+    SensedSource& source = sources.emplace_back();
+    source.name = tracked[i].name;
+    source.age = ros::Duration(ages[i].value_or(0.0));
+    source.points = clouds[i].points;
+    source.out_of_range = clouds[i].out_of_range;
+    source.on_robot = clouds[i].on_robot;
+    source.voxels = clouds[i].voxels;
+    source.boxes = clouds[i].boxes;
+    source.seconds = clouds[i].seconds;
+    const int number = objects.find(source.name);
+    const scene::PairProximity* const closest = is_known && number >= 0 ? closestTo(number, robot, scenes) : nullptr;
+    source.minimum =
+        closest ? toMessage({robot.robotModel(), &objects}, scenes.state.poses(), *closest, {}) : unknownProximity();
+  }
+  return sources;
+}
+
+}  // namespace proximity_server::node
