@@ -62,9 +62,9 @@ class StoppingRobot : public testing::Test {
     scene_.use(all);
     moving_.use(all);
   }
-  VelocityScale ask() {
+  VelocityScale ask(std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max()) {
     scene_.update(poses_);
-    return velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_);
+    return velocityScale(moving_, scene_.scene, scene_.state, state_, braking_, stop_, deadline);
   }
 
   std::set<std::string> namesOf(const PairProximity& pair) const {
@@ -342,6 +342,15 @@ TEST_F(StoppingRobot, VelocityOfAMimicJointIsIgnored) {
   brake(0.5, {});
   move({{"twin", kNaN}});
   EXPECT_EQ(ask().scale, 1.0);
+}
+
+TEST_F(StoppingRobot, DeadlineThatHasPassedProvesNothing) {
+  brake(0.5, {});
+  stand({{"slide", -1.7}});
+  move({{"slide", -1.0}});
+  const VelocityScale scale = ask(std::chrono::steady_clock::now() - std::chrono::seconds(1));
+  EXPECT_EQ(scale.status, Status::IterationLimit);
+  EXPECT_EQ(scale.scale, 0.0);
 }
 
 TEST_F(StoppingRobot, IllegalBrakesAreRefused) {

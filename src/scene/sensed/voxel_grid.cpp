@@ -35,7 +35,7 @@ void VoxelGrid::clear() {
 std::uint32_t VoxelGrid::brickAt(const Array3i& place) {
   if (!bricks_.empty() && (bricks_[latest_].place == place).all()) return latest_;
   std::uint64_t key = 0;
-  for (const int at : place) key = key << 21U | static_cast<std::uint64_t>(at + kMostBricks);
+  for (int axis = 0; axis < 3; ++axis) key = key << 21U | static_cast<std::uint64_t>(place[axis] + kMostBricks);
   const auto [number, is_new] = numbers_.try_emplace(key, static_cast<std::uint32_t>(bricks_.size()));
   if (is_new) bricks_.push_back({place, {}});
   return latest_ = number->second;

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <limits>
 #include <memory>
@@ -147,6 +148,18 @@ std::vector<AnswersOfStates> answersOf(SceneBatch& batch, const Eigen::MatrixXd&
     verdicts.back().emplace_back().collision_a = verdict.pair;
   }
   return answers;
+}
+
+TEST(SceneBatch, NoStateHasAnAnswerAfterTheDeadline) {
+  const auto model = robotNamed("Solids");
+  const Eigen::MatrixXd states = variousStates(model->robot, 300, 3);
+  SceneBatch batch(model);
+  const std::atomic<bool> stop{true};
+  for (const Deadline& late : {Deadline(stop), Deadline(Deadline::Clock::time_point::min())})
+    for (const AnswersOfStates& answers : answersOf(batch, states, late)) {
+      ASSERT_EQ(answers.size(), 300U);
+      for (const auto& of_state : answers) EXPECT_TRUE(of_state.empty());
+    }
 }
 
 TEST(SceneBatch, ADeadlineChangesNoAnswerButLeavesItOut) {

@@ -157,6 +157,16 @@ TEST_F(CraneInAScene, NothingIsFreeBelowTheThresholdButRest) {
   EXPECT_TRUE(free_.contains(Eigen::Vector2d::Zero()));
 }
 
+TEST_F(CraneInAScene, NothingIsFreeWhileAPairIsUnknown) {
+  BodyPoses poses = forwardKinematics(model_->robot, {});
+  poses[bodyOf(model_->robot, "hook")] = std::nullopt;
+  scene_.update(poses);
+  find(0.0, 1.0);
+  EXPECT_FALSE(free_.isKnown());
+  EXPECT_EQ(free_.alone(0), 0.0);
+  EXPECT_FALSE(free_.contains(Eigen::Vector2d::Zero()));
+}
+
 TEST(FreeMotion, NoPairHasLargerWeightsThanTheBubbleOfAllOthers) {
   Chance chance(6);
   for (int i = 0; i < repeats(200); ++i) {

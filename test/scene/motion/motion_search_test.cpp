@@ -251,6 +251,20 @@ TEST(ContactOfLinks, HasTheBoundsOfAllTheirPieces) {
   }
 }
 
+TEST_F(SlideAndSwing, DeadlineThatHasPassedLeavesBoundsThatHold) {
+  MotionQuestion question;
+  question.deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1);
+  const RobotMotion towards = motion({}, {{"slide", -2.5}});
+  const RobotTimeOfContact contact = scene_.timeOfContact(sled_, towards, question);
+  EXPECT_EQ(contact.status, Status::IterationLimit);
+  EXPECT_FALSE(contact.contact);
+  EXPECT_LE(contact.t_free, 0.8);
+  const RobotMinimum minimum = scene_.minimum(sled_, towards, question);
+  EXPECT_EQ(minimum.status, Status::IterationLimit);
+  EXPECT_LE(minimum.lower_bound, -0.5);
+  EXPECT_GE(minimum.upper_bound, -0.5);
+}
+
 TEST_F(SlideAndSwing, TheFlagOfADeadlineEndsASearchBeforeItsFirstQuery) {
   const std::atomic<bool> stop{true};
   MotionQuestion question;
