@@ -3,6 +3,7 @@
 
 #include "chance.h"
 #include "oracle/oracle.h"
+#include "scene/objects/object_geometry.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
 
@@ -111,6 +112,39 @@ TEST(SensedSpace, OfManyBoxesIsAnsweredAsEachBoxAlone) {
     const PairProximity* const plain = seeing.withoutSkipping().minimum(Seeing::withCamera(seeing.withoutSkipping()));
     EXPECT_NEAR(skipping->result.distance, plain->result.distance, 2e-9);
   }
+}
+
+TEST(SensedSpace, HasVolumesThatContainTheirParts) {
+  Chance chance(8);
+  VoxelGrid grid(0.02);
+  for (const Vector3d& point : randomCloud(chance, 3000)) grid.add(point);
+  const Object camera = makeObject("camera", {{Boxes{grid.boxes()}}}, Fixed{});
+  const auto boxOf = [](const Bounds& bounds) {
+    return Eigen::AlignedBox3d(bounds.centre - bounds.half, bounds.centre + bounds.half);
+  };
+  constexpr double kEnds = 1e-13;  // [m] rounding of chains of transforms, which each volume has of its own
+  int parts = 0;
+  for (const Volume& volume : camera.geometry->volumes()) {
+    Eigen::AlignedBox3d box = boxOf(volume.bounds);
+    box.min().array() -= kEnds;
+    box.max().array() += kEnds;
+    EXPECT_TRUE(volume.bounds.axes.isIdentity(0.0));
+    for (const int part : volume.parts)
+      if (part >= 0) {
+        const Bounds& bounds = camera.geometry->volumes()[part].bounds;
+        EXPECT_TRUE(box.contains(boxOf(bounds)));
+        EXPECT_LE((bounds.centre - volume.bounds.centre).norm(), volume.bounds.radius);
+        EXPECT_GE(volume.bounds.reach, bounds.reach);
+        ++parts;
+      }
+    if (volume.isLeaf()) {
+      const Piece& piece = piecesOf(camera)[volume.piece];
+      const Vector3d centre = piece.body_T_piece.translation(), half = piece.shape.halfExtents();
+      EXPECT_TRUE(box.contains(Eigen::AlignedBox3d(centre - half, centre + half)));
+      EXPECT_GE(volume.bounds.radius, half.norm());
+    }
+  }
+  EXPECT_GT(parts, 1000);
 }
 
 }  // namespace proximity_server::scene::sensed_space_test

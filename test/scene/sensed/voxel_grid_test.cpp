@@ -46,12 +46,18 @@ TEST(VoxelGrid, HasBoxesThatAreItsVoxels) {
   }
 }
 
+/// Rounding puts one in nine of these points into the voxel beside it.
 TEST(VoxelGrid, ContainsThePointsOnItsCorners) {
-  VoxelGrid grid(0.1);
-  std::vector<Vector3d> points;
-  for (int i = -300; i < 300; ++i) points.emplace_back(0.1 * i, -0.1 * i, std::nextafter(0.1 * i, 1e9));
-  for (const Vector3d& point : points) grid.add(point);
-  expectBoxesAreTheVoxels(grid, points);
+  for (const double resolution : {0.02, 0.1, 0.7}) {
+    VoxelGrid grid(resolution);
+    std::vector<Vector3d> points;
+    for (int i = -2000; i < 2000; i += 9) {
+      const double corner = resolution * i;
+      points.emplace_back(corner, std::nextafter(corner, 1e9), std::nextafter(corner, -1e9));
+    }
+    for (const Vector3d& point : points) grid.add(point);
+    expectBoxesAreTheVoxels(grid, points);
+  }
 }
 
 TEST(VoxelGrid, HasOneBoxForAFullBrickAndOneForAPlate) {

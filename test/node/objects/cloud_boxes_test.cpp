@@ -1,0 +1,100 @@
+// Clouds of sensed sources as boxes, without topics. The robot has balls of radius 0.1 m at x = -1, 0 and 0.5.
+#include "node/objects/cloud_boxes.h"
+
+#include "node/monitor/slider_robot.h"
+#include "scene/files.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace proximity_server::node::cloud_boxes_test {
+
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+Config sensing(const Sensing& how) {
+  Config config;
+  TrackedSource& camera = config.tracked.emplace_back();
+  camera.name = "camera";
+  camera.sensing = how;
+  return config;
+}
+
+std::shared_ptr<const Robot> robotWith(const Config& config) {
+  return std::make_shared<const Robot>(kSliders, "", config);
+}
+
+class SeenSliders : public testing::Test {
+ protected:
+  /// From a camera 2 m above the ball in the middle.
+  std::vector<scene::ObjectShape> seen(Points points) {
+    points_ = std::move(points);
+    const Eigen::Isometry3d above(Eigen::Translation3d(0.0, 0.0, 2.0));
+    return boxes_.make(robot_, *robot_->objects().get().all, withTheRightSphereAt(*robot_, 0.5).poses, above, points_,
+                       cloud_);
+  }
+
+  const Sensing sensing_{0.02, 0.03, {{"right", 0.05}}, 3.0};
+  const std::shared_ptr<const Robot> robot_ = robotWith(sensing(sensing_));
+  CloudBoxes boxes_{sensing_};
+  Points points_;
+  SensedCloud cloud_;
+};
+
+TEST_F(SeenSliders, AreLeftOutWithWhatIsOutOfRange) {
+  const Points on_robot{{0.0, 0.0, -1.88}, {-1.0, 0.129, -2.0}, {0.5, 0.149, -2.0}, {0.0, 0.05, -2.0}},
+      beyond{{0.0, 0.0, -3.01}, {2.5, 2.5, -2.0}}, others{{0.0, 0.0, -1.86}, {-1.0, 0.131, -2.0}, {0.5, 0.151, -2.0}};
+  Points all = others;
+  for (const Points& more : {on_robot, beyond}) all.insert(all.end(), more.begin(), more.end());
+  const std::vector<scene::ObjectShape> shapes = seen(all);
+  EXPECT_EQ(cloud_.points, 9U);
+  EXPECT_EQ(cloud_.out_of_range, 2U);
+  EXPECT_EQ(cloud_.on_robot, 4U);
+  EXPECT_EQ(cloud_.voxels, 3U);
+  ASSERT_EQ(points_.size(), others.size());
+  ASSERT_EQ(shapes.size(), 1U);
+  const auto& boxes = std::get<scene::Boxes>(shapes[0].geometry).boxes;
+  EXPECT_EQ(boxes.size(), cloud_.boxes);
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    EXPECT_EQ(points_[i], others[i] + Vector3d(0.0, 0.0, 2.0));
+    EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const auto& box) { return box.contains(points_[i]); }));
+  }
+}
+
+TEST_F(SeenSliders, LeaveNothingOfTheirOwn) {
+  EXPECT_TRUE(seen({{0.0, 0.0, -1.9}, {-1.0, 0.0, -2.1}}).empty());
+  EXPECT_EQ(cloud_.on_robot, 2U);
+  EXPECT_EQ(cloud_.boxes, 0U);
+}
+
+TEST_F(SeenSliders, HoldWhatIsTheirOwn) {
+  const RobotObjects before = robot_->objects().get();
+  robot_->objects().set(
+      {std::make_shared<const scene::Objects>(before.all->changed(
+           {scene::AddObject{ballAt(scene::Attached{"middle", {}, standingAt(0, 0.5, 0).world_T_object})},
+            scene::AddObject{ballAt(standingAt(0, -0.5, 0), "other")}})),
+       before.revision + 1});
+  seen({{0.0, 0.5, -1.88}, {0.0, -0.5, -1.88}});
+  EXPECT_EQ(cloud_.on_robot, 1U);
+  ASSERT_EQ(points_.size(), 1U);
+  EXPECT_EQ(points_[0].y(), -0.5);
+}
+
+TEST(SensedSource, ThatHidesWhatComesNearIsRefused) {
+  const auto refusal = [](const Sensing& how) { return scene::errorOf([&] { robotWith(sensing(how)); }); };
+  EXPECT_EQ(refusal({0.02, 0.065, {}, 3.0}), "");
+  EXPECT_EQ(
+      refusal({0.02, 0.066, {}, 3.0}),
+      "sensed_stop_distance is 0.1, not above 0.101, the self padding of sensed source 'camera' plus the diagonal "
+      "of its voxels");
+  EXPECT_NE(refusal({0.02, 0.01, {{"left", 0.066}}, 3.0}), "");
+  EXPECT_EQ(refusal({0.02, 0.01, {{"lift", 0.01}}, 3.0}),
+            "parameter sensed: link_self_padding: there is no link \"lift\" (did you mean \"left\"?)");
+}
+
+}  // namespace proximity_server::node::cloud_boxes_test
