@@ -418,7 +418,7 @@ struct BatchDeciding : OfBatch {
   void ask(const State& /*state*/, const RobotState& now, const Deadline& deadline, Answer& answer) {
     addMinima(batch.deciding(statesNear(now), thresholds, deadline), answer);
   }
-  const LevelThresholds thresholds;
+  const LevelThresholds thresholds{};
 };
 
 struct BatchClosest : OfBatch {
