@@ -100,7 +100,7 @@ AssertionResult allocatesNothingAtRest(const Cell& cell) {
   return AssertionFailure() << allocations() - before << " allocations";
 }
 
-/// What is no pose.
+/// Values that are no pose.
 inline std::vector<std::pair<const char*, std::optional<Eigen::Isometry3d>>> noPoses(const Eigen::Isometry3d& pose) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::pair<const char*, std::optional<Eigen::Isometry3d>>> all{{"NaN as translation", pose},

@@ -23,22 +23,19 @@ const scene::PairProximity* closestTo(int number, const Robot& robot, PosedScene
 }  // namespace
 
 std::vector<SensedSource> sensedSources(const Robot& robot, PosedScenes& scenes, bool is_known,
-                                        const std::vector<SensedCloud>& clouds,
-                                        const std::vector<std::optional<double>>& ages) {
+                                        const std::vector<SensedCloud>& clouds) {
   std::vector<SensedSource> sources;
   const scene::Objects& objects = *scenes.state.objects();
-  const std::vector<TrackedSource>& tracked = robot.config().tracked;
-  for (std::size_t i = 0; i < tracked.size() && i < clouds.size(); ++i) {
-    if (!tracked[i].sensing) continue;
+  for (const SensedCloud& cloud : clouds) {
     SensedSource& source = sources.emplace_back();
-    source.name = tracked[i].name;
-    source.age = ros::Duration(ages[i].value_or(0.0));
-    source.points = clouds[i].points;
-    source.out_of_range = clouds[i].out_of_range;
-    source.on_robot = clouds[i].on_robot;
-    source.voxels = clouds[i].voxels;
-    source.boxes = clouds[i].boxes;
-    source.seconds = clouds[i].seconds;
+    source.name = cloud.source;
+    source.age = ros::Duration(cloud.age);
+    source.points = cloud.points;
+    source.out_of_range = cloud.out_of_range;
+    source.on_robot = cloud.on_robot;
+    source.voxels = cloud.voxels;
+    source.boxes = cloud.boxes;
+    source.seconds = cloud.seconds;
     const int number = objects.find(source.name);
     const scene::PairProximity* const closest = is_known && number >= 0 ? closestTo(number, robot, scenes) : nullptr;
     source.minimum =

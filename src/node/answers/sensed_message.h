@@ -5,15 +5,13 @@
 #include "node/robot/scene_pool.h"
 #include "proximity_server/Sensed.h"
 
-#include <optional>
 #include <vector>
 
 namespace proximity_server::node {
 
-/// The sensed sources of a robot in the state of `scenes`. `clouds` and `ages` [s] are in the order of Config::tracked. The
-/// distances are not asked for unless `is_known`.
+/// A message for each cloud, with the closest pair of its source in the state of `scenes`; without it unless that
+/// `is_known`.
 std::vector<SensedSource> sensedSources(const Robot& robot, PosedScenes& scenes, bool is_known,
-                                        const std::vector<SensedCloud>& clouds,
-                                        const std::vector<std::optional<double>>& ages);
+                                        const std::vector<SensedCloud>& clouds);
 
 }  // namespace proximity_server::node

@@ -135,11 +135,11 @@ Separation Monitor::separation(const PoseSnapshot& snapshot, const VelocitySnaps
   return message;
 }
 
-Sensed Monitor::sensed(const std::vector<SensedCloud>& clouds, const std::vector<std::optional<double>>& ages) {
+Sensed Monitor::sensed(const std::vector<SensedCloud>& clouds) {
   Sensed message;
   message.header = latest().header;
   message.status = latest().status;
-  message.sources = sensedSources(*robot_, *scenes_, assessment_.level.has_value(), clouds, ages);
+  message.sources = sensedSources(*robot_, *scenes_, assessment_.level.has_value(), clouds);
   return message;
 }
 

@@ -61,8 +61,8 @@ class Monitor {
                         const MonitorSettings& settings, const FrameSnapshot& frames,
                         const std::vector<std::optional<double>>& ages);
 
-  /// The sensed sources in the latest cycle, with their latest clouds and ages, see sensedSources().
-  Sensed sensed(const std::vector<SensedCloud>& clouds, const std::vector<std::optional<double>>& ages);
+  /// The sensed sources in the latest cycle, with their latest clouds, see sensedSources().
+  Sensed sensed(const std::vector<SensedCloud>& clouds);
 
   /// The inequality that the poses of the latest cycle break most; nullopt if they break none, or poses are missing.
   const std::optional<scene::BrokenInequality>& broken() const { return assessment_.broken; }

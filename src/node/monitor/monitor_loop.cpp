@@ -252,8 +252,7 @@ void MonitorLoop::publish(const PoseSnapshot& snapshot) {
     constraints_pub_.publish(monitor_.constraints(snapshot, health_.settings));
   if (is_scaled) publishVelocityScale(snapshot, velocities, frames);
   if (is_separated) publishSeparation(snapshot, velocities, frames);
-  if (sensed_pub_.getNumSubscribers() > 0)
-    sensed_pub_.publish(monitor_.sensed(ages_.clouds(), ages_.all(ros::Time::now())));
+  if (sensed_pub_.getNumSubscribers() > 0) sensed_pub_.publish(monitor_.sensed(ages_.clouds(ros::Time::now())));
   if (health_.settings.markers && markers_pub_.getNumSubscribers() > 0) publishMarkers(clearance, snapshot.poses);
   health_.slowest_cycle = std::max(health_.slowest_cycle, ros::Duration((ros::SteadyTime::now() - begin).toSec()));
 }

@@ -87,10 +87,15 @@ std::vector<std::optional<double>> TrackedAges::all(const ros::Time& now) const 
   return ages;
 }
 
-std::vector<SensedCloud> TrackedAges::clouds() const {
+std::vector<SensedCloud> TrackedAges::clouds(const ros::Time& now) const {
   const Lock lock(mutex_);
   std::vector<SensedCloud> clouds;
-  for (const Entry& entry : entries_) clouds.push_back(entry.latest ? entry.cloud : SensedCloud());
+  for (const Entry& entry : entries_) {
+    if (!entry.source.sensing) continue;
+    SensedCloud& cloud = clouds.emplace_back(entry.latest ? entry.cloud : SensedCloud());
+    cloud.source = entry.source.name;
+    if (entry.latest) cloud.age = elapsed(*entry.latest, now);
+  }
   return clouds;
 }
 

@@ -13,8 +13,10 @@
 
 namespace proximity_server::node {
 
-/// What became of the points of the latest cloud of a sensed source.
+/// The latest cloud of a sensed source, with the numbers of its points.
 struct SensedCloud {
+  std::string source;              ///< its name
+  double age = 0.0;                ///< [s] 0 if there is no cloud
   std::uint64_t points = 0;        ///< with a finite place
   std::uint64_t out_of_range = 0;  ///< left out, see Sensing::range
   std::uint64_t on_robot = 0;      ///< left out, see Sensing::self_padding
@@ -46,8 +48,8 @@ class TrackedAges {
   /// [s] The ages of the latest messages that count, in the order of Config::tracked; nullopt: there is none.
   std::vector<std::optional<double>> all(const ros::Time& now) const;
 
-  /// The latest clouds that count, in the same order.
-  std::vector<SensedCloud> clouds() const;
+  /// The latest cloud of each sensed source; without points if there is none that counts.
+  std::vector<SensedCloud> clouds(const ros::Time& now) const;
 
  private:
   struct Entry {

@@ -16,7 +16,7 @@
 
 namespace proximity_server::node {
 
-/// What a source sees as shapes, in a frame that stands at `place` in the reference frame of the robot.
+/// The shapes of the object of a source, in a frame that stands at `place` in the reference frame of the robot.
 struct SeenShapes {
   std::vector<scene::ObjectShape> shapes{};
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
