@@ -125,10 +125,12 @@ void TrackedSources::publish(const Robot& robot, const ros::Time& stamp, const s
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   modifier.setPointCloud2FieldsByString(1, "xyz");
   modifier.resize(points.size());
-  sensor_msgs::PointCloud2Iterator<float> out(cloud, "x");
-  for (const Eigen::Vector3d& point : points) {
-    for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
-    ++out;
+  if (!points.empty()) {  // an iterator needs a first byte
+    sensor_msgs::PointCloud2Iterator<float> out(cloud, "x");
+    for (const Eigen::Vector3d& point : points) {
+      for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
+      ++out;
+    }
   }
   points_pub_.publish(cloud);
 }

@@ -59,10 +59,12 @@ class Sensed : public testing::Test {
     sensor_msgs::PointCloud2Modifier modifier(cloud_);
     modifier.setPointCloud2FieldsByString(1, "xyz");
     modifier.resize(points.size());
-    sensor_msgs::PointCloud2Iterator<float> out(cloud_, "x");
-    for (const Vector3d& point : points) {
-      for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
-      ++out;
+    if (!points.empty()) {  // an iterator needs a first byte
+      sensor_msgs::PointCloud2Iterator<float> out(cloud_, "x");
+      for (const Vector3d& point : points) {
+        for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
+        ++out;
+      }
     }
     ticker_.start();
   }
