@@ -32,8 +32,10 @@ std::vector<SensedSource> sensedSources(const Robot& robot, PosedScenes& scenes,
     source.age = ros::Duration(cloud.age);
     source.points = cloud.points;
     source.out_of_range = cloud.out_of_range;
+    source.over_limit = cloud.over_limit;
     source.on_robot = cloud.on_robot;
     source.voxels = cloud.voxels;
+    source.persistent = cloud.persistent;
     source.boxes = cloud.boxes;
     source.seconds = cloud.seconds;
     const int number = objects.find(source.name);

@@ -19,8 +19,10 @@ struct SensedCloud {
   double age = 0.0;                ///< [s] 0 if there is no cloud
   std::uint64_t points = 0;        ///< with a finite place
   std::uint64_t out_of_range = 0;  ///< left out, see Sensing::range
+  std::uint64_t over_limit = 0;    ///< left out, see Sensing::max_points
   std::uint64_t on_robot = 0;      ///< left out, see Sensing::self_padding
-  std::uint64_t voxels = 0;        ///< of all others
+  std::uint64_t voxels = 0;        ///< of all others, and those that persist
+  std::uint64_t persistent = 0;    ///< voxels of clouds before it
   std::uint64_t boxes = 0;         ///< of these voxels
   double seconds = 0.0;            ///< of wall time, from the transforms to the boxes
 };

@@ -104,14 +104,16 @@ void TrackedSources::placeCloud(Subscription& subscription, const sensor_msgs::P
   const ObjectStore::CurrentObjects now = store_.current();
   const std::shared_ptr<const Robot>& robot = now.robot;
   std::vector<Eigen::Vector3d> points = returnsOf(message);
-  SensedCloud cloud;
-  SeenShapes seen;
+  CloudBoxes::Moment at;
+  at.time = message.header.stamp.toSec();
   if (!points.empty()) {
-    const Eigen::Isometry3d pose = poseOf(*robot, source, message.header);
-    const PoseSnapshot where = tf_.await(*robot, CloudBoxes::bodiesOf(*robot), message.header.stamp, source.max_age);
+    at.sensor = poseOf(*robot, source, message.header);
+    PoseSnapshot where = tf_.await(*robot, CloudBoxes::bodiesOf(*robot), message.header.stamp, source.max_age);
     if (where.status.code != QueryStatus::OK) throw ChangeError(where.status.code, where.status.message);
-    seen.shapes = subscription.boxes->make(robot, *now.objects.all, where.poses, pose, points, cloud);
+    at.poses = std::move(where.poses);
   }
+  SensedCloud cloud;
+  SeenShapes seen{subscription.boxes->make(robot, *now.objects.all, at, points, cloud), {}};
   publish(*robot, message.header.stamp, points);
   store_.track(robot, source, std::move(seen), [&] { ages_.accept(source.name, message.header.stamp, cloud); });
 }

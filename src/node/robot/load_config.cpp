@@ -137,6 +137,9 @@ TrackedSource sensedSource(const FileValue& value, const std::string& name_space
   add("self_padding", &sensing.self_padding, {0, 10});
   add("link_self_padding", &sensing.link_padding, {0, 10});
   add("range", &sensing.range, {1e-2, 1000});
+  add("persistence", &sensing.persistence, {0, 3600});
+  add("clearing", &sensing.clearing, {});
+  add("max_points", &sensing.max_points, {1, 1e8});
   add("max_age", &source.max_age, {1e-3, 10});
   for (const Parameter& number : numbers.rows) reader.read(number);
   requireKnown(reader);

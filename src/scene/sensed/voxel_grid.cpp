@@ -9,7 +9,6 @@ namespace {
 
 using Eigen::AlignedBox3d;
 using Eigen::Array3d;
-using Eigen::Array3i;
 using Eigen::Vector3d;
 
 /// The error of a point divided by the resolution, and of a corner of a voxel, relative to the largest coordinate: two
@@ -18,6 +17,15 @@ constexpr double kRounding = 2.0 * std::numeric_limits<double>::epsilon();
 
 /// [m]
 double roundingAt(const Vector3d& point) { return kRounding * point.cwiseAbs().maxCoeff(); }
+
+/// The brick of a voxel, and its bit in there.
+VoxelGrid::Place brickOf(const VoxelGrid::Place& voxel) {
+  return voxel.unaryExpr([](int i) { return i >> 3; });
+}
+std::uint32_t bitOf(const VoxelGrid::Place& voxel) {
+  const VoxelGrid::Place within = voxel - VoxelGrid::kEdge * brickOf(voxel);
+  return static_cast<std::uint32_t>(within.x() + VoxelGrid::kEdge * (within.y() + VoxelGrid::kEdge * within.z()));
+}
 
 }  // namespace
 
@@ -32,11 +40,15 @@ void VoxelGrid::clear() {
   latest_ = 0;
 }
 
-std::uint32_t VoxelGrid::brickAt(const Array3i& place) {
-  if (!bricks_.empty() && (bricks_[latest_].place == place).all()) return latest_;
+std::uint64_t VoxelGrid::keyOf(const Place& brick) {
   std::uint64_t key = 0;
-  for (int axis = 0; axis < 3; ++axis) key = key << 21U | static_cast<std::uint64_t>(place[axis] + kMostBricks);
-  const auto [number, is_new] = numbers_.try_emplace(key, static_cast<std::uint32_t>(bricks_.size()));
+  for (int axis = 0; axis < 3; ++axis) key = key << 21U | static_cast<std::uint64_t>(brick[axis] + kMostBricks);
+  return key;
+}
+
+std::uint32_t VoxelGrid::brickAt(const Place& place) {
+  if (!bricks_.empty() && (bricks_[latest_].place == place).all()) return latest_;
+  const auto [number, is_new] = numbers_.try_emplace(keyOf(place), static_cast<std::uint32_t>(bricks_.size()));
   if (is_new) bricks_.push_back({place, {}});
   return latest_ = number->second;
 }
@@ -45,14 +57,28 @@ VoxelGrid::Voxel VoxelGrid::add(const Vector3d& point) {
   const Array3d at = (point.array() / resolution_).floor();
   if (!(at.abs() < static_cast<double>(kEdge * (kMostBricks - 1))).all())
     throw std::invalid_argument("a point is not finite, or too far for the resolution of its voxels");
-  const Array3i voxel = at.cast<int>();
-  const Array3i place = voxel.unaryExpr([](int i) { return i >> 3; });
-  const Array3i within = voxel - kEdge * place;
-  const std::uint32_t brick = brickAt(place);
-  const auto in_layer = static_cast<std::uint32_t>(within.x() + kEdge * within.y());
-  const auto layer = static_cast<std::uint32_t>(within.z());
-  bricks_[brick].layers[layer] |= std::uint64_t{1} << in_layer;
-  return {brick, 64 * layer + in_layer};
+  return addAt(at.cast<int>());
+}
+
+VoxelGrid::Voxel VoxelGrid::addAt(const Place& place) {
+  const std::uint32_t brick = brickAt(brickOf(place));
+  const std::uint32_t bit = bitOf(place);
+  bricks_[brick].layers[bit / 64] |= std::uint64_t{1} << (bit % 64);
+  return {brick, bit};
+}
+
+bool VoxelGrid::hasAt(const Place& place) const {
+  const auto found = numbers_.find(keyOf(brickOf(place)));
+  return found != numbers_.end() && has({found->second, bitOf(place)});
+}
+
+std::vector<VoxelGrid::Place> VoxelGrid::places() const {
+  std::vector<Place> places;
+  for (const Brick& brick : bricks_)
+    for (int z = 0; z < kEdge; ++z)
+      for (std::uint64_t left = brick.layers[z]; left != 0; left &= left - 1)
+        places.emplace_back(kEdge * brick.place + within(64 * z + __builtin_ctzll(left)));
+  return places;
 }
 
 std::size_t VoxelGrid::size() const {
@@ -63,9 +89,8 @@ std::size_t VoxelGrid::size() const {
 }
 
 Vector3d VoxelGrid::centre(const Voxel& voxel) const {
-  const auto bit = static_cast<int>(voxel.bit);
-  const Array3i within(bit % kEdge, bit / kEdge % kEdge, bit / (kEdge * kEdge));
-  return resolution_ * ((kEdge * bricks_[voxel.brick].place + within).cast<double>() + 0.5);
+  const Place place = kEdge * bricks_[voxel.brick].place + within(static_cast<int>(voxel.bit));
+  return resolution_ * (place.cast<double>() + 0.5);
 }
 
 Vector3d VoxelGrid::centreOfBrick(std::size_t brick) const {
@@ -80,6 +105,12 @@ double VoxelGrid::radiusOfBrick(const Vector3d& centre) const {
   return std::sqrt(3.0) * (0.5 * kEdge * resolution_ * (1.0 + kRounding) + 2.0 * roundingAt(centre));
 }
 
+AlignedBox3d VoxelGrid::box(const Place& from, const Place& to) const {
+  const Vector3d low = resolution_ * from.cast<double>(), high = resolution_ * to.cast<double>();
+  const Vector3d rounding = Vector3d::Constant(std::max(roundingAt(low), roundingAt(high)));
+  return {low - rounding, high + rounding};
+}
+
 std::vector<AlignedBox3d> VoxelGrid::boxes() const {
   std::vector<AlignedBox3d> boxes;
   for (const Brick& brick : bricks_) addBoxes(brick, boxes);
@@ -92,7 +123,7 @@ void VoxelGrid::addBoxes(const Brick& brick, std::vector<AlignedBox3d>& boxes) c
   for (int z = 0; z < kEdge; ++z) {
     while (left[z] != 0) {
       const int first = __builtin_ctzll(left[z]), x = first % kEdge, y = first / kEdge;
-      Array3i size(1, 1, 1);
+      Place size(1, 1, 1);
       const auto has = [&](int layer, std::uint64_t voxels) { return (left[layer] & voxels) == voxels; };
       const auto row = [&] { return ((std::uint64_t{1} << size.x()) - 1) << first; };
       while (x + size.x() < kEdge && has(z, row() | std::uint64_t{1} << (first + size.x()))) ++size.x();
@@ -101,11 +132,8 @@ void VoxelGrid::addBoxes(const Brick& brick, std::vector<AlignedBox3d>& boxes) c
       while (z + size.z() < kEdge && has(z + size.z(), face)) ++size.z();
       for (int layer = z; layer < z + size.z(); ++layer) left[layer] &= ~face;
 
-      const Array3i corner = kEdge * brick.place + Array3i(x, y, z);
-      AlignedBox3d box(resolution_ * corner.cast<double>().matrix(),
-                       resolution_ * (corner + size).cast<double>().matrix());
-      const Vector3d rounding = Vector3d::Constant(std::max(roundingAt(box.min()), roundingAt(box.max())));
-      boxes.emplace_back(box.min() - rounding, box.max() + rounding);
+      const Place from = kEdge * brick.place + Place(x, y, z);
+      boxes.push_back(box(from, from + size));
     }
   }
 }

@@ -31,17 +31,20 @@ std::shared_ptr<const Robot> robotWith(const Config& config) {
 
 class SeenSliders : public testing::Test {
  protected:
+  explicit SeenSliders(const Sensing& how = {0.02, 0.03, {{"right", 0.05}}, 3.0})
+      : robot_(robotWith(sensing(how))), boxes_(how) {}
+
   /// From a camera 2 m above the ball in the middle.
-  std::vector<scene::ObjectShape> seen(Points points) {
+  std::vector<scene::ObjectShape> seen(Points points, double time = 0.0) {
     points_ = std::move(points);
+    cloud_ = {};
     const Eigen::Isometry3d above(Eigen::Translation3d(0.0, 0.0, 2.0));
-    return boxes_.make(robot_, *robot_->objects().get().all, withTheRightSphereAt(*robot_, 0.5).poses, above, points_,
-                       cloud_);
+    return boxes_.make(robot_, *robot_->objects().get().all, {time, above, withTheRightSphereAt(*robot_, 0.5).poses},
+                       points_, cloud_);
   }
 
-  const Sensing sensing_{0.02, 0.03, {{"right", 0.05}}, 3.0};
-  const std::shared_ptr<const Robot> robot_ = robotWith(sensing(sensing_));
-  CloudBoxes boxes_{sensing_};
+  std::shared_ptr<const Robot> robot_;
+  CloudBoxes boxes_;
   Points points_;
   SensedCloud cloud_;
 };
@@ -83,6 +86,66 @@ TEST_F(SeenSliders, HoldWhatIsTheirOwn) {
   EXPECT_EQ(cloud_.on_robot, 1U);
   ASSERT_EQ(points_.size(), 1U);
   EXPECT_EQ(points_[0].y(), -0.5);
+}
+
+/// The voxel of a plate 3 m below the camera stays for a second.
+class SeenForASecond : public SeenSliders {
+ protected:
+  static Sensing with(bool clearing) { return {0.02, 0.03, {}, 3.5, 1.0, clearing}; }
+  explicit SeenForASecond(bool clearing = true) : SeenSliders(with(clearing)) {}
+
+  const Vector3d plate_{0.01, 0.01, -2.99}, hand_{0.0, 0.0, -1.9}, floor_{0.0101, 0.0101, -3.2};
+};
+
+TEST_F(SeenForASecond, StaysBehindTheRobot) {
+  seen({plate_});
+  EXPECT_EQ(seen({hand_}, 1.0).size(), 1U);
+  EXPECT_EQ(cloud_.on_robot, 1U);
+  EXPECT_EQ(cloud_.voxels, 1U);
+  EXPECT_EQ(cloud_.persistent, 1U);
+  EXPECT_TRUE(seen({hand_}, 1.01).empty()) << "it is too old";
+}
+
+TEST_F(SeenForASecond, StaysThroughAnEmptyCloud) {
+  seen({plate_});
+  EXPECT_EQ(seen({}, 0.1).size(), 1U);
+}
+
+TEST_F(SeenForASecond, LeavesWhereSomethingBehindItIsSeen) {
+  seen({plate_});
+  seen({floor_}, 0.1);
+  EXPECT_EQ(cloud_.persistent, 0U);
+  seen({plate_}, 0.2);
+  EXPECT_EQ(cloud_.persistent, 1U) << "the floor is hidden";
+  seen({{0.0101, 0.0101, -90.0}}, 0.3);
+  EXPECT_EQ(cloud_.out_of_range, 1U);
+  EXPECT_EQ(cloud_.voxels, 0U) << "the way to the range is clear; then nothing is left of the floor, which is nearer";
+}
+
+class SeenWithoutClearing : public SeenForASecond {
+ protected:
+  SeenWithoutClearing() : SeenForASecond(false) {}
+};
+
+TEST_F(SeenWithoutClearing, StaysWhereSomethingBehindItIsSeen) {
+  seen({plate_});
+  seen({floor_}, 0.1);
+  EXPECT_EQ(cloud_.persistent, 1U);
+}
+
+class SeenInPart : public SeenSliders {
+ protected:
+  SeenInPart() : SeenSliders({0.02, 0.03, {}, 3.0, 0.0, true, 4}) {}
+};
+
+TEST_F(SeenInPart, IsACloudOfTooManyPoints) {
+  Points points;
+  for (int i = 0; i < 9; ++i) points.emplace_back(0.1 * i, 0.5, -2.0);
+  seen(points);
+  EXPECT_EQ(cloud_.points, 9U);
+  EXPECT_EQ(cloud_.over_limit, 6U) << "the first of each three is left";
+  ASSERT_EQ(points_.size(), 3U);
+  EXPECT_EQ(points_[1].x(), points[3].x());
 }
 
 TEST(SensedSource, ThatHidesWhatComesNearIsRefused) {

@@ -30,13 +30,20 @@ class VoxelGrid {
     std::uint32_t brick, bit;
   };
 
+  /// Where a voxel is: its corner at the lower end of each axis is at this times the resolution.
+  using Place = Eigen::Array3i;
+
   /// Adds the voxel of a point [m].
   /// Failure: throws std::invalid_argument for a point that is not finite, or farther than kMostBricks.
   Voxel add(const Eigen::Vector3d& point);
+  Voxel addAt(const Place& place);  ///< a place of this or another grid
 
   std::size_t bricks() const { return bricks_.size(); }
   std::size_t size() const;  ///< the number of voxels
   bool has(const Voxel& voxel) const { return (bricks_[voxel.brick].layers[voxel.bit / 64] >> (voxel.bit % 64)) & 1U; }
+  bool hasAt(const Place& place) const;
+
+  std::vector<Place> places() const;  ///< of all voxels
 
   /// The centres of a voxel and of a brick [m].
   Eigen::Vector3d centre(const Voxel& voxel) const;
@@ -48,15 +55,19 @@ class VoxelGrid {
 
   /// Few boxes [m] that are the voxels together; each voxel is in one box. They contain all points, rounding included.
   std::vector<Eigen::AlignedBox3d> boxes() const;
+  Eigen::AlignedBox3d box(const Place& place) const { return box(place, place + 1); }  ///< of one voxel
 
  private:
   using Layers = std::array<std::uint64_t, kEdge>;  ///< of a brick, along z; bit x + kEdge y
   struct Brick {
-    Eigen::Array3i place;  ///< its first corner is kEdge * resolution times this
+    Place place;  ///< its first corner is kEdge * resolution times this
     Layers layers{};
   };
 
-  std::uint32_t brickAt(const Eigen::Array3i& place);
+  static std::uint64_t keyOf(const Place& brick);
+  static Place within(int bit) { return {bit % kEdge, bit / kEdge % kEdge, bit / (kEdge * kEdge)}; }
+  std::uint32_t brickAt(const Place& place);
+  Eigen::AlignedBox3d box(const Place& from, const Place& to) const;
   void addBoxes(const Brick& brick, std::vector<Eigen::AlignedBox3d>& boxes) const;
 
   double resolution_;
