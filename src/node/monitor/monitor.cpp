@@ -64,7 +64,15 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
     assign(lookahead_.question(), *robot_, scenes_->motions(), start_ahead, velocities, commanded, settings);
     question.lookahead = &lookahead_;
   }
+  const std::optional<scene::ClearanceLevel> before[] = {assessment_.of_links.level, assessment_.with_object.level};
   scene::assess(scenes_->scene, state, question, assessment_);
+  if (const std::optional<scene::LevelDistances> distances = debounced(snapshot.stamp, settings)) {
+    assessment_.of_links.level = before[0];
+    assessment_.with_object.level = before[1];
+    assignTracked(robot_->config().tracked, *monitored_.objects.all, *distances, thresholds_);
+    scene::assess(scenes_->scene, state, question, assessment_);
+    assignTracked(robot_->config().tracked, *monitored_.objects.all, settings, thresholds_);
+  }
 
   Clearance& message = message_.write({snapshot, frames, settings, state, assessment_, bounded, question.guaranteed});
   if (assessment_.ahead) {
@@ -75,6 +83,34 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   }
   message.computation_time = ros::Duration(std::chrono::duration<double>(Clock::now() - start).count());
   return message;
+}
+
+/// The distances for a level without sensed pairs, if one of them has set the level for less than the debounce. A pair in
+/// contact sets it at once.
+std::optional<scene::LevelDistances> Monitor::debounced(const ros::Time& stamp, const MonitorSettings& settings) {
+  if (!(settings.sensed_debounce > 0.0) || !assessment_.level) return std::nullopt;
+  const scene::ClearanceLevel level = assessment_.level->level;
+  const auto is_early = [&](scene::ClearanceLevel of, std::optional<ros::Time>& since) {
+    if (level < of)
+      since.reset();
+    else if (!since || stamp < *since)
+      since = stamp;
+    return since && (stamp - *since).toSec() < settings.sensed_debounce;
+  };
+  const bool is_early_warn = is_early(scene::ClearanceLevel::Warn, warn_since_);
+  const bool is_early_stop = is_early(scene::ClearanceLevel::Stop, stop_since_);
+  const auto is_sensed = [&](const scene::ShapeRef& shape) {
+    if (shape.isLink()) return false;
+    const TrackedSource* const source =
+        robot_->config().findTracked(monitored_.objects.all->object(shape.object())->id);
+    return source && source->sensing;
+  };
+  const scene::ShapeRefPair& deciding = assessment_.deciding.pair.asked;
+  if (!(is_early_warn || is_early_stop) || !(is_sensed(deciding.a) || is_sensed(deciding.b))) return std::nullopt;
+  scene::LevelDistances distances = settings;
+  distances.sensed_stop_distance = 0.0;
+  if (is_early_warn) distances.sensed_warn_distance = 0.0;
+  return distances;
 }
 
 /// The limits of the guaranteed distances of a cycle that begins now: steps for the time of a search, and the clock if

@@ -78,6 +78,7 @@ class Monitor {
   const Clearance& latest() const { return message_.latest(); }
 
  private:
+  std::optional<scene::LevelDistances> debounced(const ros::Time& stamp, const MonitorSettings& settings);
   QueryStatus prepareGuaranteed(const PoseSnapshot& snapshot, const VelocitySnapshot& velocities,
                                 const MonitorSettings& settings, const FrameSnapshot& frames);
   scene::GuaranteeLimits limits(const MonitorSettings& settings) const;
@@ -88,13 +89,14 @@ class Monitor {
   std::shared_ptr<const Robot> robot_;
   ScenePool::Lease scenes_;  // declared after robot_, because it returns to its pool
   MonitoredObjects monitored_;
-  std::optional<std::int64_t> steps_to_deadline_;  ///< of a replay, see endTimeAfter()
-  scene::Uncertainty aged_;                        ///< that of the robot, with the motion since the poses
-  scene::LevelThresholds thresholds_;              ///< those of the robot, with the defaults of the latest settings
-  scene::Assessment assessment_;                   ///< of the latest cycle
-  scene::Lookahead lookahead_;                     ///< its memory
-  ClearanceMessage message_;                       ///< about it
-  std::optional<Constraints> constraints_;         ///< for this robot; made when they are first needed
+  std::optional<std::int64_t> steps_to_deadline_;     ///< of a replay, see endTimeAfter()
+  scene::Uncertainty aged_;                           ///< that of the robot, with the motion since the poses
+  scene::LevelThresholds thresholds_;                 ///< those of the robot, with the defaults of the latest settings
+  scene::Assessment assessment_;                      ///< of the latest cycle
+  std::optional<ros::Time> warn_since_, stop_since_;  ///< the level has been so or worse, if nothing is held back
+  scene::Lookahead lookahead_;                        ///< its memory
+  ClearanceMessage message_;                          ///< about it
+  std::optional<Constraints> constraints_;            ///< for this robot; made when they are first needed
   StoppingScales scales_;
 };
 

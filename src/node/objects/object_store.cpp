@@ -125,6 +125,20 @@ void requireAtMost(std::int64_t limit, std::int64_t count, const std::string& wh
                                 " of all objects together, more than " + std::to_string(limit));
 }
 
+/// Whether an object consists of these boxes, as it does if nothing moves that a sensor sees.
+bool hasTheBoxes(const scene::Objects& objects, const std::string& id, const std::vector<scene::ObjectShape>& shapes) {
+  const int number = objects.find(id);
+  if (number < 0 || shapes.size() != 1) return false;
+  const auto boxes = [](const std::vector<scene::ObjectShape>& of) {
+    return std::get_if<scene::Boxes>(&of[0].geometry);
+  };
+  const scene::Boxes *const old = boxes(givenShapesOf(*objects.object(number))), *const now = boxes(shapes);
+  const auto is_same = [](const Eigen::AlignedBox3d& a, const Eigen::AlignedBox3d& b) {
+    return a.min() == b.min() && a.max() == b.max();
+  };
+  return old && now && std::equal(old->boxes.begin(), old->boxes.end(), now->boxes.begin(), now->boxes.end(), is_same);
+}
+
 }  // namespace
 
 ObjectStore::ObjectStore(std::shared_ptr<const Robot> robot, std::uint64_t node_start, FindFrame find_frame,
@@ -227,7 +241,8 @@ void ObjectStore::track(const std::shared_ptr<const Robot>& robot, const Tracked
                         const std::function<void()>& placed) {
   scene::ObjectOptions options = objectOptions(*robot);
   scene::ObjectEdit edit = removalOf(source.name);
-  if (!seen.shapes.empty()) {
+  const bool is_there = hasTheBoxes(*robot->objects().get().all, source.name, seen.shapes);
+  if (!seen.shapes.empty() && !is_there) {
     edit.operation = scene::ObjectEdit::Operation::Replace;
     edit.place.pose = scene::requireReach(seen.place);
     edit.geometry = scene::makeObject(source.name, std::move(seen.shapes), scene::Fixed{}, options).geometry;
@@ -235,6 +250,7 @@ void ObjectStore::track(const std::shared_ptr<const Robot>& robot, const Tracked
   const Lock only_one(change_mutex_);
   const TrackedSource* const now = robot_->config().findTracked(source.name);
   if (robot != robot_ || !now || !(*now == source)) return;
+  if (is_there) return placed();
   const RobotObjects before = robot_->objects().get();
   ChangeFrames frames(*robot_, find_frame_);
   scene::ObjectEditor objects(*before.all, frames, options);

@@ -56,7 +56,8 @@ class ObjectStore {
   std::uint64_t applyTogether(const std::vector<const ObjectChanges*>& messages, const Refused& refused,
                               const Remarked& remarked = {});
 
-  /// Replaces the object of a tracked or sensed source by these shapes; without shapes it is removed. Calls `placed`
+  /// Replaces the object of a tracked or sensed source by these shapes, unless it has these boxes; without shapes it is
+  /// removed. Calls `placed`
   /// before a reload can take the object away. If a reload has replaced the robot or changed the source, nothing is done.
   /// Failure: throws std::invalid_argument as apply() does.
   void track(const std::shared_ptr<const Robot>& robot, const TrackedSource& source, SeenShapes seen,

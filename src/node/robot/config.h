@@ -22,7 +22,8 @@ struct MonitorSettings : scene::LevelDistances {
   double influence_distance = 0.1;  ///< [m]
   double damping_gain = 0.5;        ///< [m/s]
   int max_constraints = 8;
-  double stop_latency = 0.1;  ///< [s]
+  double stop_latency = 0.1;     ///< [s]
+  double sensed_debounce = 0.0;  ///< [s]
 };
 
 /// The parameters and topics from which the node gets one robot.

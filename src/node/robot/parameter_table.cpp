@@ -54,6 +54,8 @@ std::vector<Parameter> parameterTable(Config& config) {
       "The same as `stop_distance` of pairs with a sensed source. It must be above the self padding of each of them "
       "plus "
       "the diagonal of its voxels, and for `~constraints` below `influence_distance`.");
+  add("sensed_debounce", &monitor.sensed_debounce, {0, 10}, "s", kLive,
+      "Pairs with sensed sources make the level WARN or STOP only after it would have been so for this long.");
 
   add.heading = "Transforms.";
   add("max_tf_age", &config.max_tf_age, {1e-3, 1e6}, "s", kReload,

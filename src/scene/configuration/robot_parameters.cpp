@@ -120,7 +120,7 @@ const std::vector<std::string>& parametersOfNode() {
       "conditional_pairs",
       // tracked and sensed sources
       "tracked", "tracked_warn_distance", "tracked_stop_distance", "sensed", "sensed_warn_distance",
-      "sensed_stop_distance"};
+      "sensed_stop_distance", "sensed_debounce"};
   return kNames;
 }
 

@@ -223,6 +223,20 @@ TEST_F(TrackedObjects, DoNotTakeTheIdOfAnotherObjectAtAReload) {
             "object \"guest\": a tracked source has its id: remove it first");
 }
 
+TEST_F(TrackedObjects, AreNotMadeAnewOfTheSameBoxes) {
+  const auto see = [&](double height) {
+    const Eigen::AlignedBox3d box(Vector3d(0.0, 2.0, 0.0), Vector3d(0.1, 2.1, height));
+    store_.track(robot_, sourceNamed("people"), {{{scene::Boxes{{box}}}}, Eigen::Isometry3d::Identity()},
+                 [this] { ++placed_; });
+    return robot_->objects().get().revision;
+  };
+  const std::uint64_t first = see(0.1);
+  EXPECT_EQ(see(0.1), first);
+  EXPECT_EQ(see(0.2), first + 1);
+  EXPECT_EQ(see(0.2), first + 1);
+  EXPECT_EQ(placed_, 4) << "they are seen";
+}
+
 TEST(TrackedSourceNamedAsALink, IsRefused) {
   EXPECT_EQ(errorOf([] {
               robotWith(tracking({"people", "left"}));
@@ -297,6 +311,46 @@ TEST_F(MonitorOfPeople, GivesThemToServices) {
   robot_->useDefaults(settings_);
   EXPECT_EQ(robot_->thresholdsWith(*objects).stop.of({{0}, people}), 0.25);
   EXPECT_EQ(robot_->thresholdsWith(*objects).warn.of({{0}, people}), 0.5);
+}
+
+/// The same with a sensed source, and a debounce of 0.3 s.
+class MonitorOfACamera : public MonitorOfPeople {
+ protected:
+  MonitorOfACamera() {
+    config_.tracked[0].sensing.emplace();
+    config_.monitor.sensed_debounce = settings_.sensed_debounce = 0.3;
+    follow("");
+    store_ = std::make_unique<ObjectStore>(robot_, 7, FindFrame());
+  }
+  Clearance::_level_type levelAt(double distance, double time) {
+    store_->track(robot_, config_.tracked[0], ballsAround({{0.5, 0.3 + distance, 0.0}}, 0.2), [] {});
+    MonitoredObjects objects(*robot_, robot_->objects().get());
+    monitor_.use(objects);
+    PoseSnapshot now = snapshot();
+    now.stamp.fromSec(time);
+    return monitor_.cycle(now, {}, settings_).level;
+  }
+};
+
+TEST_F(MonitorOfACamera, HoldsALevelBackUntilItHasLasted) {
+  EXPECT_EQ(levelAt(0.5, 1.0), Clearance::CLEAR);
+  EXPECT_EQ(levelAt(0.15, 1.1), Clearance::CLEAR) << "WARN since now";
+  EXPECT_NEAR(monitor_.latest().minimum.distance, 0.15, 1e-9) << "the minimum tells it at once";
+  EXPECT_EQ(levelAt(0.05, 1.3), Clearance::CLEAR) << "STOP since now";
+  EXPECT_EQ(levelAt(0.05, 1.41), Clearance::WARN);
+  EXPECT_EQ(levelAt(0.05, 1.59), Clearance::WARN);
+  EXPECT_EQ(levelAt(0.05, 1.61), Clearance::STOP);
+  EXPECT_EQ(levelAt(0.15, 1.7), Clearance::WARN) << "better at once";
+  EXPECT_EQ(levelAt(0.05, 1.8), Clearance::WARN) << "STOP begins anew";
+}
+
+TEST_F(MonitorOfACamera, HoldsBackNoContactAndNoOtherPair) {
+  EXPECT_EQ(levelAt(-0.01, 1.0), Clearance::COLLISION);
+  EXPECT_EQ(levelAt(0.5, 2.0), Clearance::CLEAR);
+  store_->apply(messageOf({addBall("box", poseAt(0.5, 0.35, 0.0))}));
+  settings_.object_stop_distance = settings_.object_warn_distance = 0.2;
+  EXPECT_EQ(levelAt(0.5, 2.1), Clearance::STOP);
+  EXPECT_EQ(levelAt(0.05, 3.0), Clearance::STOP);
 }
 
 }  // namespace proximity_server::node::tracked_sources_test
