@@ -241,10 +241,11 @@ void ObjectStore::track(const std::shared_ptr<const Robot>& robot, const Tracked
                         const std::function<void()>& placed) {
   scene::ObjectOptions options = objectOptions(*robot);
   scene::ObjectEdit edit = removalOf(source.name);
-  const bool is_there = hasTheBoxes(*robot->objects().get().all, source.name, seen.shapes);
+  const bool is_there = seen.frame.empty() && hasTheBoxes(*robot->objects().get().all, source.name, seen.shapes);
   if (!seen.shapes.empty() && !is_there) {
     edit.operation = scene::ObjectEdit::Operation::Replace;
     edit.place.pose = scene::requireReach(seen.place);
+    edit.place.frame = seen.frame;
     edit.geometry = scene::makeObject(source.name, std::move(seen.shapes), scene::Fixed{}, options).geometry;
   }
   const Lock only_one(change_mutex_);

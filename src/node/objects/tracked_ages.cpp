@@ -35,6 +35,7 @@ std::string TrackedAges::refusalOf(const std::string& name, const ros::Time& sta
   const Lock lock(mutex_);
   Entry* const entry = find(name);
   if (!entry) return "the source is not known any more";
+  if (entry->source.isMap()) return {};
   const double max_age = entry->source.max_age, age = elapsed(stamp, now);
   if (entry->latest && elapsed(now, *entry->latest) > max_age) entry->latest.reset();
   if (-age > max_age) return "its stamp is " + textOf(-age) + " ahead of the clock";
@@ -65,7 +66,7 @@ QueryStatus TrackedAges::status(const ros::Time& now) const {
   const Lock lock(mutex_);
   for (const auto& [source, latest, problem, cloud] : entries_) {
     const double age = latest ? elapsed(*latest, now) : 0.0;
-    if (latest && std::abs(age) <= source.max_age) continue;
+    if (latest && (source.isMap() || std::abs(age) <= source.max_age)) continue;
     std::string text = source.text() + " on '" + source.topic + "': ";
     if (latest && age > 0.0)
       text += "its latest message is " + textOf(age) + " old, max_age is " + textOf(source.max_age);

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 // The points of the messages of tracked sources [m], in the frame of the message.
@@ -16,10 +17,11 @@
 
 namespace proximity_server::node {
 
-/// The shapes of the object of a source, in a frame that stands at `place` in the reference frame of the robot.
+/// The shapes of the object of a source, at `place` in a frame.
 struct SeenShapes {
   std::vector<scene::ObjectShape> shapes{};
   Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  std::string frame{};  ///< it moves with this tf frame; "": it stands in the reference frame of the robot
 };
 
 /// A ball around each point [m].

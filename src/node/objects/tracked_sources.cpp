@@ -1,14 +1,17 @@
 #include "node/objects/tracked_sources.h"
 
 #include "node/objects/change_frames.h"
+#include "node/objects/octomap_message.h"
 #include "node/objects/tracked_points.h"
 #include "node/threads/request_queue.h"
+#include "proximity_server/scene/sensed/octree.h"
 #include "system/number_text.h"
 
 #include <ros/console.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -43,11 +46,13 @@ void TrackedSources::follow(const Robot& robot) {
   for (const TrackedSource& source : tracked) {
     Subscription& subscription = *subscriptions_.emplace_back(std::make_unique<Subscription>());
     subscription.source = source;
-    if (source.sensing) subscription.boxes.emplace(*source.sensing);
+    if (source.sensing && !source.isMap()) subscription.boxes.emplace(*source.sensing);
     if (source.type == TrackedSource::Type::PoseArray)
       subscribe<geometry_msgs::PoseArray>(subscription);
-    else
+    else if (source.type == TrackedSource::Type::PointCloud2)
       subscribe<sensor_msgs::PointCloud2>(subscription);
+    else
+      subscribe<OctomapMessage>(subscription);
     subscription.spinner.start();
   }
 }
@@ -68,9 +73,13 @@ void TrackedSources::take(Subscription& subscription, const Message& message) {
   const std::string refusal = ages_.refusalOf(source.name, message.header.stamp, ros::Time::now());
   if (!refusal.empty()) return warn(source, refusal);
   try {
-    if constexpr (std::is_same_v<Message, sensor_msgs::PointCloud2>)
-      if (subscription.boxes) return placeCloud(subscription, message);
-    place(source, message.header, pointsOf(message));
+    if constexpr (std::is_same_v<Message, OctomapMessage>) {
+      placeMap(source, message);
+    } else {
+      if constexpr (std::is_same_v<Message, sensor_msgs::PointCloud2>)
+        if (subscription.boxes) return placeCloud(subscription, message);
+      place(source, message.header, pointsOf(message));
+    }
   } catch (const ChangeError& error) {  // a frame is not known; the message before it counts until it is too old
     ages_.refuse(source.name, error.what(), /*is_stale=*/false);
     warn(source, error.what());
@@ -113,9 +122,25 @@ void TrackedSources::placeCloud(Subscription& subscription, const sensor_msgs::P
     at.poses = std::move(where.poses);
   }
   SensedCloud cloud;
-  SeenShapes seen{subscription.boxes->make(robot, *now.objects.all, at, points, cloud), {}};
+  SeenShapes seen;
+  seen.shapes = subscription.boxes->make(robot, *now.objects.all, at, points, cloud);
   publish(*robot, message.header.stamp, points);
   store_.track(robot, source, std::move(seen), [&] { ages_.accept(source.name, message.header.stamp, cloud); });
+}
+
+/// Gives the occupied space of a map to the store. It stands in its frame, wherever that moves.
+void TrackedSources::placeMap(const TrackedSource& source, const OctomapMessage& message) {
+  if (message.header.frame_id.empty()) throw std::invalid_argument("its frame_id is empty");
+  SensedCloud cloud;
+  const auto begin = std::chrono::steady_clock::now();
+  scene::Boxes map{scene::occupiedBoxes({message.id, message.is_binary != 0, message.resolution, message.data})};
+  cloud.boxes = map.boxes.size();
+  SeenShapes seen;
+  seen.frame = message.header.frame_id;
+  if (!map.boxes.empty()) seen.shapes.push_back({std::move(map)});
+  cloud.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  store_.track(store_.current().robot, source, std::move(seen),
+               [&] { ages_.accept(source.name, message.header.stamp, cloud); });
 }
 
 /// Publishes the points [m], which are in the reference frame.

@@ -19,6 +19,8 @@
 
 namespace proximity_server::node {
 
+struct OctomapMessage;
+
 /// Follows the tracked and the sensed sources: each message replaces the object of its source, see ObjectStore::track().
 /// Each source has a thread, which waits for transforms at the time of the message, at most TrackedSource::max_age;
 /// meanwhile only the newest message is kept. The points of sensed sources that are not on the robot are published on
@@ -47,6 +49,7 @@ class TrackedSources {
   void take(Subscription& subscription, const Message& message);
   void place(const TrackedSource& source, const std_msgs::Header& header, std::vector<Eigen::Vector3d> points);
   void placeCloud(Subscription& subscription, const sensor_msgs::PointCloud2& message);
+  void placeMap(const TrackedSource& source, const OctomapMessage& message);
   Eigen::Isometry3d poseOf(const Robot& robot, const TrackedSource& source, const std_msgs::Header& header);
   void publish(const Robot& robot, const ros::Time& stamp, const std::vector<Eigen::Vector3d>& points);
 

@@ -70,7 +70,7 @@ struct Sensing {
 /// An entry of the parameter `tracked`, people or things whose points come by a topic, or of `sensed`, what a camera sees.
 /// In each scene it is an object with this name: of one ball around each point, or of the voxels that have points.
 struct TrackedSource {
-  enum class Type : unsigned char { PoseArray, PointCloud2 };
+  enum class Type : unsigned char { PoseArray, PointCloud2, Octomap };
 
   std::string name, topic;
   Type type = Type::PoseArray;
@@ -80,7 +80,10 @@ struct TrackedSource {
   double near_speed = 2.0;           ///< [m/s] the same nearer than 0.5 m
   double intrusion = 0.0;            ///< [m] how far a part of a person may be before it is seen
   double uncertainty = 0.0;          ///< [m] how far a point may be off
-  std::optional<Sensing> sensing{};  ///< of a sensed source; nothing else above but max_age counts for it
+  std::optional<Sensing> sensing{};  ///< of a sensed source; of what is above, max_age counts for clouds
+
+  /// Whether its messages are maps: the latest one counts, however old it is.
+  bool isMap() const { return type == Type::Octomap; }
 
   std::string kind() const { return sensing ? "sensed" : "tracked"; }  ///< its parameter
   std::string text() const { return kind() + " source '" + name + "'"; }

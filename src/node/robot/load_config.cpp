@@ -124,15 +124,20 @@ TrackedSource trackedSource(const FileValue& value, const std::string& name_spac
 TrackedSource sensedSource(const FileValue& value, const std::string& name_space) {
   ParameterReader reader(value, name_space);
   TrackedSource source = namedSource(reader);
-  source.type = TrackedSource::Type::PointCloud2;
   std::string type = "PointCloud2";
   reader.read("type", type);
-  reader.require(type == "PointCloud2", "type", "is '" + type + "', but must be PointCloud2");
+  reader.require(type == "PointCloud2" || type == "Octomap", "type",
+                 "is '" + type + "', but must be PointCloud2 or Octomap");
+  source.type = type == "Octomap" ? TrackedSource::Type::Octomap : TrackedSource::Type::PointCloud2;
   Sensing& sensing = source.sensing.emplace();
   scene::ParameterRows numbers;
   const auto add = [&](const char* name, const Parameter::Field& field, const scene::Range& range) {
     numbers(name, field, range, "", Parameter::Change::Reload, "");
   };
+  if (source.isMap()) {
+    requireKnown(reader);
+    return source;
+  }
   add("resolution", &sensing.resolution, {1e-3, 1});
   add("self_padding", &sensing.self_padding, {0, 10});
   add("link_self_padding", &sensing.link_padding, {0, 10});

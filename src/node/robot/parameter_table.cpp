@@ -46,7 +46,7 @@ std::vector<Parameter> parameterTable(Config& config) {
       "The `stop_distance` of pairs with a tracked source. It must be at most `tracked_warn_distance`; for "
       "`~constraints` it must be below `influence_distance`.");
   add("sensed", &config.sensed_value, {}, "", kReload,
-      "Depth cameras, `[{topic: /camera/points, resolution: 0.02, self_padding: 0.02}]`, see [what cameras "
+      "Depth cameras and maps, `[{topic: /camera/points, resolution: 0.02, self_padding: 0.02}]`, see [what cameras "
       "see](../config/SENSED.md). []: none.");
   add("sensed_warn_distance", &monitor.sensed_warn_distance, {0, 100}, "m", kLive,
       "The same as `warn_distance` of pairs with a sensed source, also if a link has a distance of its own.");

@@ -172,7 +172,7 @@ std::vector<std::optional<double>> limitsOf(const scene::RobotModel& robot, cons
 /// An obstacle must not vanish among the robot's own points before the robot stops.
 /// Throws std::invalid_argument naming the source and the distances.
 void requireSeenBefore(const TrackedSource& source, double stop_distance) {
-  if (!source.sensing) return;
+  if (!source.sensing || source.isMap()) return;
   double padding = source.sensing->self_padding;
   for (const auto& [link, of_link] : source.sensing->link_padding) padding = std::max(padding, of_link);
   const double seen_from = padding + std::sqrt(3.0) * source.sensing->resolution;

@@ -5,6 +5,7 @@
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/object_messages.h"
+#include "node/objects/octomap_message.h"
 
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>
@@ -16,6 +17,15 @@
 #include <vector>
 
 // A camera sees the ball of gantry.urdf, of radius 0.1 m, and what comes near to it. Its clouds are in the frame of the ball.
+// A map has one voxel.
+
+namespace ros::message_traits {
+template <>
+struct Definition<proximity_server::node::OctomapMessage> {
+  static const char* value() { return "Header header\nbool binary\nstring id\nfloat64 resolution\nint8[] data"; }
+  static const char* value(const proximity_server::node::OctomapMessage&) { return value(); }
+};
+}  // namespace ros::message_traits
 
 namespace proximity_server::node::sensed_test {
 
@@ -24,12 +34,33 @@ using Points = std::vector<Vector3d>;
 
 const std::string kNode = "/proximity_server/";
 
+/// An octree with one smallest leaf, whose lower corner is at these multiples of the resolution.
+OctomapMessage mapOf(const Eigen::Array3i& leaf) {
+  OctomapMessage map;
+  map.header.frame_id = "base";
+  map.is_binary = 1;
+  map.id = "OcTree";
+  map.resolution = 0.02;
+  const Eigen::Array3i key = leaf + (1 << 15);
+  for (int bit = 15; bit >= 0; --bit) {
+    const int child = (key.x() >> bit & 1) + 2 * (key.y() >> bit & 1) + 4 * (key.z() >> bit & 1);
+    const unsigned node = (bit > 0 ? 3U : 2U) << (2 * child);
+    map.data += static_cast<char>(node & 0xFFU);
+    map.data += static_cast<char>(node >> 8U);
+  }
+  return map;
+}
+const Eigen::Array3i kFar(200, 200, 200);
+
 /// [m] The diagonal of a voxel.
 const double kVoxel = std::sqrt(3.0) * 0.02;
 
 class Sensed : public testing::Test {
  protected:
-  void SetUp() override { connectedGantry(1).hold({1.0, 0.0, 0.0}); }
+  void SetUp() override {
+    connectedGantry(1).hold({1.0, 0.0, 0.0});
+    map_publisher_.publish(mapOf(kFar));
+  }
   void TearDown() override {
     ticker_.stop();
     connectedGantry(1).release();
@@ -81,6 +112,7 @@ class Sensed : public testing::Test {
   Inbox<Clearance> clearances_{nh_, kNode + "clearance"};
   sensor_msgs::PointCloud2 cloud_;
   ros::Publisher publisher_ = nh_.advertise<sensor_msgs::PointCloud2>("/camera/points", 10);
+  ros::Publisher map_publisher_ = nh_.advertise<OctomapMessage>("/octomap_binary", 1, /*latch=*/true);
   Ticker ticker_{nh_, 20.0, [this] {
                    cloud_.header.stamp = ros::Time::now();
                    publisher_.publish(cloud_);
@@ -120,7 +152,7 @@ TEST_F(Sensed, PointsAreCountedAndTheOthersPublished) {
   points.emplace_back(std::numeric_limits<double>::infinity(), 0.0, 0.0);
   see(points);
   const auto message = seen.next([](const proximity_server::Sensed& of) {
-    return of.sources.size() == 1 && of.sources[0].out_of_range == 1 && of.status.code == QueryStatus::OK;
+    return of.sources.size() == 2 && of.sources[0].out_of_range == 1 && of.status.code == QueryStatus::OK;
   });
   ASSERT_TRUE(message);
   const SensedSource& source = message->sources[0];
@@ -151,6 +183,29 @@ TEST_F(Sensed, CloudThatCannotBeUsedIsNamed) {
   cloud_.header.frame_id = "nowhere";
   ticker_.start();
   ASSERT_TRUE(invalidBecause("frame 'nowhere' has no pose"));
+}
+
+TEST_F(Sensed, MapIsInTheLevelUntilAnotherReplacesIt) {
+  see({});
+  ASSERT_TRUE(withLevel(Clearance::CLEAR));
+  map_publisher_.publish(mapOf({59, 0, 0}));
+  const auto near = withLevel(Clearance::STOP);
+  ASSERT_TRUE(near);
+  EXPECT_EQ(near->deciding.b.link, "map");
+  EXPECT_NEAR(near->deciding.distance, 0.08, 1e-6);
+  map_publisher_.publish(mapOf(kFar));
+  ASSERT_TRUE(withLevel(Clearance::CLEAR));
+  OctomapMessage broken = mapOf({59, 0, 0});
+  broken.data.pop_back();
+  map_publisher_.publish(broken);
+  ASSERT_TRUE(
+      invalidBecause("sensed source 'map' on '/octomap_binary': a message is left out: byte 31: the octree ends"));
+  map_publisher_.publish(mapOf(kFar));
+  ASSERT_TRUE(withLevel(Clearance::CLEAR));
+  OctomapMessage elsewhere = mapOf(kFar);
+  elsewhere.header.frame_id = "nowhere";
+  map_publisher_.publish(elsewhere);
+  ASSERT_TRUE(invalidBecause("nowhere"));
 }
 
 TEST_F(Sensed, ObstacleMustBeSeenBeforeTheRobotStops) {

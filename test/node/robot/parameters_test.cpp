@@ -378,7 +378,9 @@ TEST(SensedParameter, HasANameAndNumbersByDefault) {
   people_list[0] = people();
   for (const int i : {0, 1}) list[i]["topic"] = "/camera/points";
   list[1]["name"] = "wrist";
-  for (const char* number : {"max_age", "resolution", "self_padding", "range"}) list[1][number] = 0.25;
+  for (const char* number : {"max_age", "resolution", "self_padding", "range", "persistence"}) list[1][number] = 0.25;
+  list[1]["clearing"] = false;
+  list[1]["max_points"] = 1000;
   list[1]["link_self_padding"]["hand"] = 0.5;
   XmlRpcValue values;
   values["sensed"] = list;
@@ -397,7 +399,7 @@ TEST(SensedParameter, HasANameAndNumbersByDefault) {
   EXPECT_EQ(expected.sensing->self_padding, 0.02);
   expected.name = "wrist";
   expected.max_age = 0.25;
-  *expected.sensing = {0.25, 0.25, {{"hand", 0.5}}, 0.25};
+  *expected.sensing = {0.25, 0.25, {{"hand", 0.5}}, 0.25, 0.25, false, 1000};
   EXPECT_EQ(config.tracked[2], expected);
 }
 
@@ -416,7 +418,15 @@ TEST(SensedParameter, IsRefusedByEntryAndField) {
             entry + " must be of the form {topic: /camera/points, resolution: 0.02}");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["topic"] = ""; }), entry + "/topic is no name of a topic: ''");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["type"] = "LaserScan"; }),
-            entry + "/type is 'LaserScan', but must be PointCloud2");
+            entry + "/type is 'LaserScan', but must be PointCloud2 or Octomap");
+  const auto map = [](const char* field) {
+    return [field](XmlRpcValue& list) {
+      list[0]["type"] = "Octomap";
+      if (field) list[0][field] = 0.1;
+    };
+  };
+  EXPECT_EQ(refusal(map(nullptr)), "");
+  EXPECT_EQ(refusal(map("range")).find(entry + "/range is unknown"), 0U) << "a map has no range";
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["resolution"] = 0.0; }),
             entry + "/resolution is 0, outside of [0.001, 1]");
   EXPECT_EQ(refusal([](XmlRpcValue& list) { list[0]["link_self_padding"]["hand"] = -1.0; }),
