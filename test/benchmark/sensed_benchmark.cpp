@@ -9,9 +9,11 @@
 #include "peers/sensed_library.h"
 #include "proximity_server/narrowphase/signed_distance.h"
 #include "proximity_server/scene/answers/assessment.h"
+#include "proximity_server/scene/points/point_search.h"
 #include "proximity_server/scene/points/ray_search.h"
 #include "proximity_server/scene/query/scene.h"
 #include "proximity_server/scene/sensed/self_filter.h"
+#include "proximity_server/scene/sensed/voxel_grid.h"
 #include "scene/bounds/bounds.h"
 #include "scene/example_robots.h"
 

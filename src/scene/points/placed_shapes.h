@@ -17,6 +17,7 @@ class PlacedShapes {
  public:
   struct Place {
     ShapeRef ref;
+    std::size_t number;  ///< in the list that was asked
     const Part& part;
     RelativePose pose;  ///< of its body in the frame of the poses
   };

@@ -2,6 +2,8 @@
 
 #include "scene/state/part.h"
 
+#include <Eigen/Geometry>
+
 #include <vector>
 
 namespace proximity_server::scene {
@@ -28,5 +30,11 @@ class PointPart {
   std::vector<WideVolume> wide_volumes_;
   Part part_;
 };
+
+/// [m] A lower bound of the signed distance of a point from the content of a volume, in the frame of its body.
+double gapTo(const Bounds& bounds, const Eigen::Vector3d& point);
+
+/// [m] The same for a box in the frame of the poses.
+double gapTo(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& point);
 
 }  // namespace proximity_server::scene

@@ -16,23 +16,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// [m] A lower bound of the signed distance of a point from the content of a volume.
-double gapTo(const Bounds& bounds, const Vector3d& point) {
-  const Vector3d from_centre = point - bounds.centre;
-  const Vector3d beyond = (bounds.axes.transpose() * from_centre).cwiseAbs() - bounds.half;
-  const double largest = beyond.maxCoeff();
-  const double of_box = largest > 0.0 ? beyond.cwiseMax(0.0).norm() : largest;
-  const double rounding = kPoseRounding * (point.norm() + bounds.reach);
-  return std::max(of_box, from_centre.norm() - bounds.radius) - rounding;
-}
-
-/// [m] The same for a box in the frame of the poses.
-double gapTo(const Eigen::AlignedBox3d& box, const Vector3d& point) {
-  const Vector3d beyond = (box.min() - point).cwiseMax(point - box.max());
-  const double largest = beyond.maxCoeff();
-  return (largest > 0.0 ? beyond.cwiseMax(0.0).norm() : largest) - kPoseRounding * point.norm();
-}
-
 /// The answer about a point that bounds prove to be beyond the threshold.
 PairProximity farther(double lower_bound) {
   PairProximity proximity;

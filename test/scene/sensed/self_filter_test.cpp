@@ -1,6 +1,7 @@
 #include "proximity_server/scene/sensed/self_filter.h"
 
 #include "chance.h"
+#include "proximity_server/scene/points/point_search.h"
 #include "scene/query/cell.h"
 #include "scene/solids.h"
 

@@ -1,13 +1,12 @@
 #pragma once
 
-#include "proximity_server/scene/points/point_search.h"
-#include "proximity_server/scene/sensed/voxel_grid.h"
+#include "proximity_server/scene/query/question.h"
+#include "proximity_server/scene/scene_model/scene_model.h"
 #include "proximity_server/scene/state/state.h"
 
 #include <Eigen/Core>
 
 #include <cstddef>
-#include <cstdint>
 #include <map>
 #include <memory>
 #include <vector>
@@ -23,14 +22,19 @@ struct SelfPadding {
 /// Takes the points of a sensor that are on a robot, or on what it holds, out of a cloud. With the working memory of one
 /// caller; not thread-safe.
 ///
-/// 1. Put the points into voxels. Balls about bricks that are farther than the padding keep all their points.
-/// 2. So do balls about voxels; voxels that are wholly within the padding lose all of them.
-/// 3. Only the points of the other voxels are asked about one by one.
+/// 1. Put the points into voxels. List for each brick of them the pieces of the robot whose bounds are within the padding
+///    of a ball about it.
+/// 2. Divide the brick by halves, down to voxels. The ball about a block keeps the pieces that may be within the padding:
+///    if none is left, its points stay; if it is wholly within the padding of one, all of them are removed.
+/// 3. Compare only the points of the other voxels with the pieces that are left of their voxel, one by one.
 class SelfFilter {
  public:
   /// Throws std::invalid_argument without a model, and as VoxelGrid does for the edge [m] of the voxels, which changes the
   /// time and no answer.
   SelfFilter(std::shared_ptr<const SceneModel> model, double resolution);
+  ~SelfFilter();
+  SelfFilter(SelfFilter&&) noexcept;
+  SelfFilter& operator=(SelfFilter&&) noexcept;
 
   /// Removes the points [m], in the frame of the state, whose distance from a link with geometry, or from an object that
   /// a link holds, is at most its padding. The others keep their order. Returns the number of removed points.
@@ -42,28 +46,8 @@ class SelfFilter {
                      const Question& question = {});
 
  private:
-  enum class Fate : unsigned char { Kept, Open, Removed };
-  struct Same {
-    double padding;
-    std::vector<ShapeRef> shapes;
-  };
-
-  static std::vector<Same> groupsOf(const State& state, const SelfPadding& padding);
-  void removeNear(const State& state, const Same& group, const std::vector<Eigen::Vector3d>& points,
-                  const Question& question);
-  const std::vector<PairProximity>& ask(const State& state, const Same& group, const Question& question);
-  Fate fateOf(const VoxelGrid::Voxel& voxel) const;
-
-  PointSearch search_;
-  VoxelGrid grid_;
-  std::vector<VoxelGrid::Voxel> voxels_;  ///< of the points
-  std::vector<bool> is_removed_;          ///< the points
-  static constexpr std::size_t kFar = SIZE_MAX;
-  std::vector<std::size_t> near_;   ///< for each brick its number among those that are near a group, or kFar
-  std::vector<Fate> fates_;         ///< of the voxels of these bricks
-  std::vector<std::size_t> asked_;  ///< points
-  std::vector<VoxelGrid::Voxel> asked_voxels_;
-  Points balls_;
+  class Work;
+  std::unique_ptr<Work> work_;
 };
 
 }  // namespace proximity_server::scene
