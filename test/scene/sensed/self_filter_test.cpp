@@ -73,13 +73,15 @@ TEST(SelfFilter, RemovesWhatEachPointAloneTells) {
 TEST(SelfFilter, EndsAtThePadding) {
   Cell cell({ball("0.3"), ball("0.2")});
   cell.put({at(0, 0, 0), at(2, 0, 0)});
-  SelfFilter filter(cell.scene().state.sharedModel(), 0.02);
   const Cloud within{{0.3499999, 0, 0}, {0, -0.3499999, 0}, {0.1, 0, 0}, {2.2999999, 0, 0}},
       beyond{{0.3500001, 0, 0}, {0, -0.3500001, 0}, {2, 0, 0.3000001}};
-  Cloud cloud = beyond;
-  cloud.insert(cloud.begin() + 1, within.begin(), within.end());
-  EXPECT_EQ(filter.remove(cell.scene().state, {0.05, {{cell.link("1").link(), 0.1}}}, cloud), 4U);
-  EXPECT_EQ(cloud, beyond);
+  for (const double resolution : {0.002, 0.02}) {
+    SelfFilter filter(cell.scene().state.sharedModel(), resolution);
+    Cloud cloud = beyond;
+    cloud.insert(cloud.begin() + 1, within.begin(), within.end());
+    EXPECT_EQ(filter.remove(cell.scene().state, {0.05, {{cell.link("1").link(), 0.1}}}, cloud), 4U);
+    EXPECT_EQ(cloud, beyond);
+  }
 }
 
 TEST(SelfFilter, KeepsTheCloudIfItCannotTell) {
