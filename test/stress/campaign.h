@@ -130,6 +130,7 @@ Campaign pairCampaign();
 Campaign motionCampaign();
 Campaign sceneCampaign();
 Campaign pointCampaign();
+Campaign cloudCampaign();
 Campaign freeMotionCampaign();
 Campaign stopCampaign();
 Campaign peopleCampaign();

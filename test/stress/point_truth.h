@@ -18,6 +18,9 @@ using narrowphase::Vector3l;
 /// A convex piece of a link.
 struct OraclePiece {
   OraclePiece(const RobotModel& robot, const Piece& of_robot);
+  /// A piece of what a link holds, with its pose in the body of the link; it must outlive this.
+  OraclePiece(const Piece& of_held, int holder, int body_of_holder)
+      : piece(of_held), link(holder), body(body_of_holder), oracle(of_held.shape) {}
 
   const Piece& piece;
   int link, body;
