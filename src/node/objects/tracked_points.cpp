@@ -1,20 +1,18 @@
 #include "node/objects/tracked_points.h"
 
+#include "proximity_server/scene/sensed/point_record.h"
+
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 
 namespace proximity_server::node {
 namespace {
 
+using scene::PointRecord;
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointField;
-
-constexpr bool kIsBigEndian = __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__;
 
 /// Adds a point. The index in the message is for the text.
 void add(const Eigen::Vector3d& point, std::uint64_t index, std::vector<Eigen::Vector3d>& points) {
@@ -24,31 +22,17 @@ void add(const Eigen::Vector3d& point, std::uint64_t index, std::vector<Eigen::V
   points.push_back(point);
 }
 
-/// A coordinate in the data of each point.
-struct Coordinate {
-  std::uint64_t offset, size;  ///< [bytes]
-};
-
-Coordinate coordinateOf(const PointCloud2& cloud, const std::string& name) {
+PointRecord::Field coordinateOf(const PointCloud2& cloud, const std::string& name) {
   const auto is_it = [&](const PointField& field) { return field.name == name; };
   const auto found = std::find_if(cloud.fields.begin(), cloud.fields.end(), is_it);
   if (found == cloud.fields.end()) throw std::invalid_argument("it has no field " + name);
   if (found->datatype != PointField::FLOAT32 && found->datatype != PointField::FLOAT64)
     throw std::invalid_argument("its field " + name + " is neither FLOAT32 nor FLOAT64");
-  const Coordinate coordinate{found->offset, found->datatype == PointField::FLOAT32 ? 4U : 8U};
+  const PointRecord::Field coordinate{found->offset, PointRecord::Type::Float,
+                                      found->datatype == PointField::FLOAT32 ? 4U : 8U};
   if (coordinate.offset + coordinate.size > cloud.point_step)
     throw std::invalid_argument("its field " + name + " ends beyond point_step");
   return coordinate;
-}
-
-template <class Number>
-double numberAt(const std::uint8_t* place, bool is_swapped) {
-  std::array<std::uint8_t, sizeof(Number)> bytes{};
-  std::copy_n(place, bytes.size(), bytes.begin());
-  if (is_swapped) std::reverse(bytes.begin(), bytes.end());
-  Number number{};
-  std::memcpy(&number, bytes.data(), bytes.size());
-  return static_cast<double>(number);
 }
 
 /// Calls visit(point, index) for the points of a cloud.
@@ -57,22 +41,13 @@ void forEachPoint(const PointCloud2& message, const Visit& visit) {
   const std::uint64_t width = message.width, height = message.height, step = message.point_step,
                       row_step = message.row_step;  // products of 32 bits fit into 64
   if (width * height == 0) return;
-  const std::array<Coordinate, 3> coordinates{coordinateOf(message, "x"), coordinateOf(message, "y"),
-                                              coordinateOf(message, "z")};
+  const PointRecord record{{coordinateOf(message, "x"), coordinateOf(message, "y"), coordinateOf(message, "z")},
+                           message.is_bigendian != 0};
   if (width * step > row_step) throw std::invalid_argument("width times point_step is more than row_step");
   if (row_step * height > message.data.size())
     throw std::invalid_argument("row_step times height is more than its data");
-  const bool is_swapped = (message.is_bigendian != 0) != kIsBigEndian;
-  for (std::uint64_t i = 0; i < width * height; ++i) {
-    const std::uint8_t* const place = message.data.data() + (i / width) * row_step + (i % width) * step;
-    Eigen::Vector3d point;
-    for (int axis = 0; axis < 3; ++axis) {
-      const Coordinate& of = coordinates[axis];
-      point[axis] = of.size == sizeof(float) ? numberAt<float>(place + of.offset, is_swapped)
-                                             : numberAt<double>(place + of.offset, is_swapped);
-    }
-    visit(point, i);
-  }
+  for (std::uint64_t i = 0; i < width * height; ++i)
+    visit(record.at(message.data.data() + (i / width) * row_step + (i % width) * step), i);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "proximity_server/scene/sensed/octree.h"
 
+#include "proximity_server/scene/sensed/cloud_file.h"
+
 #include "chance.h"
 #include "scene/files.h"
 
@@ -134,6 +136,32 @@ TEST(Octree, ContainsThePointsOnTheCornersOfVoxels) {
       EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const AlignedBox3d& box) { return box.contains(point); }))
           << point.transpose();
   }
+}
+
+/// Boxes of octomap's files are those of their bytes.
+TEST(Octree, IsReadFromTheFilesOfOctomap) {
+  Chance chance(6);
+  const TemporaryFiles files;
+  auto tree = randomTree<octomap::ColorOcTree>(chance, 0.05);
+  for (const std::string name : {"map.bt", "map.ot"}) {
+    const bool is_binary = name == "map.bt";
+    const std::string path = files.path(name);
+    ASSERT_TRUE(is_binary ? tree.writeBinary(path) : tree.write(path));
+    const std::vector<AlignedBox3d> boxes = readCloudBoxes(path, 0.02), expected = boxesOf(tree, is_binary);
+    ASSERT_EQ(boxes.size(), expected.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i) EXPECT_TRUE(boxes[i].isApprox(expected[i], 0.0));
+
+    const std::string content = readFile(path), cut = files.write("cut." + name, content.substr(0, content.size() - 1));
+    EXPECT_NE(errorOf([&] { readCloudBoxes(cut, 0.02); }).find("the octree ends in the middle of a node"),
+              std::string::npos);
+  }
+  const std::string empty = files.write("empty.bt", "# Octomap OcTree binary file\nid OcTree\nsize 0\nres 0.1\ndata\n");
+  EXPECT_EQ(errorOf([&] { readCloudBoxes(empty, 0.02); }), empty + ": nothing is occupied");
+  const std::string other = files.write("other.bt", "OCTREE 1\n");
+  EXPECT_EQ(errorOf([&] { readCloudBoxes(other, 0.02); }),
+            other + ", line 1: no octree of octomap: it does not begin with \"# Octomap OcTree\"");
+  const std::string no_data = files.write("no_data.ot", "# Octomap OcTree file\nid OcTree\nres 0.1\n");
+  EXPECT_EQ(errorOf([&] { readCloudBoxes(no_data, 0.02); }), no_data + ", line 3: the file ends in its header");
 }
 
 std::string errorFor(const std::string& bytes, bool is_binary = true, const std::string& id = "OcTree") {
