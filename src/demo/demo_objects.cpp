@@ -3,24 +3,17 @@
 #include <proximity_server/ApplyObjects.h>
 #include <proximity_server/ObjectChange.h>
 #include <proximity_server/PairRule.h>
+#include "demo/demo_parameter.h"
 
 #include <shape_msgs/SolidPrimitive.h>
 #include <xmlrpcpp/XmlRpcValue.h>
 
 #include <algorithm>
-#include <stdexcept>
 
 namespace proximity_server::demo {
 namespace {
 
 constexpr char kBar[] = "bar";
-
-template <typename Value>
-Value parameter(const ros::NodeHandle& nh, const std::string& name) {
-  Value value;
-  if (!nh.getParam(name, value)) throw std::invalid_argument("the parameter " + nh.resolveName(name) + " is missing");
-  return value;
-}
 
 geometry_msgs::Pose poseAt(const std::vector<double>& position) {
   geometry_msgs::Pose pose;
