@@ -102,8 +102,8 @@ class Camera {
         noise_(0.0, parameter<double>(private_nh, "noise")),
         cloud_pub_(nh.advertise<sensor_msgs::PointCloud2>("camera/points", 1)),
         tf_pub_(nh.advertise<tf2_msgs::TFMessage>("/tf_static", 1, /*latch=*/true)) {
-    state_.set(std::make_shared<const Objects>(
-        Objects(model_).changed({AddObject{boxOf(vectorOf(private_nh, "box/size"))}})));
+    state_.set(
+        std::make_shared<const Objects>(Objects(model_).changed({AddObject{boxOf(vectorOf(private_nh, "box/size"))}})));
     const double focal_length = 0.5 * width_ / std::tan(0.5 * parameter<double>(private_nh, "view"));  // [pixels]
     for (int row = 0; row < height_; ++row)
       for (int column = 0; column < width_; ++column)

@@ -1,6 +1,7 @@
 #include "node/monitor/markers.h"
 
 #include "node/objects/change_fields.h"
+#include "node/robot/level_colour.h"
 #include "node/robot/level_name.h"
 #include "proximity_server/scene/model/kinematics.h"
 
@@ -38,21 +39,6 @@ std_msgs::ColorRGBA colour(float r, float g, float b, float a) {
   result.b = b;
   result.a = a;
   return result;
-}
-
-std_msgs::ColorRGBA levelColour(std::uint8_t level) {
-  switch (level) {
-    case Clearance::CLEAR:
-      return colour(0.2f, 0.8f, 0.2f, 1.0f);
-    case Clearance::WARN:
-      return colour(1.0f, 0.8f, 0.0f, 1.0f);
-    case Clearance::STOP:
-      return colour(1.0f, 0.4f, 0.0f, 1.0f);
-    case Clearance::COLLISION:
-      return colour(1.0f, 0.2f, 0.2f, 1.0f);
-    default:
-      return colour(1.0f, 0.3f, 1.0f, 1.0f);
-  }
 }
 
 /// Appends the markers of one piece to an array.

@@ -1,6 +1,7 @@
 #include "node/objects/tracked_sources.h"
 
 #include "node/objects/change_frames.h"
+#include "node/objects/cloud_colours.h"
 #include "node/objects/octomap_message.h"
 #include "node/objects/tracked_points.h"
 #include "node/threads/request_queue.h"
@@ -124,8 +125,8 @@ void TrackedSources::placeCloud(Subscription& subscription, const sensor_msgs::P
   SensedCloud cloud;
   SeenShapes seen;
   seen.shapes = subscription.boxes->make(robot, *now.objects.all, at, points, cloud);
-  publish(*robot, message.header.stamp, points);
   store_.track(robot, source, std::move(seen), [&] { ages_.accept(source.name, message.header.stamp, cloud); });
+  publish(robot, source.name, message.header.stamp, at.poses, points);
 }
 
 /// Gives the occupied space of a map to the store. It stands in its frame, wherever that moves.
@@ -143,20 +144,26 @@ void TrackedSources::placeMap(const TrackedSource& source, const OctomapMessage&
                [&] { ages_.accept(source.name, message.header.stamp, cloud); });
 }
 
-/// Publishes the points [m], which are in the reference frame.
-void TrackedSources::publish(const Robot& robot, const ros::Time& stamp, const std::vector<Eigen::Vector3d>& points) {
+/// Publishes the points [m] of a source that is in the store, with their colours. They are in the reference frame.
+void TrackedSources::publish(const std::shared_ptr<const Robot>& robot, const std::string& source,
+                             const ros::Time& stamp, const scene::BodyPoses& poses,
+                             const std::vector<Eigen::Vector3d>& points) {
   if (points_pub_.getNumSubscribers() == 0) return;
+  const ObjectStore::CurrentObjects now = store_.current();
+  if (now.robot != robot) return;  // a reload
+  const std::vector<std::uint32_t> colours = coloursOf(*robot, now.objects.all, source, poses, points);
   sensor_msgs::PointCloud2 cloud;
   cloud.header.stamp = stamp;
-  cloud.header.frame_id = robot.referenceFrame();
+  cloud.header.frame_id = robot->referenceFrame();
   sensor_msgs::PointCloud2Modifier modifier(cloud);
-  modifier.setPointCloud2FieldsByString(1, "xyz");
+  modifier.setPointCloud2FieldsByString(2, "xyz", "rgb");
   modifier.resize(points.size());
   if (!points.empty()) {  // an iterator needs a first byte
     sensor_msgs::PointCloud2Iterator<float> out(cloud, "x");
-    for (const Eigen::Vector3d& point : points) {
-      for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
-      ++out;
+    sensor_msgs::PointCloud2Iterator<std::uint32_t> colour(cloud, "rgb");
+    for (std::size_t i = 0; i < points.size(); ++i, ++out, ++colour) {
+      for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(points[i][axis]);
+      *colour = colours[i];
     }
   }
   points_pub_.publish(cloud);
