@@ -10,4 +10,6 @@ TEST(NodeCorpus, ParametersAreTakenOrRefused) { EXPECT_GT(tryAll("parameters", t
 
 TEST(NodeCorpus, ObjectsAreTakenOrRefused) { EXPECT_GT(tryAll("objects", tryObjects), 4); }
 
+TEST(NodeCorpus, CloudsAreReadOrRefused) { EXPECT_GT(tryAll("clouds", tryCloud), 4); }
+
 }  // namespace proximity_server::fuzz::node_corpus_test

@@ -5,6 +5,7 @@
 #include "node/answers/motions.h"
 #include "node/objects/apply_objects.h"
 #include "node/objects/object_store.h"
+#include "node/objects/tracked_points.h"
 #include "node/robot/config.h"
 #include "node/robot/load_config.h"
 #include "node/services/joint_requests.h"
@@ -285,6 +286,25 @@ void tryObjects(const std::string& bytes) {
   checkAnswers(robot->objects().get().all);
   checkKeeping(store);
   robot->objects().set(none);
+}
+
+void tryCloud(const std::string& bytes) {
+  if (bytes.empty()) return;
+  static const std::vector<std::string> names{"x", "y", "z", "rgb", ""};
+  const std::string_view behind = std::string_view(bytes).substr(1);
+  const std::string_view layout = behind.substr(0, static_cast<unsigned char>(bytes[0]));
+  sensor_msgs::PointCloud2 cloud;
+  RequestBytes(layout, names).next(cloud);
+  cloud.data.assign(behind.begin() + static_cast<std::ptrdiff_t>(layout.size()), behind.end());
+  try {
+    const std::vector<Eigen::Vector3d> returns = returnsOf(cloud);
+    require(returns.empty() || returns.size() <= cloud.data.size() / cloud.point_step,
+            "each point has bytes of its own");
+    for (const Eigen::Vector3d& point : returns) require(point.allFinite(), "a return is finite");
+    require(pointsOf(cloud) == returns, "both readers find the same points");
+  } catch (const std::invalid_argument& error) {
+    require(!std::string(error.what()).empty(), "a refusal says why");
+  }
 }
 
 void tryRequest(const std::string& bytes) {

@@ -25,6 +25,9 @@ void tryObjectFile(const std::string& bytes);
 /// Two messages of changes of objects, one after the other, see RequestBytes.
 void tryObjects(const std::string& bytes);
 
+/// First byte: how many bytes behind it are a PointCloud2 without data, see RequestBytes; the rest: its data.
+void tryCloud(const std::string& bytes);
+
 /// First byte: the service ('m'inimum_distance, query_'p'airs, query_'c'onfiguration, query_'t'rajectory,
 /// prove_'j'oint_box, else time_of_contact); the rest: its request, see RequestBytes.
 void tryRequest(const std::string& bytes);

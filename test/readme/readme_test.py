@@ -532,7 +532,7 @@ BLOCKS = (
     ("./dev ", Document.dev),
     ("cmake -S . -B build -DCMAKE_BUILD_TYPE=Release", Document.workspace),
     ("rosservice call ", Document.service_calls),
-    (("rostopic echo ", "rosnode kill "), Document.commands),
+    (("rostopic echo ", "rosparam set "), Document.commands),
     ("roslaunch proximity_server moveit_stream.launch", Document.bridge),
     ("rosrun proximity_server moveit_stream ", Document.bridge),
     ("roslaunch ", Document.node),

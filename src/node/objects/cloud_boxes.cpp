@@ -19,7 +19,7 @@ void CloudBoxes::follow(const std::shared_ptr<const Robot>& robot) {
   if (robot == robot_) return;
   if (robot_ && robot_->referenceFrame() != robot->referenceFrame()) memory_.clear();
   robot_ = robot;
-  padding_ = {sensing_.self_padding, {}};
+  padding_ = {sensing_.self_padding, {}, sensing_.object_padding};
   for (const auto& [link, padding] : sensing_.link_padding)
     padding_.of_links[robot->robotModel().findLink(link)] = padding;
   filter_.emplace(robot->sharedModel(), sensing_.resolution);
@@ -47,15 +47,17 @@ void CloudBoxes::place(const Eigen::Isometry3d& sensor, std::vector<Vector3d>& p
   rays_.set(sensor.translation(), ends_);
 }
 
-/// Removes the points of the robot and of what it holds.
+/// Removes the points of the robot, of what it holds, and of what stands still and has a padding.
 void CloudBoxes::removeOwn(const scene::Objects& objects, const scene::BodyPoses& poses, std::vector<Vector3d>& points,
                            SensedCloud& cloud) {
-  std::vector<scene::ObjectChange> held;
-  for (const int number : objects.numbers())
-    if (const scene::Object& object = *objects.object(number);
-        std::holds_alternative<scene::Attached>(object.placement))
-      held.emplace_back(scene::AddObject{object});
-  state_->set(std::make_shared<const scene::Objects>(scene::Objects(robot_->sharedModel()).changed(held)));
+  std::vector<scene::ObjectChange> known;
+  for (const int number : objects.numbers()) {
+    const scene::Object& object = *objects.object(number);
+    const bool is_held = std::holds_alternative<scene::Attached>(object.placement);
+    const bool stands = std::holds_alternative<scene::Fixed>(object.placement);
+    if (is_held || (stands && padding_.of_objects.count(object.id) > 0)) known.emplace_back(scene::AddObject{object});
+  }
+  state_->set(std::make_shared<const scene::Objects>(scene::Objects(robot_->sharedModel()).changed(known)));
   state_->set(poses);
   cloud.on_robot = filter_->remove(*state_, padding_, points);
 }

@@ -42,7 +42,11 @@ void TrackedSources::follow(const Robot& robot) {
   const auto is_of = [](const auto& subscription, const TrackedSource& source) {
     return subscription->source == source;
   };
-  if (std::equal(subscriptions_.begin(), subscriptions_.end(), tracked.begin(), tracked.end(), is_of)) return;
+  if (std::equal(subscriptions_.begin(), subscriptions_.end(), tracked.begin(), tracked.end(), is_of)) {
+    for (const std::unique_ptr<Subscription>& subscription : subscriptions_)  // a map that is latched comes once more
+      if (subscription->source.isMap()) subscribe<OctomapMessage>(*subscription);
+    return;
+  }
   subscriptions_.clear();
   for (const TrackedSource& source : tracked) {
     Subscription& subscription = *subscriptions_.emplace_back(std::make_unique<Subscription>());

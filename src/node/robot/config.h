@@ -50,18 +50,19 @@ const char* toString(PoseLatency latency);  ///< "velocity"
 
 /// How a sensed source makes boxes of its points.
 struct Sensing {
-  double resolution = 0.02;                    ///< [m] the edge of a voxel
-  double self_padding = 0.02;                  ///< [m] points so near to a link, or to what it holds, are its own
-  std::map<std::string, double> link_padding;  ///< [m] the same of single links
-  double range = 100.0;                        ///< [m] farther from the sensor points are left out
-  double persistence = 0.0;                    ///< [s] how long a voxel stays that the latest cloud has not
-  bool clearing = true;                        ///< whether it leaves where a ray passes through it
-  int max_points = 1000000;                    ///< of a larger cloud, every second, third ... point counts
+  double resolution = 0.02;                        ///< [m] the edge of a voxel
+  double self_padding = 0.02;                      ///< [m] points so near to a link, or to what it holds, are its own
+  std::map<std::string, double> link_padding;      ///< [m] the same of single links
+  double range = 100.0;                            ///< [m] farther from the sensor points are left out
+  double persistence = 0.0;                        ///< [s] how long a voxel stays that the latest cloud has not
+  bool clearing = true;                            ///< whether it leaves where a ray passes through it
+  int max_points = 1000000;                        ///< of a larger cloud, every second, third ... point counts
+  std::map<std::string, double> object_padding{};  ///< [m] points so near to these objects do not count
 
   bool operator==(const Sensing& other) const {
     const auto values = [](const Sensing& of) {
       return std::tie(of.resolution, of.self_padding, of.link_padding, of.range, of.persistence, of.clearing,
-                      of.max_points);
+                      of.max_points, of.object_padding);
     };
     return values(*this) == values(other);
   }

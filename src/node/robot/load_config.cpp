@@ -145,6 +145,7 @@ TrackedSource sensedSource(const FileValue& value, const std::string& name_space
   add("persistence", &sensing.persistence, {0, 3600});
   add("clearing", &sensing.clearing, {});
   add("max_points", &sensing.max_points, {1, 1e8});
+  add("object_padding", &sensing.object_padding, {0, 10});
   add("max_age", &source.max_age, {1e-3, 10});
   for (const Parameter& number : numbers.rows) reader.read(number);
   requireKnown(reader);

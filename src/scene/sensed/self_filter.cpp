@@ -20,19 +20,35 @@ namespace {
 using Eigen::Array3i;
 using Eigen::Vector3d;
 
-/// The link of a shape, or the link that holds it.
-int linkOf(const ShapeRef& shape, const State& state) {
-  if (shape.isLink()) return shape.link();
-  const auto& held = std::get<Attached>(state.objects()->object(shape.object())->placement);
-  return state.robot().findLink(held.link);
+/// The robot with what it holds, and the objects with a padding of their own.
+std::vector<ShapeRef> shapesFor(const State& state, const SelfPadding& padding) {
+  std::vector<ShapeRef> shapes = shapesOfRobot(state.robot(), *state.objects());
+  for (const auto& [id, of_object] : padding.of_objects) {
+    const int number = state.objects()->find(id);
+    if (number >= 0 && !std::holds_alternative<Attached>(state.objects()->object(number)->placement))
+      shapes.push_back(ShapeRef::ofObject(number));
+  }
+  return shapes;
+}
+
+/// [m] The padding of a shape.
+double paddingOf(const ShapeRef& shape, const State& state, const SelfPadding& padding) {
+  int link = shape.isLink() ? shape.link() : -1;
+  if (!shape.isLink()) {
+    const Object& object = *state.objects()->object(shape.object());
+    const auto own = padding.of_objects.find(object.id);
+    if (own != padding.of_objects.end()) return own->second;
+    link = state.robot().findLink(std::get<Attached>(object.placement).link);
+  }
+  const auto of_link = padding.of_links.find(link);
+  return of_link == padding.of_links.end() ? padding.of_all : of_link->second;
 }
 
 /// [m] The paddings of the shapes.
 std::vector<double> paddingsOf(const std::vector<ShapeRef>& shapes, const State& state, const SelfPadding& padding) {
   std::vector<double> paddings;
   for (const ShapeRef& shape : shapes) {
-    const auto own = padding.of_links.find(linkOf(shape, state));
-    paddings.push_back(own == padding.of_links.end() ? padding.of_all : own->second);
+    paddings.push_back(paddingOf(shape, state, padding));
     if (!(paddings.back() >= 0.0) || !std::isfinite(paddings.back()))
       throw std::invalid_argument("the padding of " + nameOf(shape, state.robot(), state.objects().get()) +
                                   " is negative or not finite");
@@ -108,7 +124,7 @@ class SelfFilter::Work {
 
   void take(const State& state, const SelfPadding& padding) {
     state.requireModel(*model_);
-    const std::vector<ShapeRef> shapes = shapesOfRobot(state.robot(), *state.objects());
+    const std::vector<ShapeRef> shapes = shapesFor(state, padding);
     paddings_ = paddingsOf(shapes, state, padding);
     most_padding_ = paddings_.empty() ? 0.0 : *std::max_element(paddings_.begin(), paddings_.end());
     shapes_.take(state, shapes, &shapesOfRobot);

@@ -88,6 +88,30 @@ TEST_F(SeenSliders, HoldWhatIsTheirOwn) {
   EXPECT_EQ(points_[0].y(), -0.5);
 }
 
+class SeenBesideKnownObjects : public SeenSliders {
+ protected:
+  SeenBesideKnownObjects() : SeenSliders(how()) {}
+  static Sensing how() {
+    Sensing how{0.02, 0.03, {}, 3.0};
+    how.object_padding = {{"ball", 0.05}, {"absent", 0.1}};
+    return how;
+  }
+};
+
+/// The balls have a radius of 0.1 m.
+TEST_F(SeenBesideKnownObjects, HasOnlyThePointsThatNoneOfThemShows) {
+  const RobotObjects before = robot_->objects().get();
+  robot_->objects().set({std::make_shared<const scene::Objects>(
+                             before.all->changed({scene::AddObject{ballAt(standingAt(0, -0.5, 0))},
+                                                  scene::AddObject{ballAt(standingAt(0, -1.5, 0), "other")}})),
+                         before.revision + 1});
+  seen({{0.0, -0.5, -1.851}, {0.0, -0.5, -2.0}, {0.0, -0.5, -1.849}, {0.0, -1.5, -2.0}});
+  EXPECT_EQ(cloud_.on_robot, 2U);
+  ASSERT_EQ(points_.size(), 2U);
+  EXPECT_EQ(points_[0].z(), 2.0 - 1.849);
+  EXPECT_EQ(points_[1].y(), -1.5);
+}
+
 /// The voxel of a plate 3 m below the camera stays for a second.
 class SeenForASecond : public SeenSliders {
  protected:

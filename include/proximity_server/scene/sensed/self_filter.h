@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace proximity_server::scene {
@@ -16,7 +17,8 @@ namespace proximity_server::scene {
 /// How near to the robot a point of a sensor counts as one of its own [m].
 struct SelfPadding {
   double of_all = 0.0;
-  std::map<int, double> of_links{};  ///< by the number of the link; also of what it holds
+  std::map<int, double> of_links{};            ///< by the number of the link; also of what it holds
+  std::map<std::string, double> of_objects{};  ///< by name, also of objects that no link holds; they may be missing
 };
 
 /// Takes the points of a sensor that are on a robot, or on what it holds, out of a cloud. With the working memory of one
@@ -37,7 +39,7 @@ class SelfFilter {
   SelfFilter& operator=(SelfFilter&&) noexcept;
 
   /// Removes the points [m], in the frame of the state, whose distance from a link with geometry, or from an object that
-  /// a link holds, is at most its padding. The others keep their order. Returns the number of removed points.
+  /// a link holds or that has a padding of its own, is at most its padding. The others keep their order. Returns the number of removed points.
   ///
   /// Error:   Question::tolerance.
   /// Failure: throws std::invalid_argument as VoxelGrid does, for a padding that is negative or not finite, and naming the
