@@ -4,6 +4,8 @@
 #include "proximity_server/scene/model/names.h"
 #include "proximity_server/scene/motion/frames_on_links.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/sensed/cloud_file.h"
+#include "proximity_server/scene/sensed/voxel_grid.h"
 #include "python/loading.h"
 #include "python/object_arguments.h"
 #include "python/path_caster.h"
@@ -176,6 +178,25 @@ scene::ObjectEdit objectOf(const std::string& name, const py::object& shapes, co
   return withNameInErrors("object " + scene::quoted(name), [&] {
     scene::ObjectEdit edit{name, {link, std::move(touch_links), frame, poseOf(pose)}, padding, shapesOf(shapes), ""};
     scene::completeFields(edit);
+    return edit;
+  });
+}
+
+using PointArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+/// An object of the voxels that contain points.
+scene::ObjectEdit objectOf(const std::string& name, const PointArray& points, double resolution) {
+  return withNameInErrors("object " + scene::quoted(name), [&] {
+    if (points.ndim() == 0 || points.shape(points.ndim() - 1) != 3)
+      throw std::invalid_argument("points must be of shape (..., 3)");
+    scene::VoxelGrid grid(resolution);
+    for (py::ssize_t i = 0; i < points.size(); i += 3)
+      if (const Eigen::Vector3d point(points.data() + i); point.allFinite()) grid.add(point);
+    if (grid.size() == 0) throw std::invalid_argument("none of its points is finite");
+    const scene::ObjectShape voxels{scene::Boxes{grid.boxes()}};
+    scene::ObjectEdit edit;
+    edit.id = name;
+    edit.shapes.push_back(voxels);
     return edit;
   });
 }
@@ -403,10 +424,19 @@ padding      [m] is added to every shape
 Meshes become convex pieces with the robot's mesh_tolerance. An object that stands still is not checked against links
 that do. Raises ValueError naming the object and what is wrong; also for a name that is there.)";
 
+constexpr char kWithPointsDoc[] =
+    R"(Returns the robot with an object of the voxels that contain points, as of a depth camera.
+
+points       float64 of shape (..., 3), in the frame of the root link; those with a number that is not finite are no
+             returns, and left out. Points of the robot itself count, too: no state of it is known here
+resolution   [m] the edge of a voxel. Distances are lower bounds for all points, and at most its diagonal too small
+name         of the object, see with_object()
+Raises ValueError naming the object; also if no point is left.)";
+
 constexpr char kWithObjectsDoc[] =
     R"(Returns the robot with the objects of a file, and with its rules about what may touch.
 
-The file is what `clearance --objects` reads: YAML, or MoveIt's text if the name ends with ".scene". Objects that have
+The file is what `clearance --objects` reads: YAML, MoveIt's text if the name ends with ".scene", or a cloud. Objects that have
 the name of one that is there replace it.
 Raises OSError for a file that cannot be read, and ValueError naming file, line and object; also if the file has
 changes.)";
@@ -521,13 +551,17 @@ void declareProperties(py::class_<Robot>& robot) {
 
 using Names = std::vector<std::string>;
 
+void requireNewObject(const Robot& robot, const std::string& name) {
+  if (robot.objects()->find(name) >= 0)
+    throw std::invalid_argument("object " + scene::quoted(name) + ": there is one already; without() removes it");
+}
+
 void declareObjects(py::class_<Robot>& robot) {
   robot.def(
       "with_object",
       [](const Robot& self, const std::string& name, const py::object& shapes, const py::object& pose,
          const std::string& link, Names touch_links, const std::string& frame, double padding) {
-        if (self.objects()->find(name) >= 0)
-          throw std::invalid_argument("object " + scene::quoted(name) + ": there is one already; without() removes it");
+        requireNewObject(self, name);
         std::vector<scene::ObjectEdit> objects{
             objectOf(name, shapes, pose, link, std::move(touch_links), frame, padding)};
         return withObjects(self, std::move(objects), {}, ObjectWarnings::Give);
@@ -535,6 +569,13 @@ void declareObjects(py::class_<Robot>& robot) {
       kWithObjectDoc, "name"_a, "shapes"_a, "pose"_a = py::none(), py::kw_only(), "link"_a = "",
       "touch_links"_a = Names{}, "frame"_a = "", "padding"_a = 0.0);
   robot.def("with_objects", &withObjectFile, kWithObjectsDoc, "file"_a);
+  robot.def(
+      "with_points",
+      [](const Robot& self, const PointArray& points, double resolution, const std::string& name) {
+        requireNewObject(self, name);
+        return withObjects(self, {objectOf(name, points, resolution)}, {}, ObjectWarnings::Give);
+      },
+      kWithPointsDoc, "points"_a, "resolution"_a = scene::kVoxelEdge, "name"_a = "points");
   robot.def(
       "moved",
       [](const Robot& self, const std::string& name, const py::object& pose, const std::string& frame) {

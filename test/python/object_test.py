@@ -72,6 +72,18 @@ class OnPaper(unittest.TestCase):
                 together = self.robot.with_object("thing", [(Sphere(0.1), (50, 0, 0)), (shape, pose)])
                 self.assertAlmostEqual(1.0, row_of(together.closest(AT_ZERO, 2), 1)["distance"], delta=1e-9)
 
+    def test_points_are_an_object_of_their_voxels(self):
+        wall = [[[3.2 + 1e-6, 0.01 * y, 0.01 * z] for y in range(-20, 20)] for z in range(-20, 20)]  # shape (40, 40, 3)
+        nothing = [math.nan, 0.0, 0.0]
+        robot = self.robot.with_points(numpy.array(wall + [[nothing] * 40]), resolution=0.05, name="wall")
+        row = row_of(robot.closest(AT_ZERO, 2), 1)
+        self.assertAlmostEqual(1.0, row["distance"], delta=1e-9)  # the voxels begin at 3.2
+        for points, text in (([[1.0, 2.0]], "shape"), ([nothing], "none of its points is finite")):
+            with self.assertRaisesRegex(ValueError, f'object "points": .*{text}'):
+                self.robot.with_points(points)
+        with self.assertRaisesRegex(ValueError, 'object "wall": there is one already'):
+            robot.with_points(wall, name="wall")
+
     def test_a_mesh_of_a_file_and_its_arrays_are_the_same_object(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "corner.obj"

@@ -2,8 +2,8 @@
 // held against the distances of all points from all pieces, in long double.
 #include "chance.h"
 #include "proximity_server/scene/answers/assessment.h"
+#include "proximity_server/scene/points/self_filter.h"
 #include "proximity_server/scene/query/scene.h"
-#include "proximity_server/scene/sensed/self_filter.h"
 #include "proximity_server/scene/sensed/voxel_grid.h"
 #include "scene/example_robots.h"
 #include "scene/random_states.h"

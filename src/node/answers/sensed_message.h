@@ -1,8 +1,8 @@
 #pragma once
 
-#include "node/objects/tracked_ages.h"
 #include "node/robot/robot.h"
 #include "node/robot/scene_pool.h"
+#include "node/sources/tracked_ages.h"
 #include "proximity_server/Sensed.h"
 
 #include <vector>

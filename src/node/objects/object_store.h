@@ -1,11 +1,11 @@
 #pragma once
 
 #include "node/objects/change_frames.h"
-#include "node/objects/tracked_points.h"
 #include "node/robot/robot.h"
 #include "proximity_server/ObjectChanges.h"
 #include "proximity_server/ObjectList.h"
 #include "proximity_server/scene/object_files/object_file.h"
+#include "proximity_server/scene/objects/object_shape.h"
 
 #include <cstdint>
 #include <exception>
@@ -23,6 +23,13 @@ struct ObjectLimits {
   std::int64_t pieces = 1000000;      ///< convex pieces; a robot may have as many
   std::int64_t frames = 1000;         ///< each cycle looks them up; a frame that tf does not know takes about 3 us
   std::int64_t triangles = 10000000;  ///< triangles of meshes in messages; they are kept and take 24 bytes each
+};
+
+/// The shapes of the object of a source, at `place` in a frame.
+struct SeenShapes {
+  std::vector<scene::ObjectShape> shapes{};
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  std::string frame{};  ///< it moves with this tf frame; "": it stands in the reference frame of the robot
 };
 
 /// The objects of the node. It applies changes, one message after the other, and gives each result to the robot, from

@@ -3,6 +3,7 @@
 #include "proximity_server/scene/mesh/mesh_resolver.h"
 #include "proximity_server/scene/mesh/readable_file.h"
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/sensed/cloud_file.h"
 #include "scene/files/field.h"
 #include "system/number_text.h"
 
@@ -92,7 +93,20 @@ narrowphase::Shape primitiveOf(const Field& field) {
                        field.member("dimensions").numbers());
 }
 
-Boxes boxesOf(const Field& field) {
+/// The path of the file may be relative to the folder.
+Boxes cloudOf(const std::filesystem::path& file, const std::string& folder, double resolution) {
+  if (folder.empty() && file.is_relative())
+    throw std::invalid_argument("cloud is '" + file.string() + "', a relative path, and there is no folder for it");
+  return {readCloudBoxes(folder / file, resolution)};
+}
+
+Boxes boxesOf(const Field& field, const std::string& folder) {
+  field.requireMembers({"centres", "sizes", "cloud", "resolution"});
+  if (const auto cloud = field.find("cloud")) {
+    field.requireMembers({"cloud", "resolution"});
+    const auto resolution = field.find("resolution");
+    return field.checked(cloudOf, cloud->text(), folder, resolution ? resolution->number() : kVoxelEdge);
+  }
   field.requireMembers({"centres", "sizes"});
   return field.checked(boxesFrom, vectorsOf(field.member("centres")), vectorsOf(field.member("sizes")));
 }
@@ -160,7 +174,8 @@ ObjectEdit editOf(const Field& field, const OperationFields& operation, std::vec
   if (keeps && pose) pose->refuse("it goes without keep_pose only");
   if (keeps || edit.operation == Operation::Detach) edit.pose = ObjectEdit::Pose::Kept;
   readShapes(0, field, primitiveOf, edit);
-  readShapes(1, field, boxesOf, edit);
+  readShapes(
+      1, field, [&](const Field& boxes) { return boxesOf(boxes, folder); }, edit);
   readShapes(2, field, meshOf, edit);
   readShapes(
       3, field, [&](const Field& mesh) { return meshFileOf(mesh, folder); }, edit);
@@ -251,6 +266,15 @@ ObjectFile objectFileFrom(const FileValue& value, const std::string& source, con
 
 ObjectFile readObjectFile(const std::string& path) {
   requireReadable(path);
+  if (isCloudFile(path)) {
+    ObjectEdit cloud;
+    cloud.source = path;
+    cloud.id = std::filesystem::path(path).stem();
+    cloud.shapes.push_back({Boxes{readCloudBoxes(path, kVoxelEdge)}});
+    ObjectFile file;
+    file.objects.push_back(std::move(cloud));
+    return file;
+  }
   std::error_code failed;
   const std::uintmax_t size = std::filesystem::file_size(path, failed);
   if (failed) throw std::invalid_argument(path + ": is no file");  // for example a pipe

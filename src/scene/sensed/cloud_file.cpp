@@ -261,6 +261,11 @@ std::vector<Vector3d> readCloudPoints(const std::string& path) {
   return points;
 }
 
+bool isCloudFile(const std::string& path) {
+  const std::string suffix = std::filesystem::path(path).extension();
+  return suffix == ".pcd" || suffix == ".ply" || suffix == ".bt" || suffix == ".ot";
+}
+
 std::vector<AlignedBox3d> readCloudBoxes(const std::string& path, double resolution) {
   const std::string suffix = std::filesystem::path(path).extension();
   std::vector<AlignedBox3d> boxes;

@@ -90,8 +90,9 @@ void declareOutput(ProgramOptions& program, ClearanceOptions& options) {
 void declareClearance(ProgramOptions& program, ClearanceOptions& options) {
   program.addText("robot", "FILE", options.robot.urdf, "the URDF");
   program.addText("--srdf", "FILE", options.robot.srdf, "which pairs not to check");
-  program.addText("--objects", "FILE", options.question.objects_file,
-                  "what the robot holds and what stands around it: YAML, or a .scene of MoveIt");
+  program.addText(
+      "--objects", "FILE", options.question.objects_file,
+      "what the robot holds and what stands around it: YAML, a .scene of MoveIt, or a cloud: .pcd, .ply, .bt, .ot");
   program.addText(
       "--thresholds", "FILE", options.question.thresholds_file,
       "stop and warn distances, also of single pairs, links and groups: YAML. Each row has the level of its "

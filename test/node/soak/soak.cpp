@@ -7,6 +7,7 @@
 #include "node/load/node_under_load.h"
 #include "node/load/programs.h"
 #include "node/load/raw_calls.h"
+#include "node/soak/seeing_node.h"
 #include "node/soak/simulated_node.h"
 #include "node/soak/soak_client.h"
 #include "node/soak/soak_monitor.h"
@@ -199,6 +200,7 @@ class Soak {
                                  {"JumpingClock", &Soak::jumpingClock},
                                  {"LoopingClock", &Soak::loopingClock},
                                  {"OverlapThatStays", &Soak::overlapThatStays},
+                                 {"BadClouds", &Soak::badClouds},
                                  {"NoRecordFolder", &Soak::noRecordFolder},
                                  {"KilledNode", &Soak::killedNode, Fault::Phase::WithRestarts},
                                  {"UnwritableCache", &Soak::unwritableCache, Fault::Phase::WithRestarts},
@@ -360,6 +362,20 @@ class Soak {
     inSimulatedTime(kRate, [this](SimulatedNode& node) {
       return node.isNotSlowedByAnOverlapThatStays(chance_, kRestart) ? Recovery(0.0) : std::nullopt;
     });
+  }
+
+  /// The cameras of a second node fail, in one way after the other.
+  void badClouds() {
+    SeeingNode node(record_);
+    const Clock::time_point start = Clock::now();
+    bool right = node.awaitStop(kRestart);
+    for (int i = 0; i < 12 && right && !isOver(); ++i) {
+      right = node.fail(chance_, kTfRecovery);
+      look();
+    }
+    if (isOver()) return;
+    if (!right) record_.countWrong(fault_name_, "no STOP within " + std::to_string(kTfRecovery) + " s");
+    record_.countFault(fault_name_, right, right ? 0.0 : since(start));
   }
 
   /// The folder of the records goes, and comes back.

@@ -259,6 +259,45 @@ TEST(ObjectFile, TheNameTellsTheFormat) {
       1U);
 }
 
+const char* const kCloud =
+    "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\n"
+    "POINTS 2\nDATA ascii\n0.05 0.05 0.05\n1.05 0.05 0.05\n";
+
+TEST(ObjectFile, HasTheVoxelsOfACloud) {
+  const TemporaryFiles files;
+  const std::string cloud = files.write("cell/hall.pcd", kCloud);
+  const ObjectFile alone = readObjectFile(cloud);
+  EXPECT_EQ(alone.objects.at(0).id, "hall");
+  const auto boxes = [](const ObjectFile& file) {
+    return std::get<Boxes>(file.objects.at(0).shapes.at(0).geometry).boxes;
+  };
+  ASSERT_EQ(boxes(alone).size(), 2U);
+  EXPECT_TRUE(boxes(alone)[0].sizes().isApprox(Eigen::Vector3d::Constant(0.02)));
+  const std::string text = "[{id: scan, frame: camera, boxes: [{cloud: hall.pcd, resolution: 0.1}]}]";
+  const ObjectFile named = readObjectFile(files.write("cell/cell.yaml", text));
+  EXPECT_EQ(named.objects.at(0).place.frame, "camera");
+  ASSERT_EQ(boxes(named).size(), 2U);
+  EXPECT_TRUE(boxes(named)[0].sizes().isApprox(Eigen::Vector3d::Constant(0.1)));
+  EXPECT_TRUE(boxes(named)[0].contains(Eigen::Vector3d::Constant(0.05)));
+}
+
+TEST(ObjectFile, RefusesACloudWithFieldAndFile) {
+  const TemporaryFiles files;
+  const auto refusal = [&](const std::string& boxes) {
+    return errorOf([&] { readObjectFile(files.write("cell.yaml", "[{id: scan, boxes: [" + boxes + "]}]")); });
+  };
+  const auto expectText = [&](const std::string& boxes, const std::string& text) {
+    EXPECT_NE(refusal(boxes).find(text), std::string::npos) << refusal(boxes);
+  };
+  expectText("{cloud: none.pcd}", "line 1: objects[0] \"scan\": boxes[0]");
+  expectText("{cloud: none.pcd}", "none.pcd");
+  files.write("hall.pcd", kCloud);
+  expectText("{cloud: hall.pcd, resolution: 0}", "resolution");
+  expectText("{cloud: hall.pcd, sizes: []}", "sizes");
+  expectText("{cloud: cell.yaml}", "ends with .pcd, .ply, .bt or .ot");
+  EXPECT_NE(errorOf([] { read("[{id: scan, boxes: [{cloud: hall.pcd}]}]"); }).find("relative path"), std::string::npos);
+}
+
 TEST(ObjectFile, PlainPathsOfMeshesBeginInItsFolder) {
   const TemporaryFiles files;
   const std::string path = files.write("cell/a.yaml",

@@ -41,7 +41,7 @@ struct WrittenChange {
 };
 
 /// Places are in the frames that carry the objects. The shapes of the format are box, sphere, cylinder and cone without
-/// margin, Boxes, TriangleMesh, MeshFile, and HalfSpace.
+/// margin, Boxes, also of a cloud in a file, TriangleMesh, MeshFile, and HalfSpace.
 struct ObjectFile {
   std::vector<ObjectEdit> objects;  ///< the objects that are added
   std::vector<WrittenRule> rules;
@@ -66,7 +66,7 @@ ObjectFile objectFileFrom(const FileValue& value, const std::string& source, con
 ObjectFile readMoveitScene(const std::string& text, const std::string& source);
 
 /// Reads a file of at most 256 MiB: MoveIt's text if the name ends with ".scene", otherwise YAML. Relative paths of
-/// meshes begin in its folder.
+/// meshes and clouds begin in its folder. The file of a cloud, see isCloudFile(), is an object with its name.
 /// Failure: throws std::invalid_argument, naming the file, as the functions above, and if it cannot be read.
 ObjectFile readObjectFile(const std::string& path);
 

@@ -17,6 +17,10 @@ namespace proximity_server::scene {
 /// Points with a number that is not finite are no returns, and left out. The viewpoint of a .pcd is not used.
 std::vector<Eigen::Vector3d> readCloudPoints(const std::string& path);
 
+bool isCloudFile(const std::string& path);  ///< by the end of its name: .pcd, .ply, .bt or .ot
+
+constexpr double kVoxelEdge = 0.02;  ///< [m] if nobody names another one
+
 /// Reads what is occupied as boxes [m]: the voxels of points, with edges of `resolution` [m], or the leaves of an octree
 /// of octomap (.bt, .ot).
 /// Failure: as above, as VoxelGrid and occupiedBoxes() do, and if nothing is occupied.

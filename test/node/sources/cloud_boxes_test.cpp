@@ -1,5 +1,5 @@
 // Clouds of sensed sources as boxes, without topics. The robot has balls of radius 0.1 m at x = -1, 0 and 0.5.
-#include "node/objects/cloud_boxes.h"
+#include "node/sources/cloud_boxes.h"
 
 #include "node/monitor/slider_robot.h"
 #include "scene/files.h"

@@ -1,4 +1,4 @@
-#include "node/objects/cloud_boxes.h"
+#include "node/sources/cloud_boxes.h"
 
 #include <algorithm>
 #include <chrono>

@@ -5,7 +5,7 @@
 #include "node/answers.h"
 #include "node/gantry.h"
 #include "node/object_messages.h"
-#include "node/objects/octomap_message.h"
+#include "node/sources/octomap_message.h"
 
 #include <sensor_msgs/PointCloud2.h>
 #include <sensor_msgs/point_cloud2_iterator.h>

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "node/objects/tracked_ages.h"
 #include "node/robot/robot.h"
+#include "node/sources/tracked_ages.h"
 #include "proximity_server/scene/objects/object_shape.h"
 #include "proximity_server/scene/objects/objects.h"
-#include "proximity_server/scene/sensed/self_filter.h"
+#include "proximity_server/scene/points/self_filter.h"
 #include "proximity_server/scene/sensed/sight_rays.h"
 #include "proximity_server/scene/sensed/voxel_memory.h"
 

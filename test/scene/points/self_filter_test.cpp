@@ -1,4 +1,4 @@
-#include "proximity_server/scene/sensed/self_filter.h"
+#include "proximity_server/scene/points/self_filter.h"
 
 #include "chance.h"
 #include "proximity_server/scene/points/point_search.h"

@@ -3,7 +3,7 @@
 #include "node/object_messages.h"
 #include "node/objects/object_keeper.h"
 #include "node/objects/object_store.h"
-#include "node/objects/tracked_ages.h"
+#include "node/sources/tracked_ages.h"
 #include "scene/files.h"
 
 #include <gtest/gtest.h>

@@ -1,8 +1,8 @@
 #pragma once
 
-#include "node/objects/cloud_boxes.h"
 #include "node/objects/object_store.h"
-#include "node/objects/tracked_ages.h"
+#include "node/sources/cloud_boxes.h"
+#include "node/sources/tracked_ages.h"
 #include "node/tf/tf_poses.h"
 
 #include <ros/callback_queue.h>

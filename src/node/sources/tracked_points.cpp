@@ -1,4 +1,4 @@
-#include "node/objects/tracked_points.h"
+#include "node/sources/tracked_points.h"
 
 #include "proximity_server/scene/sensed/point_record.h"
 

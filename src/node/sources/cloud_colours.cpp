@@ -1,4 +1,4 @@
-#include "node/objects/cloud_colours.h"
+#include "node/sources/cloud_colours.h"
 
 #include "node/robot/level_colour.h"
 #include "proximity_server/scene/levels/clearance_level.h"

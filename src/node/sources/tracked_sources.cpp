@@ -1,9 +1,9 @@
-#include "node/objects/tracked_sources.h"
+#include "node/sources/tracked_sources.h"
 
 #include "node/objects/change_frames.h"
-#include "node/objects/cloud_colours.h"
-#include "node/objects/octomap_message.h"
-#include "node/objects/tracked_points.h"
+#include "node/sources/cloud_colours.h"
+#include "node/sources/octomap_message.h"
+#include "node/sources/tracked_points.h"
 #include "node/threads/request_queue.h"
 #include "proximity_server/scene/sensed/octree.h"
 #include "system/number_text.h"

@@ -1,4 +1,4 @@
-#include "node/objects/tracked_ages.h"
+#include "node/sources/tracked_ages.h"
 
 #include "node/robot/query_status.h"
 #include "system/durations.h"

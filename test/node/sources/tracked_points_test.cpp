@@ -1,5 +1,5 @@
 // The points of tracked sources: clouds of several layouts, and messages that state wrong sizes.
-#include "node/objects/tracked_points.h"
+#include "node/sources/tracked_points.h"
 
 #include "scene/files.h"
 

@@ -1,13 +1,12 @@
 #pragma once
 
-#include "proximity_server/scene/objects/object_shape.h"
+#include "node/objects/object_store.h"
 
 #include <geometry_msgs/PoseArray.h>
 #include <sensor_msgs/PointCloud2.h>
 #include <Eigen/Geometry>
 
 #include <cstddef>
-#include <string>
 #include <vector>
 
 // The points of the messages of tracked sources [m], in the frame of the message.
@@ -16,13 +15,6 @@
 //          finite. In a cloud a point with a NaN is no return of the sensor, and is left out.
 
 namespace proximity_server::node {
-
-/// The shapes of the object of a source, at `place` in a frame.
-struct SeenShapes {
-  std::vector<scene::ObjectShape> shapes{};
-  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
-  std::string frame{};  ///< it moves with this tf frame; "": it stands in the reference frame of the robot
-};
 
 /// A ball around each point [m].
 SeenShapes ballsAround(const std::vector<Eigen::Vector3d>& points, double radius);
