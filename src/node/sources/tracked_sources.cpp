@@ -130,7 +130,7 @@ void TrackedSources::placeCloud(Subscription& subscription, const sensor_msgs::P
   SeenShapes seen;
   seen.shapes = subscription.boxes->make(robot, *now.objects.all, at, points, cloud);
   store_.track(robot, source, std::move(seen), [&] { ages_.accept(source.name, message.header.stamp, cloud); });
-  publish(robot, source.name, message.header.stamp, at.poses, points);
+  publish(robot, source.name, message.header, at, points);
 }
 
 /// Gives the occupied space of a map to the store. It stands in its frame, wherever that moves.
@@ -148,17 +148,19 @@ void TrackedSources::placeMap(const TrackedSource& source, const OctomapMessage&
                [&] { ages_.accept(source.name, message.header.stamp, cloud); });
 }
 
-/// Publishes the points [m] of a source that is in the store, with their colours. They are in the reference frame.
+/// Publishes the points [m] of a source that is in the store, with their colours, in the frame of the sensor, which is
+/// where rays to them begin. Given are points in the reference frame.
 void TrackedSources::publish(const std::shared_ptr<const Robot>& robot, const std::string& source,
-                             const ros::Time& stamp, const scene::BodyPoses& poses,
+                             const std_msgs::Header& header, const CloudBoxes::Moment& at,
                              const std::vector<Eigen::Vector3d>& points) {
   if (points_pub_.getNumSubscribers() == 0) return;
   const ObjectStore::CurrentObjects now = store_.current();
   if (now.robot != robot) return;  // a reload
-  const std::vector<std::uint32_t> colours = coloursOf(*robot, now.objects.all, source, poses, points);
+  const std::vector<std::uint32_t> colours = coloursOf(*robot, now.objects.all, source, at.poses, points);
+  const Eigen::Isometry3d sensor_T_reference = at.sensor.inverse();
   sensor_msgs::PointCloud2 cloud;
-  cloud.header.stamp = stamp;
-  cloud.header.frame_id = robot->referenceFrame();
+  cloud.header.stamp = header.stamp;
+  cloud.header.frame_id = header.frame_id;
   sensor_msgs::PointCloud2Modifier modifier(cloud);
   modifier.setPointCloud2FieldsByString(2, "xyz", "rgb");
   modifier.resize(points.size());
@@ -166,7 +168,8 @@ void TrackedSources::publish(const std::shared_ptr<const Robot>& robot, const st
     sensor_msgs::PointCloud2Iterator<float> out(cloud, "x");
     sensor_msgs::PointCloud2Iterator<std::uint32_t> colour(cloud, "rgb");
     for (std::size_t i = 0; i < points.size(); ++i, ++out, ++colour) {
-      for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(points[i][axis]);
+      const Eigen::Vector3d point = sensor_T_reference * points[i];
+      for (int axis = 0; axis < 3; ++axis) out[axis] = static_cast<float>(point[axis]);
       *colour = colours[i];
     }
   }

@@ -52,8 +52,8 @@ class TrackedSources {
   void placeCloud(Subscription& subscription, const sensor_msgs::PointCloud2& message);
   void placeMap(const TrackedSource& source, const OctomapMessage& message);
   Eigen::Isometry3d poseOf(const Robot& robot, const TrackedSource& source, const std_msgs::Header& header);
-  void publish(const std::shared_ptr<const Robot>& robot, const std::string& source, const ros::Time& stamp,
-               const scene::BodyPoses& poses, const std::vector<Eigen::Vector3d>& points);
+  void publish(const std::shared_ptr<const Robot>& robot, const std::string& source, const std_msgs::Header& header,
+               const CloudBoxes::Moment& at, const std::vector<Eigen::Vector3d>& points);
 
   ros::NodeHandle nh_;
   TfPoses& tf_;

@@ -45,6 +45,8 @@ void SightRays::set(const Vector3d& origin, const std::vector<Vector3d>& ends) {
     return std::min(static_cast<int>(0.5 * kCells * (tangent + 1.0)), kCells - 1);
   };
   origin_ = origin;
+  ends_.resize(ends.size());
+  if (ends.empty()) return;
   cells_.assign(6 * kCells * kCells + 1, {});
   cell_of_.clear();
   for (const Vector3d& end : ends) {
@@ -60,7 +62,6 @@ void SightRays::set(const Vector3d& origin, const std::vector<Vector3d>& ends) {
   }
   std::uint32_t sum = 0;
   for (Cell& cell : cells_) cell.begin = sum += cell.begin;
-  ends_.resize(ends.size());
   for (std::size_t i = 0; i < ends.size(); ++i) ends_[--cells_[cell_of_[i]].begin] = ends[i] - origin;
 }
 

@@ -23,8 +23,8 @@ VoxelGrid::Place brickOf(const VoxelGrid::Place& voxel) {
   return voxel.unaryExpr([](int i) { return i >> 3; });
 }
 std::uint32_t bitOf(const VoxelGrid::Place& voxel) {
-  const VoxelGrid::Place within = voxel - VoxelGrid::kEdge * brickOf(voxel);
-  return static_cast<std::uint32_t>(within.x() + VoxelGrid::kEdge * (within.y() + VoxelGrid::kEdge * within.z()));
+  constexpr int kWithin = VoxelGrid::kEdge - 1;  // of two's complement, also left of the origin
+  return static_cast<std::uint32_t>((voxel.x() & kWithin) | (voxel.y() & kWithin) << 3 | (voxel.z() & kWithin) << 6);
 }
 
 }  // namespace

@@ -167,7 +167,9 @@ TEST_F(Sensed, PointsAreCountedAndTheOthersPublished) {
   EXPECT_GE(source.minimum.lower_bound, 0.3 - kVoxel);
   const auto cloud = left.next([](const sensor_msgs::PointCloud2& of) { return of.width == 400; });
   ASSERT_TRUE(cloud) << "without the robot, and without what is out of range";
-  EXPECT_EQ(cloud->header.frame_id, "base");
+  EXPECT_EQ(cloud->header.frame_id, "ball") << "that of the camera";
+  sensor_msgs::PointCloud2ConstIterator<float> first(*cloud, "x");
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(first[axis], plateAt(0.3)[0][axis], 1e-6);
 }
 
 TEST_F(Sensed, CloudThatCannotBeUsedIsNamed) {
