@@ -13,4 +13,6 @@ TEST(Corpus, StatesAreTakenOrRefused) { EXPECT_GT(tryAll("states", tryStates), 2
 
 TEST(Corpus, ObjectFilesAreTakenOrRefused) { EXPECT_GT(tryAll("object_files", tryObjectFile), 4); }
 
+TEST(Corpus, CloudFilesAreReadOrRefused) { EXPECT_GT(tryAll("cloud_files", tryCloudFile), 5); }
+
 }  // namespace proximity_server::fuzz::corpus_test

@@ -8,6 +8,7 @@
 #include "proximity_server/scene/object_files/object_file.h"
 #include "proximity_server/scene/pieces/convex_pieces.h"
 #include "proximity_server/scene/query/scene.h"
+#include "proximity_server/scene/sensed/cloud_file.h"
 #include "robots/robots.h"
 #include "scene/files.h"
 #include "tools/robot/object_schedule.h"
@@ -16,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -167,6 +169,20 @@ void tryObjectFile(const std::string& bytes) {
     for (long row = 0; row < 8; ++row) schedule.advance(row, 0.5 * static_cast<double>(row), {0.5, 0.5, 0.0});
   } catch (const std::invalid_argument& error) {
     require(std::string(error.what()).rfind("file", 0) == 0, "an error names the file");
+  }
+}
+
+void tryCloudFile(const std::string& bytes) {
+  static const TemporaryFiles files;
+  static const std::map<char, std::string> names{{'p', "a.pcd"}, {'l', "a.ply"}, {'b', "a.bt"}, {'o', "a.ot"}};
+  const auto name = names.find(bytes.empty() ? ' ' : bytes[0]);
+  if (name == names.end()) return;
+  const std::string path = files.write(name->second, bytes.substr(1));
+  try {
+    for (const Eigen::AlignedBox3d& box : readCloudBoxes(path, 0.02))
+      require(box.min().allFinite() && box.max().allFinite() && (box.sizes().array() > 0.0).all(), "a box has a size");
+  } catch (const std::invalid_argument& error) {
+    require(std::string(error.what()).rfind(path, 0) == 0, "an error names the file");
   }
 }
 

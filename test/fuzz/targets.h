@@ -20,6 +20,9 @@ void tryStates(const std::string& bytes);
 /// First byte: the format ('s'cene of MoveIt, else YAML); the rest: a file of objects.
 void tryObjectFile(const std::string& bytes);
 
+/// First byte: the format ('p'cd, p'l'y, 'b't or 'o't); the rest: a file of points, or of an octree.
+void tryCloudFile(const std::string& bytes);
+
 // The inputs of the node.
 
 /// Two messages of changes of objects, one after the other, see RequestBytes.
