@@ -64,7 +64,8 @@ void requireTime(const Question& question) {
 
 class SelfFilter::Work {
  public:
-  Work(std::shared_ptr<const SceneModel> model, double resolution) : model_(std::move(model)), grid_(resolution) {
+  Work(std::shared_ptr<const SceneModel> model, double resolution)
+      : model_(std::move(model)), search_(model_), grid_(resolution) {
     given(model_);
   }
 
@@ -87,6 +88,7 @@ class SelfFilter::Work {
       if (i % kPointsPerLook == 0) requireTime(question);
       is_removed_[i] = isRemoved(points[i], voxels_[i], question);
     }
+    for (const PlacedShapes::Place& place : shapes_.unbounded()) removeNear(state, place, points, question);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < points.size(); ++i)
       if (!is_removed_[i]) points[kept++] = points[i];
@@ -266,7 +268,19 @@ class SelfFilter::Work {
     return false;
   }
 
+  /// Removes points near an object with half-spaces, which is near to no brick alone.
+  void removeNear(const State& state, const PlacedShapes::Place& place, const std::vector<Vector3d>& points,
+                  const Question& question) {
+    Question within = question;
+    within.threshold = paddings_[place.number];
+    const std::vector<PairProximity>& found = search_.closest(state, {points, {}, {place.ref}}, within);
+    requireTime(question);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (found[i].result.status != narrowphase::Status::Threshold) is_removed_[i] = true;
+  }
+
   std::shared_ptr<const SceneModel> model_;
+  PointSearch search_;
   const PointPart point_;
   PlacedShapes shapes_;
   std::vector<double> paddings_;  ///< [m] of the shapes

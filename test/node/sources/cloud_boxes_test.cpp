@@ -93,7 +93,7 @@ class SeenBesideKnownObjects : public SeenSliders {
   SeenBesideKnownObjects() : SeenSliders(how()) {}
   static Sensing how() {
     Sensing how{0.02, 0.03, {}, 3.0};
-    how.object_padding = {{"ball", 0.05}, {"absent", 0.1}};
+    how.object_padding = {{"ball", 0.05}, {"floor", 0.02}, {"absent", 0.1}};
     return how;
   }
 };
@@ -110,6 +110,17 @@ TEST_F(SeenBesideKnownObjects, HasOnlyThePointsThatNoneOfThemShows) {
   ASSERT_EQ(points_.size(), 2U);
   EXPECT_EQ(points_[0].z(), 2.0 - 1.849);
   EXPECT_EQ(points_[1].y(), -1.5);
+}
+
+TEST_F(SeenBesideKnownObjects, HasNoPointOfTheFloor) {
+  const scene::Object floor = scene::makeObject("floor", {{scene::HalfSpace{Vector3d::UnitZ(), -0.4}}}, scene::Fixed{});
+  const RobotObjects before = robot_->objects().get();
+  robot_->objects().set(
+      {std::make_shared<const scene::Objects>(before.all->changed({scene::AddObject{floor}})), before.revision + 1});
+  seen({{0.0, 1.0, -2.381}, {0.0, 1.0, -2.379}, {0.5, -1.0, -2.5}});
+  EXPECT_EQ(cloud_.on_robot, 2U);
+  ASSERT_EQ(points_.size(), 1U);
+  EXPECT_EQ(points_[0].z(), 2.0 - 2.379);
 }
 
 /// The voxel of a plate 3 m below the camera stays for a second.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "proximity_server/narrowphase/shape/eigen_alignment.h"
+
 #include <Eigen/Core>
 
 #include <algorithm>
