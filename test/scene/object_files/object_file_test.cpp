@@ -289,7 +289,7 @@ TEST(ObjectFile, RefusesACloudWithFieldAndFile) {
   const auto expectText = [&](const std::string& boxes, const std::string& text) {
     EXPECT_NE(refusal(boxes).find(text), std::string::npos) << refusal(boxes);
   };
-  expectText("{cloud: none.pcd}", "line 1: objects[0] \"scan\": boxes[0]");
+  expectText("{cloud: none.pcd}", "line 1: [0] \"scan\"/boxes[0]: ");
   expectText("{cloud: none.pcd}", "none.pcd");
   files.write("hall.pcd", kCloud);
   expectText("{cloud: hall.pcd, resolution: 0}", "resolution");
