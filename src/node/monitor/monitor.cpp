@@ -85,8 +85,8 @@ const Clearance& Monitor::cycle(const PoseSnapshot& snapshot, const VelocitySnap
   return message;
 }
 
-/// The distances for a level without sensed pairs, if one of them has set the level for less than the debounce. A pair in
-/// contact sets it at once.
+/// The distances for a level without sensed pairs, if the level has been so for less than the debounce. A pair in contact
+/// and a pair without a sensed source set it at once.
 std::optional<scene::LevelDistances> Monitor::debounced(const ros::Time& stamp, const MonitorSettings& settings) {
   if (!(settings.sensed_debounce > 0.0) || !assessment_.level) return std::nullopt;
   const scene::ClearanceLevel level = assessment_.level->level;
@@ -99,14 +99,7 @@ std::optional<scene::LevelDistances> Monitor::debounced(const ros::Time& stamp, 
   };
   const bool is_early_warn = is_early(scene::ClearanceLevel::Warn, warn_since_);
   const bool is_early_stop = is_early(scene::ClearanceLevel::Stop, stop_since_);
-  const auto is_sensed = [&](const scene::ShapeRef& shape) {
-    if (shape.isLink()) return false;
-    const TrackedSource* const source =
-        robot_->config().findTracked(monitored_.objects.all->object(shape.object())->id);
-    return source && source->sensing;
-  };
-  const scene::ShapeRefPair& deciding = assessment_.deciding.pair.asked;
-  if (!(is_early_warn || is_early_stop) || !(is_sensed(deciding.a) || is_sensed(deciding.b))) return std::nullopt;
+  if (!is_early_warn && !is_early_stop) return std::nullopt;
   scene::LevelDistances distances = settings;
   distances.sensed_stop_distance = 0.0;
   if (is_early_warn) distances.sensed_warn_distance = 0.0;
