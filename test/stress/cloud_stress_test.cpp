@@ -11,6 +11,7 @@ namespace proximity_server::scene::cloud_stress_test {
 TEST(CloudStress, FilterAndVoxelsKeepEveryPromise) {
   const std::vector<stress::Tally> tallies =
       stress::expectNoFailure(stress::cloudCampaign(), "PROXIMITY_STRESS_CLOUDS", repeats(kIsSanitized ? 60 : 400));
+  if (kIsSanitized) return;  // what follows is of the whole test
   const stress::Tally all = stress::sumOf(tallies);
   EXPECT_GT(all["removed"], all["points"] / 10);
   EXPECT_LT(all["removed"], 0.9 * all["points"]);
