@@ -120,7 +120,7 @@ class SelfFilter::Work {
     double radius;
   };
 
-  /// Of the points of a voxel: numbers from kOpen on are those of the lists of candidates to compare them with.
+  /// What becomes of the points of a voxel. From kOpen on it is the number of the list of candidates to compare them with.
   using Fate = int;
   static constexpr Fate kKept = -2, kRemoved = -1, kOpen = 0;
 

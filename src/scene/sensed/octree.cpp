@@ -1,11 +1,11 @@
 #include "proximity_server/scene/sensed/octree.h"
 
 #include "proximity_server/scene/model/names.h"
+#include "proximity_server/scene/sensed/voxel_grid.h"
 
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::AlignedBox3d;
 using Eigen::Array3i;
-using Eigen::Vector3d;
 
 constexpr int kLevels = 16;  // octomap has no other octrees
 constexpr int kChildren = 8;
@@ -110,12 +109,7 @@ OctreeReader::Node OctreeReader::nextNode() {
 }
 
 void OctreeReader::add(const Cube& cube) {
-  const Vector3d corner = octree_.resolution * cube.corner.cast<double>(),
-                 opposite = octree_.resolution * (cube.corner + cube.edge()).cast<double>();
-  // The error of a point divided by the resolution, and of a corner: as of VoxelGrid.
-  const double rounding =
-      2.0 * std::numeric_limits<double>::epsilon() * corner.cwiseAbs().cwiseMax(opposite.cwiseAbs()).maxCoeff();
-  boxes_.emplace_back(corner.array() - rounding, opposite.array() + rounding);
+  boxes_.push_back(VoxelGrid::box(cube.corner, cube.corner + cube.edge(), octree_.resolution));
 }
 
 }  // namespace

@@ -105,8 +105,8 @@ double VoxelGrid::radiusOfBrick(const Vector3d& centre) const {
   return std::sqrt(3.0) * (0.5 * kEdge * resolution_ * (1.0 + kRounding) + 2.0 * roundingAt(centre));
 }
 
-AlignedBox3d VoxelGrid::box(const Place& from, const Place& to) const {
-  const Vector3d low = resolution_ * from.cast<double>(), high = resolution_ * to.cast<double>();
+AlignedBox3d VoxelGrid::box(const Place& from, const Place& to, double resolution) {
+  const Vector3d low = resolution * from.cast<double>(), high = resolution * to.cast<double>();
   const Vector3d rounding = Vector3d::Constant(std::max(roundingAt(low), roundingAt(high)));
   return {low - rounding, high + rounding};
 }
@@ -133,7 +133,7 @@ void VoxelGrid::addBoxes(const Brick& brick, std::vector<AlignedBox3d>& boxes) c
       for (int layer = z; layer < z + size.z(); ++layer) left[layer] &= ~face;
 
       const Place from = kEdge * brick.place + Place(x, y, z);
-      boxes.push_back(box(from, from + size));
+      boxes.push_back(box(from, from + size, resolution_));
     }
   }
 }

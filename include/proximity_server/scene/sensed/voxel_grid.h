@@ -30,7 +30,7 @@ class VoxelGrid {
     std::uint32_t brick, bit;
   };
 
-  /// Where a voxel is: its corner at the lower end of each axis is at this times the resolution.
+  /// The number of a voxel along each axis. Its lowest corner [m] is this number times the resolution.
   using Place = Eigen::Array3i;
 
   /// Adds the voxel of a point [m].
@@ -55,7 +55,10 @@ class VoxelGrid {
 
   /// Few boxes [m] that are the voxels together; each voxel is in one box. They contain all points, rounding included.
   std::vector<Eigen::AlignedBox3d> boxes() const;
-  Eigen::AlignedBox3d box(const Place& place) const { return box(place, place + 1); }  ///< of one voxel
+  Eigen::AlignedBox3d box(const Place& place) const { return box(place, place + 1, resolution_); }  ///< of one voxel
+
+  /// The box [m] from the corner at one place to that at another one, with the rounding of corners and of points.
+  static Eigen::AlignedBox3d box(const Place& from, const Place& to, double resolution);
 
  private:
   using Layers = std::array<std::uint64_t, kEdge>;  ///< of a brick, along z; bit x + kEdge y
@@ -67,7 +70,6 @@ class VoxelGrid {
   static std::uint64_t keyOf(const Place& brick);
   static Place within(int bit) { return {bit % kEdge, bit / kEdge % kEdge, bit / (kEdge * kEdge)}; }
   std::uint32_t brickAt(const Place& place);
-  Eigen::AlignedBox3d box(const Place& from, const Place& to) const;
   void addBoxes(const Brick& brick, std::vector<Eigen::AlignedBox3d>& boxes) const;
 
   double resolution_;
